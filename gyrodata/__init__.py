@@ -1,7 +1,8 @@
 """From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.
 
-`analyze` reads a log (a path, an open file, text or a DataFrame) and returns an `Analysis`. The names below are loaded
-when they are first used, so that ``gyro --help`` starts at once.
+`analyze` reads a log (a path, an open file, text or a DataFrame) and returns an
+`Analysis`. The names below are loaded when they are first used, so that ``gyro --help``
+starts at once.
 """
 
 from __future__ import annotations

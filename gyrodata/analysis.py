@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LARGEST = 3_000_000
-"""Largest number of runs times shared readings in one fit, which is the size of its matrix."""
+"""Largest number of runs times shared readings in one fit, which is the size of its
+matrix."""
 
 
 def analyze(
@@ -46,19 +47,21 @@ def analyze(
     Parameters
     ----------
     log : path, bytes, str, file or DataFrame
-        The same as for ``gyro analyze``; bytes, and a str of several lines, are the text of a log.
+        The same as for ``gyro analyze``; bytes, and a str of several lines, are the
+        text of a log.
     name : str, optional
         Name of the log in messages.
     settings : mapping, optional
-        Constants, such as ``{"g": "9.803 m/s^2"}``; a value can also be a quantity of pint or a number of
-        uncertainties. In the command: ``--set``.
+        Constants, such as ``{"g": "9.803 m/s^2"}``; a value can also be a quantity of
+        pint or a number of uncertainties. In the command: ``--set``.
     mapping : mapping, optional
-        Headers of the columns by role, such as ``{"time": "T (s)"}``. In the command: ``--map``.
+        Headers of the columns by role, such as ``{"time": "T (s)"}``. In the command:
+        ``--map``.
     config : path, optional
         TOML file with settings and mapping.
     model : {"auto", "horizontal", "steady", "released"}
-        Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the simplest of them that is accurate
-        enough for the log.
+        Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the
+        simplest of them that is accurate enough for the log.
     keep_flagged : bool
         Keep suspected outliers in the fit.
 
@@ -95,8 +98,9 @@ def analyze_readings(
 ) -> Analysis:
     """Analyse readings; see `analyze`.
 
-    If `whole` is False, the parts that only a report shows are left out: advice, doubts, sensitivity, the tables of
-    fits and laws, and all effects except a release that the log does not mention.
+    If `whole` is False, the parts that only a report shows are left out: advice,
+    doubts, sensitivity, the tables of fits and laws, and all effects except a release
+    that the log does not mention.
     """
     options = options or Options()
     if "error" in map(attrgetter("severity"), readings.diagnostics):
@@ -159,7 +163,8 @@ def analyze_readings(
     )
     for check in findings.CHECKS:
         found += check(seen)
-    # A turn without a weight can take an hour, so that these runs may have unusual values.
+    # A turn without a weight can take an hour, so that these runs may have unusual
+    # values.
     silent = [
         measured.lines[i]
         for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))
@@ -224,10 +229,12 @@ ABSURD = 1000.0
 """A Birge ratio above this means that the stated uncertainties are wrong."""
 
 EXACT, TOO_WIDE = 1e-6, 0.7
-"""Smallest credible relative uncertainty of I_zz [1], and the largest one of an answer."""
+"""Smallest credible relative uncertainty of I_zz [1], and the largest one of an answer.
+"""
 
 HOPELESS = 1e-6
-"""If the probability of chi-square is below this, wrong turn counts that explain all torques are reported as errors."""
+"""If the probability of chi-square is below this, wrong turn counts that explain all
+torques are reported as errors."""
 
 
 def fit_runs(
@@ -250,15 +257,16 @@ def fit_runs(
     Returns
     -------
     tuple of Lab, tuple of Outlier, and Estimate or None
-        The log with its recommended fit; the suspected outliers; and I_zz without all of them [kg*m^2], if some of
-        them are in the fit.
+        The log with its recommended fit; the suspected outliers; and I_zz without all
+        of them [kg*m^2], if some of them are in the fit.
 
     Raises
     ------
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    # The errors that several runs have in common, if there may be too many; runs without an error are in group -1.
+    # The errors that several runs have in common, if there may be too many; runs
+    # without an error are in group -1.
     count = len(measured.runs)
     counted = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
     shared = sum(
@@ -281,7 +289,8 @@ def fit_runs(
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
         odd = tuple([outlier.index for outlier in outliers])
-        # Only a run with a wrong turn count is left out; another outlier is still a measurement.
+        # Only a run with a wrong turn count is left out; another outlier is still a
+        # measurement.
         left_out = (
             ()
             if keep_flagged
@@ -303,7 +312,8 @@ def fit_runs(
         says[list(odd)] = 0.0
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
-            # Without degrees of freedom, the runs cannot contradict the stated uncertainties.
+            # Without degrees of freedom, the runs cannot contradict the stated
+            # uncertainties.
             raise NoFit(
                 "all uncertainties are stated as zero, and the runs are too few to show how well they agree"
             )

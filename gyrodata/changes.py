@@ -1,13 +1,14 @@
 """What would I_zz be if …? One list of changes, one way to answer: fit the changed log.
 
-A change is a log after it: its runs, their errors or its model. It is fitted exactly as the log itself is fitted, with
-the model that it needs. So a report's "without this weight" is what ``gyro analyze`` gives if the rows are deleted from
-the file.
+A change is a log after it: its runs, their errors or its model. It is fitted exactly as
+the log itself is fitted, with the model that it needs. So a report's "without this
+weight" is what ``gyro analyze`` gives if the rows are deleted from the file.
 
-The size of an effect, which is a simplification, is the fit with it minus the fit without it. An effect below 0.2 of
-the standard uncertainty is left out, the smallest first, if all of these together stay below 0.3 and if the single runs
-do not deviate because of it. `choose_model` keeps the others. Effects of unknown size (M0, b) are parameters of every
-model.
+The size of an effect, which is a simplification, is the fit with it minus the fit
+without it. An effect below 0.2 of the standard uncertainty is left out, the smallest
+first, if all of these together stay below 0.3 and if the single runs do not deviate
+because of it. `choose_model` keeps the others. Effects of unknown size (M0, b) are
+parameters of every model.
 """
 
 from __future__ import annotations
@@ -39,13 +40,15 @@ WATCHED = 180.0
 """Duration of a run without a weight [s]."""
 
 EASY_TEST = 400 * physics.RPM * math.radians(5.0) / 60.0
-"""u of M0 over I_zz [rad²/s²] after a balance test that is easy to pass: 5° in a minute at 400 rpm."""
+"""u of M0 over I_zz [rad²/s²] after a balance test that is easy to pass: 5° in a minute
+at 400 rpm."""
 
 LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
 
 LEVEL_TO = math.radians(2.0)
-"""How far from level [rad] a rod may be if nobody measured it: the default standard uncertainty of a pitch."""
+"""How far from level [rad] a rod may be if nobody measured it: the default standard
+uncertainty of a pitch."""
 
 MOST_WEIGHTS = 12
 """With more torques than this, none is left out."""
@@ -104,7 +107,7 @@ class Change(Struct, frozen=True):
     """Of an effect: whether u of I_zz contains the doubt about it."""
 
 
-# --- effects: each simplification -------------------------------------------------------------------------------------
+# --- effects: each simplification ---
 
 EFFECTS = {
     "residual_torque": "imperfect balance",
@@ -117,7 +120,8 @@ EFFECTS = {
     "release": "nutation after letting go",
     "earth": "the Earth's rotation",
 }
-"""The simplifications by their name in the JSON, in words, in the order of the table."""
+"""The simplifications by their name in the JSON, in words, in the order of the table.
+"""
 
 
 def _effects(lab: Lab) -> Iterator[Change]:
@@ -260,7 +264,7 @@ def _effects_of_motion(lab: Lab) -> Iterator[Change]:
     yield lab.change("earth", words, kept=earth, without=earth, chosen=other)
 
 
-# --- sensitivity: what the answer depends on --------------------------------------------------------------------------
+# --- sensitivity: what the answer depends on ---
 
 
 def _sensitivity(lab: Lab) -> Iterator[Change]:
@@ -321,7 +325,7 @@ def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, .
     )
 
 
-# --- advice: what would make the next lab better ----------------------------------------------------------------------
+# --- advice: what would make the next lab better ---
 
 
 def _unloaded_run(lab: Lab) -> Iterator[Change]:
@@ -329,7 +333,8 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
     measured, fit = lab.measured, lab.fit
     if not measured.torque.all():
         return
-    # The gain does not depend on how large M0 is; but without a residual torque the rod stands still.
+    # The gain does not depend on how large M0 is; but without a residual torque the rod
+    # stands still.
     least = 0.005 * np.abs(measured.torque).min()
     torque = math.copysign(
         max(abs(fit.residual_torque.value), least), fit.residual_torque.value or 1.0
@@ -444,10 +449,11 @@ CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
     "unloaded_run": _unloaded_run,
     "direction": _direction,
 }
-"""The changes by the table to which they belong, each in the order of its table; none that does not apply to a log."""
+"""The changes by the table to which they belong, each in the order of its table; none
+that does not apply to a log."""
 
 
-# --- the size of an effect --------------------------------------------------------------------------------------------
+# --- the size of an effect ---
 
 DROP_ONE = 0.2
 """An effect below this many standard uncertainties of I_zz may be left out …"""
@@ -456,7 +462,8 @@ DROP_ALL = 0.3
 """… as long as all that are left out stay below this many together."""
 
 CLEARLY_SMALL = 0.05
-"""An effect below this many standard uncertainties does not change how the runs scatter."""
+"""An effect below this many standard uncertainties does not change how the runs
+scatter."""
 
 
 class Effect(Struct, frozen=True):
@@ -509,7 +516,8 @@ def _sample(lab: Lab) -> Lab:
         measured, fit = fitting.fit_model(some, lab.chosen)
     except fitting.NoFit:
         return lab
-    # Without a posterior the sizes are those at the widths of this fit, however large they are.
+    # Without a posterior the sizes are those at the widths of this fit, however large
+    # they are.
     return Lab(None, measured, replace(fit, posterior=None), lab.chosen)
 
 
@@ -566,33 +574,38 @@ def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
         fitting.transverse_inertia(measured),
     )
     biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    # Runs that scatter more than stated may do so because of the release, which then widens u.
+    # Runs that scatter more than stated may do so because of the release, which then
+    # widens u.
     return (
         not abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u < least
     )
 
 
-# --- answers ----------------------------------------------------------------------------------------------------------
+# --- answers ---
 
 
 class Sensitivity(Struct, frozen=True):
     """I_zz if one thing were different."""
 
     name: str
-    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or "without"."""
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or
+    "without"."""
     words: str
     """What is different: "without 20 g at 15 cm"."""
     inertia: Estimate | None
-    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero.
+    """
     deviation: float | None
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
 FAR_FROM_LIMIT = 2.0
-"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so in each changed log too."""
+"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so
+in each changed log too."""
 
 FEW = 50
-"""Of a log with more runs, a changed log has the model of the log itself: another choice takes a second."""
+"""Of a log with more runs, a changed log has the model of the log itself: another
+choice takes a second."""
 
 
 def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
@@ -649,15 +662,17 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     return found
 
 
-# --- the model of a log -----------------------------------------------------------------------------------------------
+# --- the model of a log ---
 
 STEEP, FALLEN = math.radians(45), math.radians(52)
-"""A released rod that sags by more than the first angle hits the cup of the ball. No answer is given from the
-second angle on: without a fit the sag is known to some degrees only."""
+"""A released rod that sags by more than the first angle hits the cup of the ball. No
+answer is given from the second angle on: without a fit the sag is known to some degrees
+only."""
 
 
 ALWAYS_OUT = ("decay_law", "earth")
-"""Effects that are left out if the log lacks the readings for them, and that count towards the sum."""
+"""Effects that are left out if the log lacks the readings for them, and that count
+towards the sum."""
 
 
 def choose_model(
@@ -665,8 +680,9 @@ def choose_model(
 ) -> tuple[ChosenModel, Lab | None]:
     """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
 
-    If the log does not say how the rod was started, a release from rest is assumed if it matters. The second value
-    contains the fit of all runs with this model and its effects, if the choice needed them.
+    If the log does not say how the rod was started, a release from rest is assumed if
+    it matters. The second value contains the fit of all runs with this model and its
+    effects, if the choice needed them.
     """
     tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
     if model != "auto":
@@ -705,7 +721,8 @@ def choose_model(
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
     kept, u = set(may), fitting.relative_u(lab.fit.inertia)
-    # Leave out the smallest first. If the fit without an effect fails, the effect cannot be left out.
+    # Leave out the smallest first. If the fit without an effect fails, the effect
+    # cannot be left out.
     for size, name in sorted(
         (abs(bias), name) for name, bias in may.items() if bias is not None
     ):
@@ -734,7 +751,8 @@ def choose_model(
 
 
 CLEARLY = math.log(200.0)
-"""One explanation is clearly better than another if it makes the times 200 times as likely."""
+"""One explanation is clearly better than another if it makes the times 200 times as
+likely."""
 
 
 def _agrees_better(

@@ -1,8 +1,9 @@
 """The self-check: this lab is simulated many times, and its intervals are compared with the known truth.
 
-The simulated labs have the design of the log, its fitted values as the truth, and its stated uncertainties. The
-recommended fit and the textbook fits are applied to each. If the runs of the log scatter more or less than stated,
-labs with this scatter are simulated too, because the intervals depend on it.
+The simulated labs have the design of the log, its fitted values as the truth, and its
+stated uncertainties. The recommended fit and the textbook fits are applied to each. If
+the runs of the log scatter more or less than stated, labs with this scatter are
+simulated too, because the intervals depend on it.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from gyrodata.physics import Floats
 from gyrodata.results import Analysis, to_json
 
 DOUBTED = 0.025
-"""The scatter of the log differs from the stated one if the probability that it is not larger, or not smaller, is below
-this."""
+"""The scatter of the log differs from the stated one if the probability that it is not
+larger, or not smaller, is below this."""
 
 READ = (
     "time",
@@ -43,7 +44,10 @@ READ = (
 
 
 class Performance(Struct, frozen=True):
-    """The results of one fit in the simulated labs; None if the fit gives no answer or no uncertainty."""
+    """The results of one fit in the simulated labs.
+
+    None if the fit gives no answer or no uncertainty.
+    """
 
     name: str
     """"recommended", "through_origin", "with_constant" or "mean_of_ratios"."""
@@ -52,17 +56,19 @@ class Performance(Struct, frozen=True):
     rmse: float | None
     """Root mean square of the relative error of I_zz [1]."""
     coverage_68: float | None
-    """Fraction of the labs whose 68.3 % interval contains the true I_zz [1]: the quantiles of the recommended fit, or
-    value ± u of the others; 0.683 if the interval is honest."""
+    """Fraction of the labs whose 68.3 % interval contains the true I_zz [1]: the
+    quantiles of the recommended fit, or value ± u of the others; 0.683 if the interval
+    is honest."""
     coverage_95: float | None
-    """The same for the 95 % interval of the recommended fit, 0.950 if it is honest, and for value ± 2u of the others,
-    0.954."""
+    """The same for the 95 % interval of the recommended fit, 0.950 if it is honest, and
+    for value ± 2u of the others, 0.954."""
     mean_u: float | None
     """Mean standard uncertainty over the true I_zz [1]."""
     time_us: float
     """Time for one lab [µs]."""
     refused: int = 0
-    """Labs without an answer, which the other numbers do not include: the fit is refused, or a time is not above 0."""
+    """Labs without an answer, which the other numbers do not include: the fit is
+    refused, or a time is not above 0."""
 
 
 class SelfCheck(Struct, frozen=True):
@@ -73,7 +79,8 @@ class SelfCheck(Struct, frozen=True):
     estimators: tuple[Performance, ...]
     """In labs with the stated or assumed uncertainties."""
     scatter: float
-    """Factor on the independent errors of each run, estimated from the runs of the log [1]."""
+    """Factor on the independent errors of each run, estimated from the runs of the log
+    [1]."""
     estimators_with_scatter: tuple[Performance, ...] | None
     """In labs whose runs scatter like those of the log; null if this is as stated."""
     schema: Literal["gyro.selfcheck/1"] = "gyro.selfcheck/1"
@@ -153,8 +160,8 @@ def selfcheck(
 
     Notes
     -----
-    The true readings are those of the log, and the true I_zz and M0 are the fitted ones. The timing bias is drawn from
-    its prior, and every error from its source.
+    The true readings are those of the log, and the true I_zz and M0 are the fitted
+    ones. The timing bias is drawn from its prior, and every error from its source.
     """
     insist_on_type("lab", lab, Analysis, "an Analysis, the result of analyze")
     insist_on_type("labs", labs, int, "a number of labs")
@@ -222,7 +229,10 @@ def _draw(
     tilted: bool,
     random: np.random.Generator,
 ) -> Measurements:
-    """Draw a lab: true times, and the errors of each source on the readings; a group of runs has one error."""
+    """Draw a lab: true times, and the errors of each source on the readings.
+
+    A group of runs has one error.
+    """
     across = fitting.transverse_inertia(measured) if tilted else 0.0
     pitch = measured.pitch if tilted else 0.0
     # The weight turns with the ball if its own inertia is given.
@@ -271,8 +281,9 @@ def _draw(
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
     """Apply a fit to a lab.
 
-    Return five ends of intervals, shape (5,): the quantiles of the recommended fit, or value − 2u, − u, + 0, + u and
-    + 2u of another fit. They are NaN if the fit is refused. A line with an intercept needs different torques.
+    Return five ends of intervals, shape (5,): the quantiles of the recommended fit, or
+    value − 2u, − u, + 0, + u and + 2u of another fit. They are NaN if the fit is
+    refused. A line with an intercept needs different torques.
     """
     if name == "recommended":
         with suppress(fitting.NoFit):

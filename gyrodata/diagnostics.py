@@ -1,7 +1,7 @@
 """The codes and severities of all diagnostics. `diagnostics.toml` explains each code.
 
-gyro prints the code, such as G454, so that users can search for it; a code never changes. `messages.toml` contains the
-messages, each with its code.
+gyro prints the code, such as G454, so that users can search for it; a code never
+changes. `messages.toml` contains the messages, each with its code.
 """
 
 from __future__ import annotations
@@ -34,7 +34,10 @@ class Code(Struct, frozen=True):
 
 @cache
 def explanations() -> dict[str, Code]:
-    """Read the texts about each code. Only ``explain``, ``schema`` and Gradescope's feedback need them."""
+    """Read the texts about each code.
+
+    Only ``explain``, ``schema`` and Gradescope's feedback need them.
+    """
     texts = tomllib.loads(
         Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
     )
@@ -108,4 +111,5 @@ MADE_OF_PARTS = (
     RUBRIC_NO_TOML,
     CRITERION_KIND_UNKNOWN,
 )
-"""Codes of errors that `messages.toml` does not contain, because their messages are made of parts."""
+"""Codes of errors that `messages.toml` does not contain, because their messages are
+made of parts."""

@@ -1,7 +1,8 @@
 """Write files completely or not at all, through no link, and by one gyro at a time in a folder.
 
-After a power cut, a file that was written with `sync` is either old or new. Other files may be damaged then; the same
-command writes them again. A sync takes 5 ms to 20 ms, too long for every page.
+After a power cut, a file that was written with `sync` is either old or new. Other files
+may be damaged then; the same command writes them again. A sync takes 5 ms to 20 ms, too
+long for every page.
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ def new_file(
 ) -> Iterator[IO[bytes]]:
     """Give a file to write to, which replaces the file at `path` once it is complete.
 
-    The mode of the old file is kept; a new private file can be read by its owner only. Raises OSError if the file
-    cannot be written, InputError if another gyro writes the same file.
+    The mode of the old file is kept; a new private file can be read by its owner only.
+    Raises OSError if the file cannot be written, InputError if another gyro writes the
+    same file.
     """
     _make_folder(path.parent, private)
     # Always the same name, so that a run replaces what a killed one left.
@@ -81,9 +83,12 @@ def write_whole(
 
 
 def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write files into a folder once all of them are complete; until then the old files stay, and other files always.
+    """Write files into a folder once all of them are complete.
 
-    Raises OSError if they cannot be written, InputError if another gyro writes into the folder.
+    Until then the old files stay, and other files always.
+
+    Raises OSError if they cannot be written, InputError if another gyro writes into the
+    folder.
     """
     try:
         with alone_in(folder), ExitStack() as files:
@@ -109,8 +114,8 @@ def add_to(path: Path, data: bytes) -> None:
 def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
     """Be the only gyro that writes into a folder; make the folder if there is none.
 
-    The system removes a lock when its process ends. Raises OSError if nothing can be written, InputError if another
-    gyro writes there.
+    The system removes a lock when its process ends. Raises OSError if nothing can be
+    written, InputError if another gyro writes there.
     """
     _make_folder(folder, private)
     path = folder / LOCK
@@ -127,7 +132,10 @@ def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
 
 
 def _lock(number: int, path: Path) -> None:
-    """Lock an open file; refuse if another process has locked it, or has removed it since it was opened."""
+    """Lock an open file.
+
+    Refuse if another process has locked it, or has removed it since it was opened.
+    """
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -152,8 +160,9 @@ _DEVICE = re.compile(r"(?i)^(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(
 def file_name(name: str, room: int = 0) -> str:
     """Return a name that every system can write, and that no other name becomes.
 
-    Characters that Windows forbids become a _, and its device names get one in front. The name has at most 255 bytes
-    with `room` bytes for an ending. A changed name ends in a digest of the original.
+    Characters that Windows forbids become a _, and its device names get one in front.
+    The name has at most 255 bytes with `room` bytes for an ending. A changed name ends
+    in a digest of the original.
     """
     safe = _DEVICE.sub(r"_\g<0>", _FORBIDDEN.sub("_", name) or "_")
     if safe == name and len(os.fsencode(name)) + room <= LONGEST:

@@ -1,6 +1,7 @@
 """Diagnostics: what is wrong, where, and what to type; and the errors that contain them.
 
-The only handler of these errors is in `gyrodata.cli`. `gyrodata.diagnostics` contains the codes.
+The only handler of these errors is in `gyrodata.cli`. `gyrodata.diagnostics` contains
+the codes.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ PICTURES = {
     **{code: 0x2400 + code for code in range(32) if code != ord("\n")},
     **dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD),
 }
-"""Pictures of control characters, for `str.translate`: a log's text must not move the cursor of a terminal."""
+"""Pictures of control characters, for `str.translate`: a log's text must not move the
+cursor of a terminal."""
 
 
 def printable(name: str) -> str:
@@ -88,8 +90,8 @@ class Diagnostic(Struct, frozen=True):
     width : int
         Number of wrong characters, for the mark below the excerpt.
     doubt : str
-        Kind of doubt if the answer must not be quoted: "ball", "size", "note", "contradiction", "exponent", "scatter"
-        or "pattern"; else "".
+        Kind of doubt if the answer must not be quoted: "ball", "size", "note",
+        "contradiction", "exponent", "scatter" or "pattern"; else "".
     cell : str
         Cell of a workbook, such as "Sheet2!B5"; else "".
     """
@@ -108,7 +110,10 @@ class Diagnostic(Struct, frozen=True):
 
     @classmethod
     def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
-        """Make a diagnostic with the severity of its code; the arguments after the message are those of the record."""
+        """Make a diagnostic with the severity of its code.
+
+        The arguments after the message are those of the record.
+        """
         return cls(code, severities()[code], message, *about, **more)
 
     @classmethod
@@ -151,7 +156,10 @@ class Diagnostic(Struct, frozen=True):
 
 
 def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
-    """Cut a long line to the part around `position`; a tab becomes one blank, so that the mark is below its place."""
+    """Cut a long line to the part around `position`.
+
+    A tab becomes one blank, so that the mark is below its place.
+    """
     text = "".join(
         " " if character in "\t\r\n\v\f" else character for character in excerpt
     )
@@ -165,7 +173,10 @@ def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
 
 
 def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None:
-    """Raise a ValueError if an argument of a function is not one of its choices; it names the nearest choice."""
+    """Raise a ValueError if an argument of a function is not one of its choices.
+
+    It names the nearest choice.
+    """
     if value not in choices:
         from difflib import get_close_matches
 

@@ -1,8 +1,9 @@
 """The list of all checks of a log, and of advice for the next one.
 
-A check uses a log and its fit (`Seen`) and returns findings: diagnostics with a code, a severity, a place, words and a
-remedy. A finding with a kind of `doubt` means that the answer is not safe to quote. Terminal, page, `gyro check`,
-grading and JSON select from these findings and make none of their own.
+A check uses a log and its fit (`Seen`) and returns findings: diagnostics with a code, a
+severity, a place, words and a remedy. A finding with a kind of `doubt` means that the
+answer is not safe to quote. Terminal, page, `gyro check`, grading and JSON select from
+these findings and make none of their own.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from gyrodata.tables import (
 from gyrodata.units import from_si, parse_unit
 from gyrodata.wrong_cells import exchanged_digits
 
-# --- the checks -------------------------------------------------------------------------------------------------------
+# --- the checks ---
 
 
 class Seen(Lab, frozen=True, kw_only=True):
@@ -58,7 +59,8 @@ class Seen(Lab, frozen=True, kw_only=True):
     sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
     whole: bool
-    """False if only a grade is asked for: without advice, doubts and what takes several fits."""
+    """False if only a grade is asked for: without advice, doubts and what takes several
+    fits."""
 
     @property
     def contradicts_itself(self) -> bool:
@@ -104,13 +106,16 @@ CONTRADICTING = 10.0
 """Runs with this many times the stated scatter contradict each other."""
 
 OTHER_LAW = 4.0
-"""An exponent at least this many u from 1 means another law; its u includes the remaining scatter of the runs."""
+"""An exponent at least this many u from 1 means another law; its u includes the
+remaining scatter of the runs."""
 
 EXPLAINED = 0.01
-"""Another motion explains the scatter if chi-square is more probable than this with it."""
+"""Another motion explains the scatter if chi-square is more probable than this with it.
+"""
 
 NO_ACCIDENT = 0.001
-"""If the scatter of the runs has a smaller probability, they do not follow the law within their uncertainties."""
+"""If the scatter of the runs has a smaller probability, they do not follow the law
+within their uncertainties."""
 
 
 def _other_motion(seen: Seen) -> str:
@@ -139,7 +144,8 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
     if seen.contradicts_itself:
         yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
-    # If there are as many unknowns as runs, the runs can still contradict what is expected of M0.
+    # If there are as many unknowns as runs, the runs can still contradict what is
+    # expected of M0.
     dof = max(fit.dof, 1)
     if (
         seen.contradicts_itself
@@ -213,10 +219,12 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHANCE = 0.015
-"""A pattern is reported if its probability, corrected for the number of tests, is below this."""
+"""A pattern is reported if its probability, corrected for the number of tests, is below
+this."""
 
 NEAR = 0.15
-"""A mass with two exchanged digits is named if it agrees with the size of the pattern within this part of it."""
+"""A mass with two exchanged digits is named if it agrees with the size of the pattern
+within this part of it."""
 
 
 def pattern_values(pattern: Pattern) -> dict[str, Any]:
@@ -250,7 +258,8 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
     fit, exponent, patterns = seen.fit, seen.exponent, seen.patterns
     if seen.contradicts_itself:
         return
-    # The period of a tilted or nutating rod is not a power of the spin; then chi-square of the fit decides.
+    # The period of a tilted or nutating rod is not a power of the spin; then chi-square
+    # of the fit decides.
     other_law = fit.adjusted.problem.tilted or seen.measured.slowing is not None
     if (
         exponent is not None
@@ -297,7 +306,8 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
 
 
 WORTH = 0.95
-"""gyro advises a change only if it reduces u of I_zz to at most this part of its value."""
+"""gyro advises a change only if it reduces u of I_zz to at most this part of its value.
+"""
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
@@ -361,7 +371,9 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs in which the spin fell much faster than in the middle run; report whether friction is negligible.
+    """Name the runs in which the spin fell much faster than in the middle run.
+
+    Report whether friction is negligible.
 
     If more than a quarter of the runs would be named, none is.
     """
@@ -432,7 +444,8 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 
 
 MOST_ROUNDING = 0.5
-"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more digit is worth writing."""
+"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more
+digit is worth writing."""
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
@@ -463,7 +476,8 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         )
         steps = np.array(column.steps) / math.sqrt(12)
         steps[[i for i, _ in column.stated]] = 0.0
-        # Share of the rounding in the error of each reading, and in u(I_zz); a reading may be stated as exact.
+        # Share of the rounding in the error of each reading, and in u(I_zz); a reading
+        # may be stated as exact.
         ratio = np.divide(
             steps, size, out=np.zeros_like(size), where=touched & (size > 0)
         )
@@ -564,14 +578,19 @@ BY_HAND = (60 * RPM, 2000 * RPM)
 """Range of spins of a ball that is spun by hand [rad/s], with a margin."""
 
 NO_MOTOR = 0.7
-"""A rotor with less angular momentum than this has no motor: published ones with a motor have 1 to 2 [kg*m^2/s]."""
+"""A rotor with less angular momentum than this has no motor: published ones with a
+motor have 1 to 2 [kg*m^2/s]."""
 
 LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
-"""Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and precession over spin [1]."""
+"""Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
+precession over spin [1]."""
 
 
 def _unusual(seen: Seen) -> Iterable[Diagnostic]:
-    """Ask about columns that are possible but not usual; all published logs are within the bounds."""
+    """Ask about columns that are possible but not usual.
+
+    All published logs are within the bounds.
+    """
     readings, measured = seen.readings, seen.measured
     loaded = measured.torque != 0
     spin, rate = (
@@ -582,7 +601,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         fitting.median(2 * np.pi / rate),
         float(np.abs(measured.position[loaded]).max()),
     )
-    # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m x²/I_zz = x φ̇ψ̇/g.
+    # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m
+    # x²/I_zz = x φ̇ψ̇/g.
     momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
     lever = arm * fitting.median(rate * spin) / measured.g
     fastest, turned_by_hand = (
@@ -634,7 +654,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
                 if column
                 else None
             )
-            # If only another unit makes the column usual, or if no such rod was seen, the answer is not safe to quote.
+            # If only another unit makes the column usual, or if no such rod was seen,
+            # the answer is not safe to quote.
             doubt = (
                 "size" if unit or name in ("turn_too_fast", "weight_too_large") else ""
             )
@@ -648,14 +669,17 @@ INERTIA_RANGE = (1e-6, 1.0)
 """Range of I_zz of a body that is spun on a table [kg*m^2]."""
 
 FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
-"""A difference from the ball outside these limits [1], over this many u, needs a cause; a bore increases I_zz."""
+"""A difference from the ball outside these limits [1], over this many u, needs a cause;
+a bore increases I_zz."""
 
 
 DIFFERS = 2.0
-"""A difference from a well known ball of more than this many standard uncertainties is reported."""
+"""A difference from a well known ball of more than this many standard uncertainties is
+reported."""
 
 ARM_BY = (0.001, 0.02)
-"""Smallest and largest error of an arm [m] that is proposed as a cause: the size of a weight."""
+"""Smallest and largest error of an arm [m] that is proposed as a cause: the size of a
+weight."""
 
 MASS_BY = 0.2
 """Largest relative error of all masses that is proposed as a cause."""
@@ -770,4 +794,5 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _model,
     _body,
 )
-"""Every check of a log that has been fitted, in the order in which the findings are shown."""
+"""Every check of a log that has been fitted, in the order in which the findings are
+shown."""

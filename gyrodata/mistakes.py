@@ -1,7 +1,8 @@
 """Known mistakes: the effect of a wrong unit, origin, count or column on I_zz.
 
-`mistakes.toml` contains one table for two uses: `gyro grade` looks for a mistake in the arithmetic of a reported value,
-and `gyro analyze` looks for one in the log itself, if the log describes the ball.
+`mistakes.toml` contains one table for two uses: `gyro grade` looks for a mistake in the
+arithmetic of a reported value, and `gyro analyze` looks for one in the log itself, if
+the log describes the ball.
 """
 
 from __future__ import annotations
@@ -24,10 +25,13 @@ from gyrodata.units import parse_unit
 
 
 class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
-    """One mistake, as in the table or as it can occur in a log of n runs; `mistakes.toml` explains the fields.
+    """One mistake, as in the table or as it can occur in a log of n runs.
 
-    For a log, `torque` and `product` are the factors by which the mistake multiplies M and φ̇ψ̇ of each run, a number or
-    shape (n,). `log` is empty if only the arithmetic can contain the mistake, `words` is empty if only the log can.
+    `mistakes.toml` explains the fields.
+
+    For a log, `torque` and `product` are the factors by which the mistake multiplies M
+    and φ̇ψ̇ of each run, a number or shape (n,). `log` is empty if only the arithmetic
+    can contain the mistake, `words` is empty if only the log can.
     """
 
     kind: str
@@ -53,7 +57,10 @@ COUNTS = {"1": 1.0, "1/3": 1 / 3, "2/3": 2 / 3}
 
 @cache
 def known_mistakes() -> dict[str, Mistake]:
-    """Read the table of mistakes, by kind. Most logs do not need it, so it is read when it is used."""
+    """Read the table of mistakes, by kind.
+
+    Most logs do not need it, so it is read when it is used.
+    """
     text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
     return {
         one.kind: one
@@ -194,16 +201,18 @@ def _unit(readings: Readings, role: str) -> str:
     return readings.columns[role].unit if role in readings.columns else ""
 
 
-# --- what explains a log ---------------------------------------------------------------------------------------
+# --- what explains a log ---
 
 CLOSE = 0.06
-"""A mistake explains a log if I_zz without it differs from the expected value by less than this [1]."""
+"""A mistake explains a log if I_zz without it differs from the expected value by less
+than this [1]."""
 
 MOST = 3
 """Largest number of mistakes that are named."""
 
 START_SPIN = (0.75, 0.96)
-"""I_zz over its true value [1] if the spin was read at the start of each run instead of at half time."""
+"""I_zz over its true value [1] if the spin was read at the start of each run instead of
+at half time."""
 
 
 def explaining_mistakes(

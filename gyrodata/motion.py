@@ -1,19 +1,23 @@
 """The complete motion of the top, eqs. (7): in steps, and of a rod that is released from rest.
 
-Splitting alternates two exact motions: without torque H is constant and e3 turns about it at |H|/I; without rotation H
-grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant to rounding, and the energy does not drift for any step (a
-Lie–Poisson integrator). Use at least four steps per nutation: with fewer steps the answer is wrong, without a warning.
+Splitting alternates two exact motions: without torque H is constant and e3 turns about
+it at |H|/I; without rotation H grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant
+to rounding, and the energy does not drift for any step (a Lie–Poisson integrator). Use
+at least four steps per nutation: with fewer steps the answer is wrong, without a
+warning.
 
-A rod that is released from rest nods between its start and a turning point. All constants are divided by I. If the
-torque is negative, the frame is turned upside down, so that β = |M|/I is never negative. With a = H·e3/I, u0 = cosθ at
-the start and the depth w = u0 − cosθ, which is 0 at the start and w1 at the turning point,
+A rod that is released from rest nods between its start and a turning point. All
+constants are divided by I. If the torque is negative, the frame is turned upside down,
+so that β = |M|/I is never negative. With a = H·e3/I, u0 = cosθ at the start and the
+depth w = u0 − cosθ, which is 0 at the start and w1 at the turning point,
 
     ẇ² = 2β w (w1 − w)(w + w3),    φ̇ = a w/((1 − u0 + w)(1 + u0 − w)),
 
-in which every factor is a sum of positive terms. With w = w1/(1 + e^−x) the nutation from the start to the turning
-point is −∞ < x < ∞. The integrands in x have no singularity within π of the real axis and decrease exponentially, so
-that the trapezoidal rule has an error near the last digit also for rods close to the vertical (Trefethen & Weideman,
-SIAM Review 56, 385, 2014).
+in which every factor is a sum of positive terms. With w = w1/(1 + e^−x) the nutation
+from the start to the turning point is −∞ < x < ∞. The integrands in x have no
+singularity within π of the real axis and decrease exponentially, so that the
+trapezoidal rule has an error near the last digit also for rods close to the vertical
+(Trefethen & Weideman, SIAM Review 56, 385, 2014).
 """
 
 from __future__ import annotations
@@ -31,14 +35,19 @@ from gyrodata.physics import Floats, precession_rate
 
 
 class Top(Struct, frozen=True, eq=False):
-    """A symmetric body with one fixed point and a torque from gravity; arrays describe many tops and are broadcast."""
+    """A symmetric body with one fixed point and a torque from gravity.
+
+    Arrays describe many tops and are broadcast.
+    """
 
     inertia: Any
     """I_zz, the moment of inertia about the rod [kg*m^2], above 0."""
     transverse_inertia: Any
-    """I about an axis across the rod through the fixed point [kg*m^2], above 0; may be below or equal to I_zz."""
+    """I about an axis across the rod through the fixed point [kg*m^2], above 0; may be
+    below or equal to I_zz."""
     torque: Any
-    """h m g, the torque with the rod horizontal [N*m]; negative for a weight on the other side of the centre."""
+    """h m g, the torque with the rod horizontal [N*m]; negative for a weight on the
+    other side of the centre."""
 
     def __post_init__(self) -> None:
         for name in ("inertia", "transverse_inertia", "torque"):
@@ -52,13 +61,16 @@ class Top(Struct, frozen=True, eq=False):
 class State(Struct, frozen=True, eq=False):
     """Direction of the rod and angular momentum.
 
-    The angle of the spin is not included, because nothing depends on it. Euler angles would fail at the vertical.
+    The angle of the spin is not included, because nothing depends on it. Euler angles
+    would fail at the vertical.
     """
 
     axis: Floats
-    """e3, the unit vector along the rod, in the fixed frame X, Y, Z with Z upwards [1]; shape (..., 3)."""
+    """e3, the unit vector along the rod, in the fixed frame X, Y, Z with Z upwards [1];
+    shape (..., 3)."""
     momentum: Floats
-    """H, the angular momentum about the fixed point, in the fixed frame [kg*m^2/s]; shape (..., 3)."""
+    """H, the angular momentum about the fixed point, in the fixed frame [kg*m^2/s];
+    shape (..., 3)."""
 
 
 def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
@@ -67,7 +79,8 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     Raises
     ------
     ValueError
-        If there is no steady precession: the rod points upwards and the spin is too low.
+        If there is no steady precession: the rod points upwards and the spin is too
+        low.
     """
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
@@ -101,7 +114,7 @@ def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -
     return State(axis, np.asarray(momentum)[..., None] * axis)
 
 
-# --- in steps ---------------------------------------------------------------------------------------------------
+# --- in steps ---
 
 _A1, _A2, _B1, _B2 = (
     0.07534696026989289,
@@ -115,22 +128,26 @@ METHODS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
     "strang": ((1 / 2, 1 / 2), (1.0,)),
     "aba84": ((_A1, _A2, _A3, _A3, _A2, _A1), (_B1, _B2, _B3, _B2, _B1)),
 }
-"""The turns and the kicks between them, in parts of a step. For a small torque of relative size ε:
+"""The turns and the kicks between them, in parts of a step. For a small torque of
+relative size ε:
 
-strang: order 2, error ε dt² after a given time. aba84: order 4, error ε dt⁸ + ε² dt⁴ (ABA(8,4) of Blanes, Casas,
-Farrés, Laskar, Makazaga and Murua, Applied Numerical Mathematics 68, 58, 2013; the last digits follow from the order
-conditions).
-"""
+strang: order 2, error ε dt² after a given time. aba84: order 4, error ε dt⁸ + ε² dt⁴
+(ABA(8,4) of Blanes, Casas, Farrés, Laskar, Makazaga and Murua, Applied Numerical
+Mathematics 68, 58, 2013; the last digits follow from the order conditions). """
 
 
 def split(
     top: Top, state: State, time: float, steps: int, method: str = "aba84"
 ) -> State:
-    """Compute the state of one top after a time [s], of either sign, by equal steps; the method is one of `METHODS`."""
+    """Compute the state of one top after a time [s], of either sign, by equal steps.
+
+    The method is one of `METHODS`.
+    """
     step = time / steps
     turns = [float(part * step / top.transverse_inertia) for part in METHODS[method][0]]
     kicks = [float(part * step * top.torque) for part in METHODS[method][1]]
-    # The last turn of a step and the first turn of the next one are about the same H, so they are combined.
+    # The last turn of a step and the first turn of the next one are about the same H,
+    # so they are combined.
     pairs = list(zip(kicks, [*turns[1:-1], turns[-1] + turns[0]], strict=True))
     # Python's floats are ten times faster than arrays of three numbers.
     (x, y, z), (hx, hy, hz) = state.axis.tolist(), state.momentum.tolist()
@@ -183,8 +200,9 @@ def integrate(
     method : str
         A method of `scipy.integrate.solve_ivp`; the equations are not stiff.
     rtol, atol : float
-        Tolerances; `atol` is for e3, and for H it is relative to |H| at the start, or to √(I |M|) if this is larger.
-        With `rtol` above 1e-6 the answer can be worse than eq. (9).
+        Tolerances; `atol` is for e3, and for H it is relative to |H| at the start, or
+        to √(I |M|) if this is larger. With `rtol` above 1e-6 the answer can be worse
+        than eq. (9).
 
     Returns
     -------
@@ -228,7 +246,10 @@ Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, 
 def vector_rates(
     top: Top, drag: Floats | float = 0.0, pace: Floats | float = 1.0
 ) -> Rates:
-    """Return the right-hand side by components, floats or arrays, with linear drag; times are divided by `pace`."""
+    """Return the right-hand side by components, floats or arrays, with linear drag.
+
+    Times are divided by `pace`.
+    """
     transverse, weight, slowing = (
         top.transverse_inertia / pace,
         top.torque * pace,
@@ -253,7 +274,7 @@ def vector_rates(
     return rates
 
 
-# --- a rod that is released from rest ----------------------------------------------------------------------------
+# --- a rod that is released from rest ---
 
 _STEP = 0.3
 _X = np.arange(-260, 261) * _STEP
@@ -377,7 +398,8 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     """Compute the total spin of rods released from rest, which is conserved, from the mean of ψ̇ > 0 [rad/s]."""
     total = np.asarray(spin, dtype=float)
     for _round in range(6):
-        # A rod that falls far has no such motion; half of the spin is a limit for the steps.
+        # A rod that falls far has no such motion; half of the spin is a limit for the
+        # steps.
         total = np.maximum(
             spin + _nod(top, total, pitch).excess(), np.multiply(0.5, spin)
         )
@@ -396,7 +418,8 @@ class Nutation(Struct, frozen=True):
     sideways: float
     """Mean of φ̇ sinθ, the sideways rate of the rod's direction [rad/s]."""
     lead: float
-    """Largest time by which the azimuth is before or after uniform precession [s]; NaN without precession."""
+    """Largest time by which the azimuth is before or after uniform precession [s]; NaN
+    without precession."""
 
 
 def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
@@ -411,7 +434,8 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
         sine = 2 * nod.sunk(x) / (np.sqrt(upper * lower0) + np.sqrt(lower * upper0))
         return 2 * np.arctan2(sine, np.sqrt(lower * lower0) + np.sqrt(upper * upper0))
 
-    # The azimuth is farthest from uniform precession at the moment at which the rate is the mean one.
+    # The azimuth is farthest from uniform precession at the moment at which the rate is
+    # the mean one.
     time, azimuth = nod.swept(
         find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:])
     )
@@ -427,7 +451,10 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
 
 
 def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) -> Any:
-    """Compute the first time at which the rod has swept an angle about the vertical [s]; infinite if it never does."""
+    """Compute the first time at which the rod has swept an angle about the vertical [s].
+
+    Infinite if it never does.
+    """
     nod = _nod(top, spin, pitch)
     half_time = nod.weight.sum(axis=-1, keepdims=True)
     half_angle = (nod.weight * nod.rate(_X)).sum(axis=-1, keepdims=True)
@@ -435,7 +462,8 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
     never = (target != 0) & (np.sign(target) != np.sign(half_angle))
     half_angle = np.where(never | (half_angle == 0), np.inf, half_angle)
     halves = target / half_angle
-    # In every second half the rod moves back to its height at the start, as in a film that runs backwards.
+    # In every second half the rod moves back to its height at the start, as in a film
+    # that runs backwards.
     whole, rest = np.floor(halves), np.mod(halves, 1)
     back = whole % 2 == 1
     rest = np.where(back, 1 - rest, rest)
@@ -454,8 +482,8 @@ def find_crossing(
 ) -> Any:
     """Find by bisection where each function rises through 0 between `early` and `late`, to the last digit.
 
-    Without a zero between them, return the end that is closer to 0. A NaN counts as above 0. Newton's method fails at
-    times when a precessing rod is at rest.
+    Without a zero between them, return the end that is closer to 0. A NaN counts as
+    above 0. Newton's method fails at times when a precessing rod is at rest.
     """
     low, high = np.broadcast_arrays(
         np.asarray(early, dtype=float), np.asarray(late, dtype=float)

@@ -1,7 +1,7 @@
 """Predictions of theory for given numbers: the answers of ``gyro predict``, and their text.
 
-The answers are in SI units. A value that does not exist is None, and ``reason`` contains the cause. The words are in
-`prediction.toml`.
+The answers are in SI units. A value that does not exist is None, and ``reason``
+contains the cause. The words are in `prediction.toml`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from gyrodata.physics import RPM
 from gyrodata.results import Tool
 
 SLOW = 0.01
-"""The formula for a fast spin is called unsuitable if its relative error exceeds this value [1]."""
+"""The formula for a fast spin is called unsuitable if its relative error exceeds this
+value [1]."""
 
 
 class Prediction(Struct, frozen=True, kw_only=True):
@@ -55,7 +56,7 @@ def _finite(value: Any) -> float | None:
     return float(value) + 0.0 if math.isfinite(value) else None
 
 
-# --- the rod under a weight ------------------------------------------------------------------------------------
+# --- the rod under a weight ---
 
 
 class Released(Struct, frozen=True, kw_only=True):
@@ -172,7 +173,7 @@ def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     return replace(found, click_error_s=nutation.lead)
 
 
-# --- the rotation of the Earth ---------------------------------------------------------------------------------
+# --- the rotation of the Earth ---
 
 
 class Direction(Struct, frozen=True, kw_only=True):
@@ -193,7 +194,8 @@ class Earth(Prediction, frozen=True, kw_only=True):
     prediction: Literal["earth"] = "earth"
     sidereal_day_hours: float
     pole: str
-    """Pole of the sky above the horizon, "north" or "south", to which the first rod points."""
+    """Pole of the sky above the horizon, "north" or "south", to which the first rod
+    points."""
     axis: tuple[Direction, ...]
     """Started along the Earth's axis."""
     east: tuple[Direction, ...]
@@ -268,7 +270,7 @@ def _earth_table(earth: Earth) -> str:
     return "\n".join(lines)
 
 
-# --- a wheel in the hands --------------------------------------------------------------------------------------
+# --- a wheel in the hands ---
 
 
 class Platform(Prediction, frozen=True, kw_only=True):
@@ -342,7 +344,8 @@ def predict_twist(
     The spin is positive if it is counterclockwise, seen from the right hand.
     """
     rate = math.pi / time
-    # Eq. (4) for an axle that turns at a steady rate: Ω × H. I across the axle has no effect.
+    # Eq. (4) for an axle that turns at a steady rate: Ω × H. I across the axle has no
+    # effect.
     torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
     return Twist(
@@ -360,7 +363,7 @@ def predict_twist(
     )
 
 
-# --- a force on the tip ----------------------------------------------------------------------------------------
+# --- a force on the tip ---
 
 
 class Tip(Prediction, frozen=True, kw_only=True):
@@ -373,11 +376,13 @@ class Tip(Prediction, frozen=True, kw_only=True):
     speed: float | None = None
     """Of the tip, at right angles to rod and force, mean over a nutation [m/s]."""
     turning_rate: float | None = None
-    """Rate at which the rod goes round the direction of the force, mean over a nutation [rad/s]."""
+    """Rate at which the rod goes round the direction of the force, mean over a nutation
+    [rad/s]."""
     torque: float
     """[N*m]"""
     angle_deg: float
-    """From the force to the motion of the tip, counterclockwise if you look from the tip at the ball."""
+    """From the force to the motion of the tip, counterclockwise if you look from the
+    tip at the ball."""
     direction: str
     yields: float | None = None
     """Angle by which the rod follows the force, mean over a nutation [rad]."""
@@ -399,7 +404,8 @@ def predict_tip(
     """Pull the tip; the spin is positive if it is counterclockwise, seen from the tip."""
     torque = force * length
     top = motion.Top(inertia, transverse_inertia, torque)
-    # The force replaces gravity: the rod is level if it is at right angles to the force.
+    # The force replaces gravity: the rod is level if it is at right angles to the
+    # force.
     nutation = motion.nutation(top, spin)
     missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
     tip = Tip(
@@ -442,7 +448,7 @@ def predict_tip(
     )
 
 
-# --- as text ---------------------------------------------------------------------------------------------------
+# --- as text ---
 
 
 class _Quantities(string.Formatter):

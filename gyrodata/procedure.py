@@ -1,7 +1,8 @@
 """Steps of the lab procedure that are missing in a log, each with its reason in numbers.
 
-The procedure: at least three weights, each with at least three well-spread spins; one run without a weight; times
-over 6 s; the spin at start and end if it falls much. Students should check this before they leave the lab.
+The procedure: at least three weights, each with at least three well-spread spins; one
+run without a weight; times over 6 s; the spin at start and end if it falls much.
+Students should check this before they leave the lab.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ from gyrodata.results import Analysis
 from gyrodata.tables import load_words
 
 SHORT = 6.0
-"""A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it."""
+"""A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
+"""
 
 SPREAD = 1.8
-"""The spins of a weight are well spread if the largest is at least this many times the smallest: 302 to 599 rpm is
-what a student gets who wants a factor of 2."""
+"""The spins of a weight are well spread if the largest is at least this many times the
+smallest: 302 to 599 rpm is what a student gets who wants a factor of 2."""
 
 USUAL_SPINS = np.array([200.0, 400.0, 600.0])
 """Spins that the procedure asks for [rpm]."""
@@ -66,7 +68,10 @@ def what_lacks(
     analysis: Analysis | None,
     asked: Collection[str] = PROCEDURE,
 ) -> list[Diagnostic]:
-    """List the missing steps among those asked for; without an analysis, only those that need none."""
+    """List the missing steps among those asked for.
+
+    Without an analysis, only those that need none.
+    """
     found = list(_weights_and_spins(readings, measured))
     if analysis and "G454" in asked:
         found += _unloaded(readings, analysis)

@@ -1,7 +1,8 @@
 """The functions of ``import gyrodata`` that read logs.
 
-They do the same as the functions of `analysis` and `readings`. In addition, they warn about the diagnostics of a log,
-and write remedies in the syntax of Python instead of options of the command.
+They do the same as the functions of `analysis` and `readings`. In addition, they warn
+about the diagnostics of a log, and write remedies in the syntax of Python instead of
+options of the command.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Read a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
 
-Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They differ in the kind of quantity
-and in the unit that is used if none is written. The functions read everything that this tool prints.
+Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They
+differ in the kind of quantity and in the unit that is used if none is written. The
+functions read everything that this tool prints.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ PLUS = r"(?<![0-9][eE])(?<![0-9.,]\s[eE])\+"
 PLAIN = re.compile(NUMBER)
 """A number and nothing else."""
 
-# Most cells are plain numbers; the other patterns are compiled when the first other text comes (`re` keeps them).
+# Most cells are plain numbers; the other patterns are compiled when the first other
+# text comes (`re` keeps them).
 _UNIT = r"(?:1/)?[^\d\s.,;:+±()%\-][^±;%]*?"
 _FRACTION = r"[-+]?(?:[0-9]{1,9}\s+)?[0-9]{1,9}\s*/\s*[0-9]{1,9}"
 _POWER = r"[eE][-+]?[0-9]{1,3}"
@@ -41,7 +43,8 @@ _QUANTITY = (
     rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
-"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``; `_USUAL` turns other ways of writing into these."""
+"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``; `_USUAL` turns other ways of
+writing into these."""
 
 _ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
 IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
@@ -169,7 +172,8 @@ class Quantity(Struct, frozen=True):
     unit: str
     """Unit that was used, in a spelling that is read back."""
     u_step: float | None = None
-    """One step of the last digit of the uncertainty [SI unit of its kind]; None if it is in %."""
+    """One step of the last digit of the uncertainty [SI unit of its kind]; None if it
+    is in %."""
 
 
 def fold_number(text: str) -> str:
@@ -197,7 +201,10 @@ def last_place(number: str) -> int:
 
 
 def as_read(value: float, step: float) -> str:
-    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0"; four if `step` is 0."""
+    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0".
+
+    Four if `step` is 0.
+    """
     text = f"{value:.{max(0, -math.floor(math.log10(step) + 1e-6))}f}" if step else ""
     # More digits than an instrument has come from arithmetic.
     return text if 0 < sum(map(str.isdigit, text)) <= MOST_DIGITS else f"{value:.4g}"
@@ -207,15 +214,17 @@ def as_read(value: float, step: float) -> str:
 def take_apart(text: str) -> Written | None:
     """Split a written quantity into its number, its unit and its uncertainty.
 
-    The function reads ``4.4e-3 kg m^2``, ``4.4×10⁻³ kg·m²``, ``4.4(1)e-3 kg m^2``, ``4.4e-3 ± 2 % kg m^2``,
-    ``(4.4 ± 0.1) × 10⁻³ kg·m²``, ``4.4 ± 0.2 g (k = 2)``, ``76 g`` and ``1/3``; it returns None for other texts.
+    The function reads ``4.4e-3 kg m^2``, ``4.4×10⁻³ kg·m²``, ``4.4(1)e-3 kg m^2``,
+    ``4.4e-3 ± 2 % kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg·m²``, ``4.4 ± 0.2 g (k = 2)``, ``76
+    g`` and ``1/3``; it returns None for other texts.
     """
     if len(text) > LONGEST:
         return None
     plain = fold_number(text)
     if PLAIN.fullmatch(plain):
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
-    # Of many blanks in a row two are left: the patterns would try all ways to split them.
+    # Of many blanks in a row two are left: the patterns would try all ways to split
+    # them.
     plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
     bare, coverage = _without_coverage(plain)
     for way, usual in _USUAL:
@@ -410,7 +419,8 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             told if units.kinds_of(own or "") else _not_a_number(text, kind, told)
         ) from None
     if ask and "," in written.number:
-        # A power of ten, another number with a decimal comma, or an impossible size shows how the comma is meant.
+        # A power of ten, another number with a decimal comma, or an impossible size
+        # shows how the comma is meant.
         commas = [
             number for number in (written.number, written.spread or "") if "," in number
         ]
@@ -474,7 +484,10 @@ def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
 
 
 def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
-    """Return an error that says what a text looks like, and what was probably meant; else `otherwise`."""
+    """Return an error that says what a text looks like, and what was probably meant.
+
+    Else `otherwise`.
+    """
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
         return _fault(*_TWO_NUMBERS)
@@ -547,7 +560,8 @@ def parse_uncertainty(
 ) -> Uncertainty:
     """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
 
-    The function divides by a coverage factor behind it, as in ``1 mm (k = 2)``; a term without a unit has `unit`.
+    The function divides by a coverage factor behind it, as in ``1 mm (k = 2)``; a term
+    without a unit has `unit`.
     """
     absolute = relative = 0.0
     share = f'{how_to_write(kind)}, or a share of the value: "1 %"'

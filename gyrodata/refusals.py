@@ -27,7 +27,8 @@ def count_findings(
 ) -> list[Diagnostic]:
     """Name the torques whose turns must be wrong, because all torques agree with other counts.
 
-    `fit` is the fit with the written counts and without the runs that are left out; None if that fit failed.
+    `fit` is the fit with the written counts and without the runs that are left out;
+    None if that fit failed.
     """
     groups = measured.by_torque
 
@@ -86,8 +87,9 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             else given[loaded]
         )
 
-    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag. The lower quartile of the runs
-    # is nearest to the truth, and one wrong run does not change it.
+    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
+    # The lower quartile of the runs is nearest to the truth, and one wrong run does not
+    # change it.
     own = np.abs(torque / measured.product[loaded])
     inertia = np.sort(own)[(len(own) + 1) // 4]
     kept = select(measured, loaded.tolist())
@@ -102,7 +104,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         or not (across(inertia) < 10 * inertia).all()
     ):
         return []
-    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would become smaller without limit.
+    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would
+    # become smaller without limit.
     better = own
     for _turn in range(30):
         top = motion.Top(

@@ -1,6 +1,7 @@
 """The results of one log: `Analysis`, and the records of its JSON.
 
-`to_json` turns a record into JSON, and the module `schema` derives the JSON Schema from the same records.
+`to_json` turns a record into JSON, and the module `schema` derives the JSON Schema from
+the same records.
 """
 
 from __future__ import annotations
@@ -146,7 +147,8 @@ NO_BALL = (
 
 
 WIDE = 3.0
-"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is much narrower."""
+"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is
+much narrower."""
 
 
 def is_wide(answer: Result) -> bool:
@@ -170,7 +172,8 @@ class Analysis(Struct, frozen=True, eq=False):
     measurements : Measurements
         Measured quantities of each run, with their uncertainty components.
     fit : FitResult
-        The recommended fit: adjusted times, residuals, covariance and posterior distribution.
+        The recommended fit: adjusted times, residuals, covariance and posterior
+        distribution.
     model : ChosenModel
         The model that was fitted to the runs, with the reason.
     outliers : tuple of Outlier
@@ -182,11 +185,13 @@ class Analysis(Struct, frozen=True, eq=False):
     timing_bias : Result
         b [s]: the reading of the stopwatch is the true time plus b.
     if_balanced : Estimate or None
-        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques differ.
+        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
+        differ.
     doubts : tuple of Doubt
         Reasons why I_zz may be wrong by more than its u.
     p : float or None
-        Probability of a chi-square at least this large; None without degrees of freedom.
+        Probability of a chi-square at least this large; None without degrees of
+        freedom.
     birge : float or None
         Birge ratio, √(chi-square/dof) [1]; None without degrees of freedom.
     fits : tuple of NamedFit
@@ -200,11 +205,13 @@ class Analysis(Struct, frozen=True, eq=False):
     power_law : tuple of PowerLaw
         Exponent of period against spin for each torque.
     exponent : Exponent or None
-        Exponent of period against spin, of all torques; None if no torque has runs at different spins.
+        Exponent of period against spin, of all torques; None if no torque has runs at
+        different spins.
     constancy : Constancy or None
         Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
     ball : Ball or None
-        Comparison with the inertia of the ball; None if the log does not give its mass and diameter.
+        Comparison with the inertia of the ball; None if the log does not give its mass
+        and diameter.
     torques : tuple of Torque
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
@@ -261,7 +268,10 @@ class Analysis(Struct, frozen=True, eq=False):
 
     @property
     def runs_disagree(self) -> bool:
-        """Whether the runs contradict each other or the fitted law; other doubts are about the ball or a column."""
+        """Whether the runs contradict each other or the fitted law.
+
+        Other doubts are about the ball or a column.
+        """
         return any(doubt.kind not in ("ball", "size", "note") for doubt in self.doubts)
 
     @property
@@ -274,7 +284,10 @@ class Analysis(Struct, frozen=True, eq=False):
 
     @property
     def centre_of_mass(self) -> Estimate | None:
-        """Its distance M0/(m g) from the centre of the ball [m]; None if the log does not give the ball's mass."""
+        """Its distance M0/(m g) from the centre of the ball [m].
+
+        None if the log does not give the ball's mass.
+        """
         m0, weight = (
             self.residual_torque,
             self.readings.constants.get("ball_mass", 0.0) * self.measurements.g,
@@ -346,7 +359,10 @@ class Analysis(Struct, frozen=True, eq=False):
         return str(self)
 
     def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
-        """Simulate this lab many times and count how often its intervals contain I_zz; see `gyrodata.selfcheck`."""
+        """Simulate this lab many times and count how often its intervals contain I_zz.
+
+        See `gyrodata.selfcheck`.
+        """
         checked: SelfCheck = _above("coverage").selfcheck(self, labs, seed)
         return checked
 
@@ -356,10 +372,12 @@ class Analysis(Struct, frozen=True, eq=False):
         Parameters
         ----------
         name : {"period", "product", "torque", "residuals"}
-            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque against φ̇ψ̇ [rad²/s²]; or the
-            difference of each time and its prediction [u].
+            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque
+            against φ̇ψ̇ [rad²/s²]; or the difference of each time and its prediction
+            [u].
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; ``ax.legend()`` names the torques. None: a new figure with its legend.
+            Axes to draw on; ``ax.legend()`` names the torques. None: a new figure with
+            its legend.
 
         Returns
         -------
@@ -378,7 +396,8 @@ class Analysis(Struct, frozen=True, eq=False):
         Parameters
         ----------
         folder : path
-            The folder is created if it does not exist; other files in it are not changed.
+            The folder is created if it does not exist; other files in it are not
+            changed.
 
         Returns
         -------
@@ -453,7 +472,7 @@ class Analysis(Struct, frozen=True, eq=False):
         return to_json(whole)
 
 
-# --- the JSON ------------------------------------------------------------------------------------------------
+# --- the JSON ---
 
 
 class Tool(Struct, frozen=True):
@@ -484,9 +503,11 @@ class Goodness(Struct, eq=False):
     birge: float | None
     """√(chi2/dof)."""
     scatter: float
-    """Factor on the independent errors of each run, estimated from the runs; u includes it."""
+    """Factor on the independent errors of each run, estimated from the runs; u includes
+    it."""
     time_u: float | None
-    """Standard uncertainty of every time [s], without this factor; null if it is not the same for all runs."""
+    """Standard uncertainty of every time [s], without this factor; null if it is not
+    the same for all runs."""
     reason: str | None
     """Why p is null."""
 
@@ -513,9 +534,11 @@ class AnalysisResult(Struct, eq=False):
     timing_bias: Result
     """b: the reading of the stopwatch is the true time plus b."""
     if_balanced: Estimate | None
-    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null if torques differ."""
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null if torques
+    differ."""
     doubts: tuple[Doubt, ...]
-    """Reasons why I_zz may be wrong by more than its u, the most serious first; empty if there are none."""
+    """Reasons why I_zz may be wrong by more than its u, the most serious first; empty
+    if there are none."""
     goodness: Goodness
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
@@ -534,13 +557,16 @@ class AnalysisResult(Struct, eq=False):
     ball_reason: str | None
     """Why there is no comparison; null if there is one."""
     angular_momentum: Estimate
-    """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard uncertainty of I_zz."""
+    """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard
+    uncertainty of I_zz."""
     centre_of_mass: Estimate | None
-    """Its distance M0/(m g) from the centre of the ball, along the rod towards the weight [m]; null without m."""
+    """Its distance M0/(m g) from the centre of the ball, along the rod towards the
+    weight [m]; null without m."""
     torques: tuple[Torque, ...]
     runs: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
-    """Tests of the residuals for patterns, the least probable first; empty below two degrees of freedom."""
+    """Tests of the residuals for patterns, the least probable first; empty below two
+    degrees of freedom."""
     uncertainties: tuple[StatedUncertainty, ...]
     advice: tuple[str, ...]
     """What would improve the next measurement."""
@@ -592,7 +618,8 @@ class CheckDocument(Struct, eq=False, kw_only=True):
     """null without --hand-in."""
 
 
-# U+007F to U+009F, U+061C, U+200E, U+200F, U+202A to U+202E, and U+2066 to U+2069, in UTF-8.
+# U+007F to U+009F, U+061C, U+200E, U+200F, U+202A to U+202E, and U+2066 to U+2069, in
+# UTF-8.
 _CONTROLS = re.compile(
     rb"\x7f|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8e\x8f\xaa-\xae]|\xe2\x81[\xa6-\xa9]"
 )
@@ -611,12 +638,16 @@ def encode(record: Any) -> bytes:
     try:
         return escape_controls(msgspec.json.encode(record))
     except UnicodeEncodeError:
-        # The name of a file in another encoding can contain half of a surrogate pair, which has to be escaped.
+        # The name of a file in another encoding can contain half of a surrogate pair,
+        # which has to be escaped.
         return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
 
 
 def decode(text: bytes, kind: Any) -> Any:
-    """Read a record that `encode` has written; raise ValueError or `msgspec.ValidationError` if it is another text."""
+    """Read a record that `encode` has written.
+
+    Raise ValueError or `msgspec.ValidationError` if it is another text.
+    """
     try:
         return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError:

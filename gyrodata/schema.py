@@ -1,7 +1,7 @@
 """The JSON Schema of each output and of a rubric, and the table of diagnostics.
 
-Each schema is made from the records of the output: their annotations are the types, and the text below an attribute
-is its description.
+Each schema is made from the records of the output: their annotations are the types, and
+the text below an attribute is its description.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from gyrodata.physics import Floats
 from gyrodata.quantities import as_read
 from gyrodata.units import Uncertainty
 
-# --- each run ---------------------------------------------------------------------------------------------------
+# --- each run ---
 
 
 class Run(Struct, frozen=True):
@@ -39,7 +39,8 @@ class Run(Struct, frozen=True):
     residual_u: float
     """Standard uncertainty expected of it from what this run has alone [s]."""
     studentized_residual: float | None
-    """Time minus what the other runs predict, in standard uncertainties; None if they cannot predict it."""
+    """Time minus what the other runs predict, in standard uncertainties; None if they
+    cannot predict it."""
     influence: float
     """Change of I_zz if this run were left out [kg*m^2]; 0 if it is left out."""
     flagged: bool
@@ -87,7 +88,8 @@ def run_table(
         fit.adjusted.influence,
     )
     numbers = np.array([*read, rate, period, product, inertia, *residual])
-    # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
+    # In the order of the fields: keyword arguments for each of very many runs would
+    # take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
     return tuple(
@@ -131,7 +133,7 @@ def turn_words(turns: float) -> str:
     return f"{text} turn" if turns <= 1 else f"{text} turns"
 
 
-# --- each torque ------------------------------------------------------------------------------------------------
+# --- each torque ---
 
 
 class MeanProduct(Estimate, frozen=True, kw_only=True):
@@ -142,7 +144,8 @@ class MeanProduct(Estimate, frozen=True, kw_only=True):
     p: float | None
     """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
     chi2: float | None
-    """χ² of that scatter by the uncertainties that each run has alone, of one degree of freedom less than runs."""
+    """χ² of that scatter by the uncertainties that each run has alone, of one degree of
+    freedom less than runs."""
 
 
 class Torque(Struct, frozen=True):
@@ -156,10 +159,12 @@ class Torque(Struct, frozen=True):
     """[N*m]"""
     runs: int
     without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]; null if undetermined, or for very many torques."""
+    """I_zz from the runs of the other torques [kg*m^2]; null if undetermined, or for
+    very many torques."""
     product: MeanProduct
     period_per_spin: Estimate
-    """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
+    """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against
+    the spin [s²/rad]."""
 
 
 def torque_table(
@@ -168,7 +173,10 @@ def torque_table(
     groups: list[list[int]],
     without: Mapping[int, Estimate],
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
+    """Constancy of φ̇ψ̇ for each torque.
+
+    `without`: I_zz without the runs of a torque, by the number of its group.
+    """
     scale = next(
         (
             float(one.relative[0])
@@ -228,7 +236,7 @@ def torque_table(
     return tuple(torques)
 
 
-# --- the laws ---------------------------------------------------------------------------------------------------
+# --- the laws ---
 
 
 class PowerLaw(Struct, frozen=True):
@@ -255,7 +263,8 @@ class Constancy(Struct, frozen=True):
     scatter: float
     """Standard deviation about the means, relative to them [1]."""
     expected: float
-    """The same from each run's own timing and spin: root mean square of their relative uncertainty [1]."""
+    """The same from each run's own timing and spin: root mean square of their relative
+    uncertainty [1]."""
     chi2: float
     dof: int
     p: float
@@ -296,15 +305,16 @@ def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLa
 def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
     """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own; None without one.
 
-    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's mean; a late or early hand changes
-    every ln τ by b/T.
+    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's
+    mean; a late or early hand changes every ln τ by b/T.
     """
     spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
     sums, torques = np.zeros(3), 0
     for group in groups:
         if len(group) > 1 and np.ptp(spin[group]) >= 0.02:
             weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
-            # Measured from the run of the largest weight: without an error, its rounding would outweigh all other runs.
+            # Measured from the run of the largest weight: without an error, its
+            # rounding would outweigh all other runs.
             at = spin[group] - spin[group[weight.argmax()]]
             away = weight * (at - np.average(at, weights=weight))
             sums += [away @ at, away @ period[group], away @ (1 / measured.time[group])]
@@ -351,15 +361,18 @@ def constancy(
     )
 
 
-# --- patterns in the residuals: errors that are not random, each with its likely cause --------------------------------
-# Each test asks whether the fit needs one more unknown: a balance that drifts, or a shared error that is free of its
-# prior. With c the change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix,
-# z = cᵀr/√(cᵀ(1 − H)c) is standard normal if nothing is wrong, for any design; for a shared error it is its *pull*, the
-# adjusted value over √(prior² − posterior²). The scatter of the runs is known only roughly: the probability is averaged
-# over the factors s on their own errors that agree with the residuals without the pattern.
+# --- patterns in the residuals: errors that are not random, each with its likely cause ---
+# Each test asks whether the fit needs one more unknown: a balance that drifts, or a
+# shared error that is free of its prior. With c the change of the runs' conditions by
+# that unknown, r their residuals and H the fit's hat matrix, z = cᵀr/√(cᵀ(1 − H)c) is
+# standard normal if nothing is wrong, for any design; for a shared error it is its
+# *pull*, the adjusted value over √(prior² − posterior²). The scatter of the runs is
+# known only roughly: the probability is averaged over the factors s on their own errors
+# that agree with the residuals without the pattern.
 
 TOLD_APART = 0.02
-"""An unknown is tested if at least this part of its effect, squared, cannot be produced by the others."""
+"""An unknown is tested if at least this part of its effect, squared, cannot be produced
+by the others."""
 
 MOST_RUNS, MOST_SHARED = 1000, 60
 """Larger logs are not tested."""
@@ -373,15 +386,18 @@ class Pattern(Struct, frozen=True):
     """One pattern that was tested in the residuals."""
 
     name: str
-    """"order", "spin" or "torque" that the residuals go with, or a shared error: "time_bias", "position_zero", "mass",
-    "position", "force", "applied_torque"; or "agreement", the lower tail of chi-square."""
+    """"order", "spin" or "torque" that the residuals go with, or a shared error:
+    "time_bias", "position_zero", "mass", "position", "force", "applied_torque"; or
+    "agreement", the lower tail of chi-square."""
     of: str
     """Which weight or position, in words; "" if there is only one."""
     statistic: float
-    """Standard normal if there is no such pattern; for "agreement", chi-square over its degrees of freedom."""
+    """Standard normal if there is no such pattern; for "agreement", chi-square over its
+    degrees of freedom."""
     size: float | None
-    """What the pattern would be: a torque from the first run to the last [N*m], an exponent [1], an error [s or m] or a
-    share of the weight or position [1]; null of the agreement."""
+    """What the pattern would be: a torque from the first run to the last [N*m], an
+    exponent [1], an error [s or m] or a share of the weight or position [1]; null of
+    the agreement."""
     p: float
     """Probability of a pattern at least as large, of this test alone."""
     p_corrected: float
@@ -393,7 +409,10 @@ SHARED = ("mass", "position", "force", "torque", "position_zero")
 
 
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
-    """Test the residuals of a log for patterns, the least probable first; none if the log is too large or too small."""
+    """Test the residuals of a log for patterns, the least probable first.
+
+    None if the log is too large or too small.
+    """
     if (
         fit.dof < 2
         or len(measured.runs) > MOST_RUNS
@@ -405,7 +424,8 @@ def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, 
     if measured.own_relative.all():
         low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
         found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
-    # Rounding must not decide the order of equal values, such as those of the only position and the zero of the ruler.
+    # Rounding must not decide the order of equal values, such as those of the only
+    # position and the zero of the ruler.
     order = np.argsort([float(f"{pattern.p:.9g}") for pattern in found], kind="stable")
     corrected, least = [], 0.0
     for at, pattern in enumerate([found[i] for i in order]):
@@ -463,7 +483,8 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
                 else getattr(measured, name)
             )
             if not reading[run]:
-                continue  # an error of a position of 0 cm cannot be given as a share of it
+                # an error of a position of 0 cm cannot be given as a share of it
+                continue
             of, unit = (
                 load_words(measured, run),
                 source.relative[run] + unit / abs(reading[run]),
@@ -485,8 +506,9 @@ def _tested(
 ) -> list[Pattern]:
     """Test each of E unknowns by itself, for each of the factors s on the errors that each run has alone.
 
-    I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
-    unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
+    I_zz, which has no prior, is taken out of the runs. With what is left turned by the
+    singular vectors of all other unknowns, each s costs no fit: it only divides every
+    turned row by its own 1 + value²/s².
     """
     adjusted = fit.adjusted
     # Relative to the centres of their priors.
@@ -514,11 +536,13 @@ def _tested(
     wider = ((fit.widths.scatter / FACTORS) ** 2)[:, None]
     prior = np.ones((len(FACTORS), len(turned)))
     prior[:, : len(values)] += wider * values**2
-    # Each unknown's column, its part orthogonal to the others, and its projection on the residuals, shape (24, E).
+    # Each unknown's column, its part orthogonal to the others, and its projection on
+    # the residuals, shape (24, E).
     free, whole = wider / prior, wider * size
     apart = np.maximum(free @ columns**2, 1e-12 * whole)
     along = free @ (columns * left)
-    # Probability of each factor without the pattern: as in the posterior, with both determinants.
+    # Probability of each factor without the pattern: as in the posterior, with both
+    # determinants.
     rest = free @ left**2 - along**2 / apart
     before = fitting.scatter_prior(LOGARITHMS, fitting.times_stated(measured))
     before = (
@@ -545,7 +569,7 @@ def _tested(
     return found
 
 
-# --- comparisons ------------------------------------------------------------------------------------------------
+# --- comparisons ---
 
 
 class NamedFit(Struct, frozen=True):
@@ -560,7 +584,8 @@ class NamedFit(Struct, frozen=True):
     note: str
     """What it is, or why it is not possible."""
     difference: float | None = None
-    """I_zz over the recommended one, minus 1; null for the recommended fit and for one that is not possible."""
+    """I_zz over the recommended one, minus 1; null for the recommended fit and for one
+    that is not possible."""
     deviation: float | None = None
     """The same in standard uncertainties of the recommended fit."""
 
@@ -619,13 +644,16 @@ class Ball(Struct, frozen=True):
     mass: float | None
     """[kg]; None if the log describes only a disk."""
     mass_u: float | None
-    """Standard uncertainty [kg]; None if the log does not state it; then the value is taken as exact."""
+    """Standard uncertainty [kg]; None if the log does not state it; then the value is
+    taken as exact."""
     diameter: float | None
     """[m]; None if the log describes only a disk."""
     diameter_u: float | None
-    """Standard uncertainty [m]; None if the log does not state it; then the value is taken as exact."""
+    """Standard uncertainty [m]; None if the log does not state it; then the value is
+    taken as exact."""
     solid: float | None
-    """2/5 m r² of the ball without a bore [kg*m^2]; None if the log describes only a disk."""
+    """2/5 m r² of the ball without a bore [kg*m^2]; None if the log describes only a
+    disk."""
     bore: float
     """Increase by the bore, for the same mass [kg*m^2]."""
     rod: float
@@ -635,7 +663,8 @@ class Ball(Struct, frozen=True):
     inertia: float
     """All of these together [kg*m^2]."""
     inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of the ball has one."""
+    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of
+    the ball has one."""
     difference: float
     """I_zz minus that [kg*m^2]."""
     difference_u: float | None
@@ -651,7 +680,10 @@ def compare_with_ball(
     constants: Mapping[str, float],
     uncertainties: Mapping[str, Uncertainty],
 ) -> Ball | None:
-    """Compare I_zz with that of the ball, its bore, rod and disk; None if the log gives neither ball nor disk."""
+    """Compare I_zz with that of the ball, its bore, rod and disk.
+
+    None if the log gives neither ball nor disk.
+    """
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod = physics.cylinder_inertia(
         constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0)

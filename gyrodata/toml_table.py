@@ -1,4 +1,7 @@
-"""Read a TOML file into records by msgspec; report the first fault with its line, and what to write instead."""
+"""Read a TOML file into records by msgspec.
+
+Report the first fault with its line, and what to write instead.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,15 @@ Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
 Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
 
 Path = tuple[str | int, ...]
-"""Keys from the top; after the name of an array of tables, the number of the table, from 0."""
+"""Keys from the top; after the name of an array of tables, the number of the table,
+from 0."""
 
 
 class UnfitError(ValueError):
-    """A value that cannot be used, or values that contradict each other; `path` leads there from the record."""
+    """A value that cannot be used, or values that contradict each other.
+
+    `path` leads there from the record.
+    """
 
     def __init__(
         self, message: str, hint: str = "", code: str = UNUSABLE, path: Path | str = ()
@@ -49,7 +56,8 @@ def unfit(name: str, path: Path | str = (), /, **values: object) -> UnfitError:
 class TomlFile:
     """A TOML file: its values, and its text, in which the line of a fault is found.
 
-    `code` and `hint` are the diagnostic of a file that is not TOML, and what to write. Raises InputError.
+    `code` and `hint` are the diagnostic of a file that is not TOML, and what to write.
+    Raises InputError.
     """
 
     def __init__(self, data: bytes, name: str, code: str, hint: str) -> None:
@@ -193,7 +201,10 @@ class TomlFile:
 
 
 def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Propose the known word that is probably meant; else say what to do `otherwise`, or list all words."""
+    """Propose the known word that is probably meant.
+
+    Else say what to do `otherwise`, or list all words.
+    """
     close = difflib.get_close_matches(word.lower(), list(known), n=1)
     return (
         f"did you mean {close[0]}?"

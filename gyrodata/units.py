@@ -1,8 +1,9 @@
 """Kinds of quantity and their units: a unit that a student writes becomes an SI factor.
 
-One rule splits a unit text with symbols in many languages, products, powers and look-alike letters; the symbols, each
-with its SI factor, are in `vocabulary.toml`. Pint converts any other name of a usual unit, such as "ounces" or
-"milliseconds"; it takes 0.3 s to load, and nothing else uses it. Pint does not get symbols: it reads ``Nm`` as a
+One rule splits a unit text with symbols in many languages, products, powers and
+look-alike letters; the symbols, each with its SI factor, are in `vocabulary.toml`. Pint
+converts any other name of a usual unit, such as "ounces" or "milliseconds"; it takes
+0.3 s to load, and nothing else uses it. Pint does not get symbols: it reads ``Nm`` as a
 textile unit, ``U/min`` as an enzyme activity, and 1 Hz as 1 rad/s.
 """
 
@@ -25,13 +26,15 @@ MAX_UNIT_LENGTH = 64
 RPM = math.pi / 30
 """One revolution per minute [rad/s]."""
 STANDARD_GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s^2] (CGPM 1901): for the kilogram-force, and for a log without g."""
+"""Standard acceleration of free fall [m/s^2] (CGPM 1901): for the kilogram-force, and
+for a log without g."""
 
 
 class UnitError(ValueError):
     """A quantity or a unit that cannot be read.
 
-    The message follows the text that cannot be read; `hint` says what to write, and `code` names the diagnostic.
+    The message follows the text that cannot be read; `hint` says what to write, and
+    `code` names the diagnostic.
     """
 
     def __init__(
@@ -76,7 +79,8 @@ class Kind(Struct, frozen=True):
     also: tuple[str, ...] = ()
     """Units of other dimensions that measure the same."""
     in_words: str = ""
-    """Units of pint, with any prefix, that may be written as a word; "hand" and "point" are lengths there too."""
+    """Units of pint, with any prefix, that may be written as a word; "hand" and "point"
+    are lengths there too."""
 
 
 KINDS = convert(vocabulary.KINDS, dict[str, Kind])
@@ -90,7 +94,10 @@ LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
 
 
 class Dimensions(NamedTuple):
-    """Powers of mass, length, time, radians and revolutions; radians and revolutions differ here."""
+    """Powers of mass, length, time, radians and revolutions.
+
+    Radians and revolutions differ here.
+    """
 
     mass: int = 0
     length: int = 0
@@ -139,8 +146,9 @@ class Letters(dict[int, int | str | None]):
         return kept
 
 
-# Letters of other alphabets that look like Latin letters become these. Capital and small letters are listed one by one,
-# because "н" is not an "h". For `re`, the vowel signs of Hindi, Thai and Arabic are not letters.
+# Letters of other alphabets that look like Latin letters become these. Capital and
+# small letters are listed one by one, because "н" is not an "h". For `re`, the vowel
+# signs of Hindi, Thai and Arabic are not letters.
 _LOOK_ALIKES = Letters(
     str.maketrans(
         "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″⁄",
@@ -153,7 +161,10 @@ _LOOK_ALIKES = Letters(
 
 @lru_cache(maxsize=4096)
 def fold_letters(text: str) -> str:
-    """Replace compatibility forms and look-alike letters of other alphabets; upper and lower case are kept."""
+    """Replace compatibility forms and look-alike letters of other alphabets.
+
+    Upper and lower case are kept.
+    """
     if text.isascii():
         return text
     for ring in "º˚\u030a":
@@ -231,7 +242,8 @@ def parse(text: str) -> Unit:
             _ANY_CASE.get(bare.lower()) if bare not in _MEGA else None
         )
         symbols = [known] if known else []
-        # A product may be written "N.m", or "Nm" and "gcm": then its last symbol is a length.
+        # A product may be written "N.m", or "Nm" and "gcm": then its last symbol is a
+        # length.
         parts = [
             word.strip(".").split("."),
             [bare[:-2], bare[-2:]],
@@ -326,7 +338,8 @@ def parse_unit(text: str, kind: str) -> Unit:
             hint += "; a time per revolution goes into a column spin_period [s]"
         raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', hint)
     if kind == "rate" and not dimensions.angle and not dimensions.turn:
-        # Counts per minute of a turning thing are revolutions; per second they might be radians.
+        # Counts per minute of a turning thing are revolutions; per second they might be
+        # radians.
         if unit.text != "1/min":
             hint, code = (
                 "write rev/s (or Hz) for revolutions, rad/s for radians",
@@ -342,7 +355,8 @@ def parse_unit(text: str, kind: str) -> Unit:
         ) ** dimensions.turn  # a turn has 2π radians, and yet counts as one
     elif kind == "torque" and not dimensions.time:
         factor *= STANDARD_GRAVITY
-    # A power of ten should be that power, not its neighbour; factors with pi in them keep all their digits.
+    # A power of ten should be that power, not its neighbour; factors with pi in them
+    # keep all their digits.
     return replace(
         unit, factor=factor if kind in ("rate", "angle") else float(f"{factor:.15g}")
     )

@@ -10,9 +10,11 @@ _SECTIONS = tomllib.loads(
     Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8")
 )
 BASES: dict[str, list[int]] = _SECTIONS.pop("bases")
-"""Powers of mass, length, time, radians and revolutions of the units by which all others are given."""
+"""Powers of mass, length, time, radians and revolutions of the units by which all
+others are given."""
 UNITS: dict[str, str] = _SECTIONS.pop("units")
-"""Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
+"""Units by the spelling given back: SI factor, a unit that measures the same, and what
+students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
 """The fields of each kind of quantity."""
 ROLES: dict[str, Any] = _SECTIONS.pop("roles")
@@ -20,7 +22,8 @@ ROLES: dict[str, Any] = _SECTIONS.pop("roles")
 CONSTANTS: dict[str, str] = _SECTIONS.pop("constants")
 """The kind of each constant of a log that is not a role."""
 LINES: dict[str, Any] = _SECTIONS.pop("lines")
-"""The other keys of ``# key: value``: a sample of several quantities, or words and a hint."""
+"""The other keys of ``# key: value``: a sample of several quantities, or words and a
+hint."""
 MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
@@ -28,7 +31,8 @@ SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
 """Messages for texts in the place of a number, and what to type."""
 WAYS: dict[str, list[list[str]]] = _SECTIONS.pop("ways")
-"""Ways of writing a unit or a number of turns, as regular expressions, each with the usual way."""
+"""Ways of writing a unit or a number of turns, as regular expressions, each with the
+usual way."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS
 """The other sections of the file, by language: lists of names or words by key."""
 

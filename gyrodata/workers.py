@@ -26,7 +26,8 @@ from msgspec import Struct
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
-MEMORY = 2_000_000_000  # address space of a worker [byte]; to grade one log takes a tenth of it
+# address space of a worker [byte]; to grade one log takes a tenth of it
+MEMORY = 2_000_000_000
 
 
 _file: ContextVar[str] = ContextVar("_file", default="")
@@ -72,11 +73,13 @@ def in_workers(
     Parameters
     ----------
     work : callable
-        A function of a module, or a `functools.partial` of one: it is sent to the workers with each task.
+        A function of a module, or a `functools.partial` of one: it is sent to the
+        workers with each task.
     tasks : sequence
         The arguments of `work`, one at a time.
     workers : int
-        Number of processes. With 0 everything is done in this process, and nothing stops a task that hangs.
+        Number of processes. With 0 everything is done in this process, and nothing
+        stops a task that hangs.
     limit : float
         Time for one task [s].
     cluster : Executor, optional
@@ -86,7 +89,8 @@ def in_workers(
         for task in tasks:
             yield task, _do(work, task, 0.0)
         return
-    # To send tasks one by one costs a twentieth of grading. Without an alarm, or on a cluster, one can spoil others.
+    # To send tasks one by one costs a twentieth of grading. Without an alarm, or on a
+    # cluster, one can spoil others.
     size = (
         min(8, len(tasks) // (8 * workers) + 1)
         if cluster is None and hasattr(signal, "setitimer")
@@ -115,8 +119,9 @@ def in_workers(
             ) as error:  # a cluster lost its worker or its scheduler
                 why = f"its worker was lost ({type(error).__name__})"
                 yield from ((task, Failed(why)) for task in futures[future])
-    # A process that dies ends the whole pool. The task that killed it is found by halves: the others are done again,
-    # and a task that ends its process when it is the only one is not.
+    # A process that dies ends the whole pool. The task that killed it is found by
+    # halves: the others are done again, and a task that ends its process when it is the
+    # only one is not.
     if len(lost) == len(tasks) == 1:
         yield (
             lost[0],

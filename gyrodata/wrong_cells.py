@@ -1,6 +1,7 @@
 """Wrong cells: the content of one cell with which an odd run would agree with the others.
 
-Each change is made in the log's own readings; the run is then compared with what the fit of the other runs predicts.
+Each change is made in the log's own readings; the run is then compared with what the
+fit of the other runs predicts.
 """
 
 from __future__ import annotations
@@ -34,17 +35,20 @@ from gyrodata.tables import turn_words
 from gyrodata.units import from_si, parse_unit
 
 MOST_RUNS, MOST_ODD, MOST_TOLD = 1000, 12, 3
-"""Larger logs, and more odd runs, are not searched for a wrong cell; at most this many corrections are printed."""
+"""Larger logs, and more odd runs, are not searched for a wrong cell; at most this many
+corrections are printed."""
 
 FITS = 2.5
-"""A correction fits if the run is then off by less than this many standard uncertainties …"""
+"""A correction fits if the run is then off by less than this many standard
+uncertainties …"""
 
 NEAR = 0.15
-"""… of those that bring the time so near to the predicted one, as a difference of logarithms."""
+"""… of those that bring the time so near to the predicted one, as a difference of
+logarithms."""
 
 WIDER, UNUSUAL = 1.25, 2
-"""A correction has rank 0 if it is a likely slip. The rank changes by `UNUSUAL` if the new, or the old, value is
-outside the range of the other runs by the factor `WIDER`."""
+"""A correction has rank 0 if it is a likely slip. The rank changes by `UNUSUAL` if the
+new, or the old, value is outside the range of the other runs by the factor `WIDER`."""
 
 FROM_OTHERS = 5
 """Rank of a value that was computed from the other runs: it explains nothing."""
@@ -53,7 +57,10 @@ FROM_OTHERS = 5
 def explain(
     readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: FitResult
 ) -> tuple[Outlier, ...]:
-    """Return odd runs with the corrections that fit, the most likely first; `others`: the fit without these runs."""
+    """Return odd runs with the corrections that fit, the most likely first.
+
+    `others`: the fit without these runs.
+    """
     measured = lab.measured
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0
@@ -63,7 +70,8 @@ def explain(
     explained = []
     for number, outlier in enumerate(outliers):
         i, found = outlier.index, []
-        # A number of turns is likely that is usual, that other runs have, or that is off by one or a half.
+        # A number of turns is likely that is usual, that other runs have, or that is
+        # off by one or a half.
         likely_turns = {
             *fitting.USUAL_COUNTS,
             *measured.turns,
@@ -75,7 +83,8 @@ def explain(
         ):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
-            # The count that all other runs of this weight have is more likely than another count.
+            # The count that all other runs of this weight have is more likely than
+            # another count.
             found.append(
                 (
                     0 if len(alike) and np.allclose(alike, outlier.turns) else 1,
@@ -101,10 +110,12 @@ def explain(
         ]
         maybe = [words for rank, _, words in found if rank == FROM_OTHERS]
         if not outlier.slip:
-            # A run that is not clearly wrong may be odd by chance; then several corrections may fit, or none.
+            # A run that is not clearly wrong may be odd by chance; then several
+            # corrections may fit, or none.
             slips = [words for rank, _, words in found if rank <= 0]
             likely, maybe = [], slips if len(slips) == 1 else []
-        # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
+        # The deviation of a run that is left out is from the recommended fit, as in the
+        # table of runs.
         deviation = (
             float(lab.fit.deviations[i]) if i in lab.left_out else outlier.deviation
         )
@@ -217,7 +228,10 @@ def _changes(
 
 
 def _written(column: Column, index: int) -> str:
-    """Return the number of a cell as it was typed; if it is not a plain number, its value in the unit of the column."""
+    """Return the number of a cell as it was typed.
+
+    If it is not a plain number, its value in the unit of the column.
+    """
     text, value = column.readings[index].text, column.values[index] or 0.0
     if PLAIN.fullmatch(text):
         return text
@@ -225,7 +239,10 @@ def _written(column: Column, index: int) -> str:
 
 
 def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
-    """List the values of the runs before and after; `single`: also if only one of them has the value."""
+    """List the values of the runs before and after.
+
+    `single`: also if only one of them has the value.
+    """
     values, spots = column.values, column.spots
     elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
     nearest = [
@@ -235,7 +252,8 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
     around = {k: value for k in nearest if (value := values[k])}
     rest = [values[k] for k in elsewhere]
     steps = sum(one != other for one, other in pairwise(rest))
-    # If one weight is used after the other, the runs around a run nearly always have its weight.
+    # If one weight is used after the other, the runs around a run nearly always have
+    # its weight.
     run, value = next(iter(around.items()), (0, 0.0))
     if (
         steps < len(set(rest))

@@ -1,4 +1,6 @@
-"""A real browser, where there is one: it opens a page, prints it, or looks at it in a frame as wide as a phone."""
+"""A real browser, where there is one: it opens a page, prints it, or looks at it in a
+frame as wide as a phone.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def browse(folder: Path, file: Path, *options: str) -> subprocess.CompletedProce
 
 
 def look_at(folder: Path, page: str, width: int, script: str) -> dict[str, Any]:
-    """Give what a script beside a page in a frame of `width` pixels puts into ``<pre id="out">``."""
+    """Give what a script beside a page in a frame of `width` pixels puts into ``<pre
+    id="out">``.
+    """
     frame = f'<iframe style="width:{width}px;height:800px;border:0" srcdoc="{html.escape(page)}"></iframe>'
     probe = folder / "probe.html"
     probe.write_text(

@@ -1,13 +1,15 @@
-"""A Markov chain of the model that `statistics.md` describes: ``python tests/chain.py``.
+"""A Markov chain of the model that `statistics.md` describes: ``python
+tests/chain.py``.
 
-For each log it prints the median of I_zz in the chain and that of `gyrodata`, their difference over u, and the ratio of
-the two u. The chain does not linearise: each state is a set of I_zz, M0, b, ln s and all shared errors, and the spin
-is late by its own delay in a spin that falls with its own decay time. Only the readings and their sources of error are
-taken from the package.
+For each log it prints the median of I_zz in the chain and that of `gyrodata`, their
+difference over u, and the ratio of the two u. The chain does not linearise: each state
+is a set of I_zz, M0, b, ln s and all shared errors, and the spin is late by its own
+delay in a spin that falls with its own decay time. Only the readings and their sources
+of error are taken from the package.
 
-Method: an ensemble of walkers with moves along the difference of two others (C. J. F. ter Braak, Statistics and
-Computing 16, 239 (2006)), so that no step needs a derivative or a width.
-"""
+Method: an ensemble of walkers with moves along the difference of two others (C. J. F.
+ter Braak, Statistics and Computing 16, 239 (2006)), so that no step needs a derivative
+or a width."""
 
 from __future__ import annotations
 
@@ -42,7 +44,8 @@ DELAY, DELAY_U = 2.0, 1.7
 """How late the spin is read [s]."""
 
 DECAY_TIME, DECAY_SPREAD = 1000.0, math.log(2)
-"""Time in which the spin falls by 1/e [s], and the standard deviation of its logarithm."""
+"""Time in which the spin falls by 1/e [s], and the standard deviation of its logarithm.
+"""
 
 SHAPE = 4
 """Number of unknowns before the shared errors: ln I_zz, M0, b and ln s."""
@@ -116,7 +119,9 @@ class Chain:
     def errors_that_runs_share(
         self, standard: np.ndarray
     ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Return by quantity the product of all relative errors, and the sum of all absolute ones, (walkers, n)."""
+        """Return by quantity the product of all relative errors, and the sum of all
+        absolute ones, (walkers, n).
+        """
         count = len(self.measured.runs)
         names = (
             "time",
@@ -144,7 +149,9 @@ class Chain:
     def torque(
         self, factors: dict[str, np.ndarray], shifts: dict[str, np.ndarray]
     ) -> np.ndarray:
-        """Compute the torque of the weights without their shared errors [N*m], shape (walkers, n)."""
+        """Compute the torque of the weights without their shared errors [N*m], shape
+        (walkers, n).
+        """
         measured = self.measured
 
         def true(name: str, reading: np.ndarray | float) -> np.ndarray:
@@ -163,7 +170,9 @@ class Chain:
     def variance_of_one_run(
         self, predicted: np.ndarray, torque: np.ndarray, m0: np.ndarray
     ) -> np.ndarray:
-        """Compute the variance of each time by the errors of this run alone [s²], shape (walkers, n)."""
+        """Compute the variance of each time by the errors of this run alone [s²], shape
+        (walkers, n).
+        """
         measured, variance = self.measured, np.zeros_like(predicted)
         share = (torque - m0[:, None]) / torque
         for source in self.own:
@@ -193,7 +202,9 @@ class Chain:
 
 
 def divided(source: Source) -> tuple[Source, Source]:
-    """Divide a source into the errors of single runs, and those that several runs share."""
+    """Divide a source into the errors of single runs, and those that several runs
+    share.
+    """
     count = np.bincount(source.groups + 1)[source.groups + 1]
     is_own = (count == 1) & (source.groups >= 0)
     is_shared = (count > 1) & (source.groups >= 0)
@@ -206,7 +217,9 @@ def divided(source: Source) -> tuple[Source, Source]:
 
 
 def scatter_prior(log_factor: np.ndarray, stated: bool) -> np.ndarray:
-    """Compute the logarithm of the prior of ln s: normal, with the tails of a Cauchy distribution."""
+    """Compute the logarithm of the prior of ln s: normal, with the tails of a Cauchy
+    distribution.
+    """
     spread, tail = math.log(2.5 if stated else 3.75), math.log(5)
     near = (
         0.95
@@ -266,7 +279,9 @@ def labs() -> Iterator[tuple[str, Measurements]]:
 
 
 def main() -> None:
-    """Compare the chain with `gyrodata` for logs, or for simulated labs if none is given."""
+    """Compare the chain with `gyrodata` for logs, or for simulated labs if none is
+    given.
+    """
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -281,7 +296,8 @@ def main() -> None:
     )
     jobs = labs()
     if options.log:
-        # As the log was fitted: without the runs that were left out, and with the model that it needs.
+        # As the log was fitted: without the runs that were left out, and with the model
+        # that it needs.
         jobs = (
             (path.name, _as_fitted(path, mapping, settings)) for path in options.log
         )

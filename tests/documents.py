@@ -1,4 +1,6 @@
-"""The README and the pages of `gyro explain`, and what a reader does who types their examples one after the other."""
+"""The README and the pages of `gyro explain`, and what a reader does who types their
+examples one after the other.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ def cells(table: str) -> list[list[str]]:
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a line of shell with this environment's ``gyro`` and ``python`` first on the path."""
+    """Run a line of shell with this environment's ``gyro`` and ``python`` first on the
+    path.
+    """
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     # The examples run on the installed package.
     environment.pop("PYTHONPATH", None)
@@ -104,7 +108,9 @@ def cropped(came: str, shown: str) -> str:
 
 
 def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
-    """Type a document's examples in their order: what was typed, what is shown, what came, and what went wrong."""
+    """Type a document's examples in their order: what was typed, what is shown, what
+    came, and what went wrong.
+    """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
     for block, below in zip(listed, [*listed[1:], None], strict=True):
@@ -140,13 +146,16 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _workbook(rows: list[list[str]], path: Path) -> None:
-    """Type a table into a spreadsheet: what looks like a number is one, and shows the digits that are typed."""
+    """Type a table into a spreadsheet: what looks like a number is one, and shows the
+    digits that are typed.
+    """
     import openpyxl
 
     book = openpyxl.Workbook()
     sheet = book.active
     assert sheet is not None
-    # The first row has the letters of the columns, and the first column the numbers of the rows.
+    # The first row has the letters of the columns, and the first column the numbers of
+    # the rows.
     for row in rows[1:]:
         sheet.append(
             [
@@ -164,7 +173,9 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 class Steady:
-    """A text that equals another of the same words and the same numbers, to ten digits; figures by their names."""
+    """A text that equals another of the same words and the same numbers, to ten digits;
+    figures by their names.
+    """
 
     def __init__(self, text: str) -> None:
         text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)

@@ -18,7 +18,9 @@ RPM = np.pi / 30
 
 
 def analyze_briefly(log: Any, model: Model = "auto", **given: Any) -> Analysis:
-    """Analyse a log without what only a report shows: the same I_zz, odd runs and refusals in a tenth of the time."""
+    """Analyse a log without what only a report shows: the same I_zz, odd runs and
+    refusals in a tenth of the time.
+    """
     return analyze_readings(read_log(log, **given), Options(model=model), whole=False)
 
 
@@ -39,7 +41,9 @@ def lab(
     u_mass: float = 0.002,
     u_zero: float = 0.0005,
 ) -> Measurements:
-    """Draw one lab; ``noise=0`` gives exact readings with the same stated uncertainties."""
+    """Draw one lab; ``noise=0`` gives exact readings with the same stated
+    uncertainties.
+    """
     rows = [
         (w, x, s * RPM)
         for w in weights

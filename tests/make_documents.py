@@ -1,4 +1,6 @@
-"""Update the reference and the outputs in the README and in the pages of `gyro explain`; read the difference."""
+"""Update the reference and the outputs in the README and in the pages of `gyro
+explain`; read the difference.
+"""
 
 from __future__ import annotations
 

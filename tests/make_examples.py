@@ -1,4 +1,6 @@
-"""Make gyrodata/grading/examples.json, the logs that come with gyro; ``python tests/make_examples.py`` writes it."""
+"""Make gyrodata/grading/examples.json, the logs that come with gyro; ``python
+tests/make_examples.py`` writes it.
+"""
 
 from __future__ import annotations
 

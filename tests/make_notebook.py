@@ -40,7 +40,8 @@ def executed(path: Path) -> dict[str, Any]:
     notebook.metadata["language_info"] = {"name": "python"}
     for cell in notebook.cells:
         for output in cell.get("outputs", ()):
-            # A notebook shows the HTML; the report as Markdown would be most of the file.
+            # A notebook shows the HTML; the report as Markdown would be most of the
+            # file.
             output.get("data", {}).pop("text/markdown", None)
     return json.loads(nbformat.writes(notebook))  # type: ignore[no-any-return]
 

@@ -1,4 +1,6 @@
-"""Make sample_data/class/ from its stated truths; ``python tests/make_sample_class.py`` writes it anew."""
+"""Make sample_data/class/ from its stated truths; ``python tests/make_sample_class.py``
+writes it anew.
+"""
 
 import base64
 from pathlib import Path
@@ -19,7 +21,9 @@ PICTURE = base64.b64decode(
 
 
 class Student(NamedTuple):
-    """One student of the class: what Canvas calls the file, what is so, and the mistake, of `SLIPS` or none."""
+    """One student of the class: what Canvas calls the file, what is so, and the
+    mistake, of `SLIPS` or none.
+    """
 
     file: str
     truth: str

@@ -1,4 +1,6 @@
-"""Make sample_data/air_gyroscope.csv from its stated truth; ``python tests/make_sample_data.py`` writes it anew."""
+"""Make sample_data/air_gyroscope.csv from its stated truth; ``python
+tests/make_sample_data.py`` writes it anew.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ run,mass [g],position [cm],spin [rpm],time [s],turns,precession_sense
 
 
 def make() -> str:
-    """Draw the log: 3 weights × 3 spins, and a run without a weight through a twelfth of a turn."""
+    """Draw the log: 3 weights × 3 spins, and a run without a weight through a twelfth
+    of a turn.
+    """
     random = np.random.default_rng(SEED)
     tachometer = 1 + 0.001 * random.standard_normal()
     zero = 0.0003 * random.standard_normal()

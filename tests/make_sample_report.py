@@ -12,7 +12,9 @@ REPORT = ROOT / "sample_data" / "air_gyroscope-report"
 
 
 def make(folder: Path) -> None:
-    """Write the report that ``gyro analyze sample_data/air_gyroscope.csv`` writes into a folder."""
+    """Write the report that ``gyro analyze sample_data/air_gyroscope.csv`` writes into
+    a folder.
+    """
     command = [
         sys.executable,
         "-m",

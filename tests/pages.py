@@ -35,7 +35,9 @@ VOID = {"meta", "img", "br", "hr", "input", "link", "path"}
 
 
 class Structure(HTMLParser):
-    """Tags in order, with a check that every one is closed; numbers marked and other text apart."""
+    """Tags in order, with a check that every one is closed; numbers marked and other
+    text apart.
+    """
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -85,7 +87,9 @@ def strings(found: Any) -> list[str]:
 
 
 def known(analysis: Analysis) -> list[str]:
-    """Texts with digits that are no numbers of the result, the longest first: what the log says, and what is fixed."""
+    """Texts with digits that are no numbers of the result, the longest first: what the
+    log says, and what is fixed.
+    """
     document = json.loads(json_text(analysis.to_dict()))
     # What is short and begins with a digit may be a number that is shown.
     quoted = [

@@ -1,4 +1,6 @@
-"""Processes that a test starts beside itself: they hear Ctrl-C, and they end with the test in any case."""
+"""Processes that a test starts beside itself: they hear Ctrl-C, and they end with the
+test in any case.
+"""
 
 from __future__ import annotations
 

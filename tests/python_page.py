@@ -1,4 +1,6 @@
-"""The reference of the Python interface: signatures and tables of gyrodata/docs/python.md, from the docstrings."""
+"""The reference of the Python interface: signatures and tables of
+gyrodata/docs/python.md, from the docstrings.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ def attributes(thing: type) -> Iterator[tuple[str, str, str]]:
 
 
 def methods(thing: type) -> Iterator[tuple[str, str, str]]:
-    """Public methods and properties of a class, with the first paragraph of their docstrings."""
+    """Public methods and properties of a class, with the first paragraph of their
+    docstrings.
+    """
     for name, one in vars(thing).items():
         inner = one.fget if isinstance(one, property) else getattr(one, "func", one)
         text = (inspect.getdoc(inner) or "") if inspect.isfunction(inner) else ""

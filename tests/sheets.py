@@ -1,8 +1,9 @@
-"""Logs as students type them: the habits of typing in `habits.toml`, each laid over a lab of a known truth.
+"""Logs as students type them: the habits of typing in `habits.toml`, each laid over a
+lab of a known truth.
 
-A habit makes the text of a CSV file, or a workbook, of the runs of a lab. What must happen to it is beside it: it is
-read, or it is refused and the remedy is right. Nothing is stored; every log is made anew.
-"""
+A habit makes the text of a CSV file, or a workbook, of the runs of a lab. What must
+happen to it is beside it: it is read, or it is refused and the remedy is right. Nothing
+is stored; every log is made anew."""
 
 from __future__ import annotations
 
@@ -115,7 +116,9 @@ def source(made: str | bytes) -> bytes:
 
 
 def filled(template: str, runs: list[Run], language: tuple[str, ...]) -> str:
-    """Write the lines of a template; one with a * for each run, a part in brackets for each weight."""
+    """Write the lines of a template; one with a * for each run, a part in brackets for
+    each weight.
+    """
     blocks = [
         [run for run in runs if run.mass == mass]
         for mass in dict.fromkeys(run.mass for run in runs)
@@ -201,7 +204,9 @@ def is_plain(text: str) -> bool:
 
 
 def typed(cell: str) -> Any:
-    """Give a cell as a workbook contains it: a number, a duration, a date where the month comes first, or a text."""
+    """Give a cell as a workbook contains it: a number, a duration, a date where the
+    month comes first, or a text.
+    """
     kind, _, value = cell.partition(":")
     if kind == "clock":
         return datetime.timedelta(seconds=float(value))

@@ -1,4 +1,6 @@
-"""Run every command in every format, its output into a file and onto a terminal, in this process's locale."""
+"""Run every command in every format, its output into a file and onto a terminal, in
+this process's locale.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ LINES = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitline
 
 
 def run(line: str, out: int, encoding: str) -> None:
-    """Run a command with a descriptor for standard output and error, opened as Python opens its own."""
+    """Run a command with a descriptor for standard output and error, opened as Python
+    opens its own.
+    """
     from gyrodata.cli import app
 
     with open(out, "wb", closefd=False) as raw:

@@ -1,4 +1,6 @@
-"""From a log to its result: published logs, doubts, hints that are followed, and runs left out."""
+"""From a log to its result: published logs, doubts, hints that are followed, and runs
+left out.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +22,12 @@ from gyrodata.tables import NamedFit
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
 
-# Arm [m] and three timings [s] (published student data); the "period" is 40° of precession.
+# Arm [m] and three timings [s] (published student data); the "period" is 40° of
+# precession.
 ARMS = """0.12 8.13 8.16 8.35; 0.15 6.28 6.46 6.41; 0.18 4.87 5.25 5.25; 0.21 4.44 4.22 4.60; 0.24 4.03 3.78 4.00;
     0.27 3.65 3.75 3.56; 0.3 3.28 3.03 2.97"""
-# Decimal commas (published student data, github.com/aidenfmunro/Labs, 1.2.5); spin 392 turns a second.
+# Decimal commas (published student data, github.com/aidenfmunro/Labs, 1.2.5); spin 392
+# turns a second.
 COMMAS = """0,074 139,48; 0,092 110,54; 0,116 88,06; 0,141 72,22; 0,179 59,91; 0,218 46,70; 0,272 37,85; 0,340 29,95"""
 
 
@@ -158,7 +162,8 @@ def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
 ) -> None:
     table = draw(Bench(hand=hand), seed)
     if hand < 0.5:
-        # The balance weight was moved with each weight: M0 is +5, -5 and 0 % of the lightest torque.
+        # The balance weight was moved with each weight: M0 is +5, -5 and 0 % of the
+        # lightest torque.
         m0 = np.repeat([0.05, -0.05, 0.0], 3) * table.mass[0] / table.mass
         table = table._replace(time=np.round(table.time / (1 + m0), 2))
     log = write(table)
@@ -290,7 +295,8 @@ def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
 
 
 def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy() -> None:
-    # 4.5 turns were written of a weight that was timed for 5, and the fit blames another weight.
+    # 4.5 turns were written of a weight that was timed for 5, and the fit blames
+    # another weight.
     log = (
         "# g: 9.80665\nmass [g],position [cm],spin [rpm],time [s],turns\n20.1,14.8,197,97.46,5\n"
         "20.1,14.8,407,199.41,5\n20.1,14.8,613,302.93,5\n40.3,14.8,196,48.63,4.5\n40.3,14.8,416,103.32,4.5\n"

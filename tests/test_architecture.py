@@ -1,4 +1,6 @@
-"""Imports only go down the shelves, and heavy libraries stay in the rooms that own them."""
+"""Imports only go down the shelves, and heavy libraries stay in the rooms that own
+them.
+"""
 
 from __future__ import annotations
 

@@ -29,7 +29,9 @@ CHARTS = ("motion", "motion_order", "estimators", "failures")
 
 
 def ticking() -> Callable[[], float]:
-    """A clock on which 1/1024 s passes between two looks: a difference without rounding."""
+    """A clock on which 1/1024 s passes between two looks: a difference without
+    rounding.
+    """
     ticks = itertools.count()
     return lambda: next(ticks) / 1024
 

@@ -1,4 +1,6 @@
-"""`gyro check`, `gyro template` and `gyro schema`: what a log lacks, a log to fill in, and what outputs look like."""
+"""`gyro check`, `gyro template` and `gyro schema`: what a log lacks, a log to fill in,
+and what outputs look like.
+"""
 
 from __future__ import annotations
 
@@ -116,7 +118,8 @@ class TestTemplate:
             runs[-1],
             True,
         )
-        # A drift of the balance is no slope in the torque: each weight is hung early and late.
+        # A drift of the balance is no slope in the torque: each weight is hung early
+        # and late.
         for mass in set(masses) if spins > 1 else ():
             places = [i for i, run in enumerate(runs) if run[0] == mass]
             assert sum(places) / len(places) == pytest.approx(
@@ -165,7 +168,9 @@ TYPED = {
 
 
 def workbook_of(code: str, path: Path) -> None:
-    """Write a log as a workbook with a formula that was not calculated (G110), or with a hidden row."""
+    """Write a log as a workbook with a formula that was not calculated (G110), or with
+    a hidden row.
+    """
     book = openpyxl.Workbook()
     for line in SAMPLE.read_text("utf-8").splitlines():
         book.active.append(line.split(","))

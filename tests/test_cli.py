@@ -116,7 +116,7 @@ def test_the_first_screen_has_a_dozen_lines_and_a_run_in_words() -> None:
     assert "HTML report" not in shown[0], "there is none"
 
 
-# --- the first ten minutes ---------------------------------------------------------------------------------------
+# --- the first ten minutes ---
 
 
 @pytest.fixture

@@ -63,7 +63,8 @@ def test_the_common_exponent_agrees_with_least_squares() -> None:
 
 
 def test_run_without_any_error_of_its_own_leaves_the_common_exponent_right() -> None:
-    # By an exact clock and tachometer, only the sights at the thirds of a turn give a run an error.
+    # By an exact clock and tachometer, only the sights at the thirds of a turn give a
+    # run an error.
     rows = re.sub(
         r"([46]0\d),(.+),1\n",
         lambda run: f"{run[1]},{float(run[2]) / 3:.2f},1/3\n",

@@ -1,4 +1,6 @@
-"""Files whole or not at all, through no link, by one gyro at a time, under names that every system can write."""
+"""Files whole or not at all, through no link, by one gyro at a time, under names that
+every system can write.
+"""
 
 from __future__ import annotations
 

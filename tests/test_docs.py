@@ -1,4 +1,6 @@
-"""Formulas, tables and numbers on the pages of `gyro explain` are those of the code; links lead somewhere."""
+"""Formulas, tables and numbers on the pages of `gyro explain` are those of the code;
+links lead somewhere.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,7 @@ TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in PAGES}
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 
 
-# --- formulas are carried out as they are printed ------------------------------------------------------------
+# --- formulas are carried out as they are printed ---
 
 
 class Vector(np.ndarray[Any, Any]):
@@ -175,7 +177,7 @@ def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> 
     )
 
 
-# --- approximations -----------------------------------------------------------------------------------------------
+# --- approximations ---
 
 
 def marked(page: str, mark: str) -> list[list[str]]:
@@ -286,7 +288,7 @@ def test_approximations_are_complete() -> None:
     )
 
 
-# --- tables of what stands in the code -------------------------------------------------------------------------
+# --- tables of what stands in the code ---
 
 
 def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
@@ -329,12 +331,14 @@ def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
     assert read_log(f"{lines}{header}\n{row}\n".encode()).ok
 
 
-# --- every other number of the pages -----------------------------------------------------------------------------
+# --- every other number of the pages ---
 
 
 @cache
 def selfchecked() -> list[float]:
-    """Labs that are simulated of the sample, and how often [%] three fits contain the truth."""
+    """Labs that are simulated of the sample, and how often [%] three fits contain the
+    truth.
+    """
     done = json.loads(
         CliRunner().invoke(app, ["selfcheck", str(SAMPLE), "--format", "json"]).stdout
     )
@@ -430,7 +434,7 @@ def test_a_code_or_column_on_a_page_is_one_of_gyro() -> None:
     } == set()
 
 
-# --- links, and the terminal ------------------------------------------------------------------------------------
+# --- links, and the terminal ---
 
 
 def anchors(text: str) -> set[str]:

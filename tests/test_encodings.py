@@ -1,4 +1,6 @@
-"""No number is damaged on its way out: every format in every locale, into a file, a pipe and onto a terminal."""
+"""No number is damaged on its way out: every format in every locale, into a file, a
+pipe and onto a terminal.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,8 @@ LOCALES = {
     "ascii": {"LC_ALL": "C", **PLAIN},
 }
 
-# A header in Greek and Russian, a name, and a number that is none: all is told, and quoted.
+# A header in Greek and Russian, a name, and a number that is none: all is told, and
+# quoted.
 BAD = "# оператор: Ünal\nmass [g], position [cm], spin [rpm], T₁ [ms²], turns\n20, 15, 400, 1３.0, ½\n"
 
 
@@ -71,7 +74,9 @@ RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 
 
 def numbers(text: str) -> list[str]:
-    """List the numbers of a text, however their powers of ten and their squares are written."""
+    """List the numbers of a text, however their powers of ten and their squares are
+    written.
+    """
     text = re.sub(
         r"[×x·*] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
         lambda m: f" <{unicodedata.normalize('NFKC', m[1])}> ",
@@ -100,7 +105,8 @@ def test_every_number_is_the_same_in_every_locale_in_a_file_and_on_a_terminal(
         for name, (kept_there, shown_there) in zip(LOCALES, found, strict=True):
             assert kept_there == kept, (name, line)
             assert numbers(shown_there) == numbers(shown), (name, line)
-            # A question mark stands for what is no sign, in a broken file, and for nothing else.
+            # A question mark stands for what is no sign, in a broken file, and for
+            # nothing else.
             lost = (
                 0 if name == "utf-8" else len(re.findall(r"[\x80-\x9f\ufffd]", shown))
             )

@@ -1,4 +1,6 @@
-"""The user's environment costs no answer and no grade: matplotlibrc, MPLBACKEND, and JSON that a terminal obeys."""
+"""The user's environment costs no answer and no grade: matplotlibrc, MPLBACKEND, and
+JSON that a terminal obeys.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ nonsense
 
 
 def drawn(home: Path, **environment: str) -> dict[str, bytes]:
-    """Analyse a log and grade a class in a process of its own; return I_zz, and what is drawn."""
+    """Analyse a log and grade a class in a process of its own; return I_zz, and what is
+    drawn.
+    """
     for name in ("log-report", "class-grades"):
         shutil.rmtree(home / name, ignore_errors=True)
     make_folder(home / "class", {"ann.csv": SAMPLE.read_bytes()})

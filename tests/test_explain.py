@@ -90,7 +90,8 @@ EFFECTS = [
     ),
     ("G454", "0.94 % instead of 0.72 %", "10,0,.*", "", 0.99, 0.935),
 ]
-"""Code, words of its text, what is changed in the sample log; I_zz after and before, and u(I_zz) [%] if not 0."""
+"""Code, words of its text, what is changed in the sample log; I_zz after and before,
+and u(I_zz) [%] if not 0."""
 
 
 @pytest.mark.parametrize(("code", "words", "old", "new", "factor", "u"), EFFECTS)

@@ -1,4 +1,6 @@
-"""What is nobody's log's fault: a fault of gyro costs one log, a full disk or a closed stream a line; no traceback."""
+"""What is nobody's log's fault: a fault of gyro costs one log, a full disk or a closed
+stream a line; no traceback.
+"""
 
 import json
 import os

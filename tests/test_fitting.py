@@ -19,7 +19,9 @@ from gyrodata.measurements import Measurements
 
 
 def latent_least_squares(measured: Measurements) -> tuple[float, float]:
-    """The same problem by another method: every true reading is an unknown of one big least-squares problem."""
+    """The same problem by another method: every true reading is an unknown of one big
+    least-squares problem.
+    """
     count = len(measured.runs)
     time, spin, spin_scale, mass, zero = measured.sources
 
@@ -77,7 +79,8 @@ def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
 def test_agrees_with_the_posterior_by_plain_integration(
     repeats: int, weights: tuple[float, ...], close: float
 ) -> None:
-    # Times are normal about the model with a covariance that is written down whole; I_zz, M0 and s on a dense grid.
+    # Times are normal about the model with a covariance that is written down whole;
+    # I_zz, M0 and s on a dense grid.
     measured = lab(
         np.random.default_rng(4),
         repeats=repeats,
@@ -282,7 +285,8 @@ def test_one_more_run_never_raises_the_mean_u(bench: Bench) -> None:
 
 
 def test_value_and_uncertainty_agree_with_gtc() -> None:
-    # Two runs and two unknowns: M T = I L − M0 T is solved, and GTC propagates the readings' errors through it.
+    # Two runs and two unknowns: M T = I L − M0 T is solved, and GTC propagates the
+    # readings' errors through it.
     from GTC import uncertainty, ureal, value
 
     measured = replace(

@@ -1,4 +1,6 @@
-"""Markdown, LaTeX and CSV: what they say, and that no text of a log does anything in them."""
+"""Markdown, LaTeX and CSV: what they say, and that no text of a log does anything in
+them.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ EVIL = (
 
 @cache
 def evil() -> Analysis:
-    """An analysis of a log with a text that does harm somewhere in every place that takes one."""
+    """An analysis of a log with a text that does harm somewhere in every place that
+    takes one.
+    """
     out = io.StringIO()
     writer = csv.writer(out)
     for i, note in enumerate(EVIL):
@@ -78,7 +82,7 @@ TEXTS = st.text(max_size=40) | st.text(
 )
 
 
-# --- what is read ------------------------------------------------------------------------------------------
+# --- what is read ---
 
 
 def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -> None:
@@ -156,7 +160,7 @@ def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
     assert NUMBER.findall(text) == NUMBER.findall(" ".join(shown))
 
 
-# --- LaTeX -------------------------------------------------------------------------------------------------
+# --- LaTeX ---
 
 
 def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
@@ -214,7 +218,7 @@ def test_the_document_compiles_when_latex_is_installed(
     assert "passwd" not in (tmp_path / "report.fls").read_text("utf-8", "replace")
 
 
-# --- Markdown ----------------------------------------------------------------------------------------------
+# --- Markdown ---
 
 
 def shown_as(source: str) -> str:
@@ -257,7 +261,7 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
     assert html.escape(EVIL[2]) in page
 
 
-# --- CSV ---------------------------------------------------------------------------------------------------
+# --- CSV ---
 
 
 @given(TEXTS)
@@ -276,7 +280,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
     assert residuals == [float(f"{run.residual:.12g}") for run in analysis.run_table]
 
 
-# --- text --------------------------------------------------------------------------------------------------
+# --- text ---
 
 
 @given(st.text(max_size=20) | st.text("\x1b[]0;m\x07\x9b\r\b", max_size=20))
@@ -290,7 +294,7 @@ def test_no_text_commands_a_terminal(text: str) -> None:
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
 
 
-# --- digits -------------------------------------------------------------------------------------------------
+# --- digits ---
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 

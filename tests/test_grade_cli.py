@@ -1,4 +1,6 @@
-"""`gyro grade` from the outside: the sample class, what is written and printed, exit codes, and what is refused."""
+"""`gyro grade` from the outside: the sample class, what is written and printed, exit
+codes, and what is refused.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,7 @@ def grades(graded: tuple[Result, Path], tmp_path: Path) -> Path:
     return Path(shutil.copytree(graded[1], tmp_path / "grades"))
 
 
-# --- the sample class ---------------------------------------------------------------------------------------
+# --- the sample class ---
 
 
 def test_the_stored_class_is_what_the_script_makes() -> None:
@@ -245,7 +247,7 @@ def test_json_ndjson_and_csv(
     assert list(tmp_path.iterdir()) == [], "nothing is written to disk"
 
 
-# --- what changes -------------------------------------------------------------------------------------------
+# --- what changes ---
 
 
 def test_a_dry_run_tells_what_would_change_and_writes_nothing(
@@ -305,7 +307,7 @@ def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(
     assert rows_of(grades)["113"]["total"] == "15.00"
 
 
-# --- options ------------------------------------------------------------------------------------------------
+# --- options ---
 
 
 @pytest.mark.parametrize("name", ["my data.csv", "lab.xlsx"])
@@ -412,7 +414,9 @@ def test_hostile_names_stay_text(
 def grading(
     tmp_path: Path, count: int, *, hears_control_c: bool = True
 ) -> Iterator[subprocess.Popen[str]]:
-    """Start to grade a class of so many equal logs, and wait for the first line of the journal."""
+    """Start to grade a class of so many equal logs, and wait for the first line of the
+    journal.
+    """
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
     root = make_folder(
         tmp_path / "class", {f"s{number:04d}.csv": log for number in range(count)}

@@ -1,4 +1,6 @@
-"""No wrong number in silence: where there is no answer to believe, there is none, and words that help."""
+"""No wrong number in silence: where there is no answer to believe, there is none, and
+words that help.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,7 @@ def refusal(log: str) -> Diagnostic:
     return error
 
 
-# --- uncertainties stated as none, or as very large ---------------------------------------------------------------
+# --- uncertainties stated as none, or as very large ---
 
 
 def nine_runs(stated: dict[str, str], noise: float) -> str:
@@ -116,7 +118,8 @@ def test_a_scale_that_is_hardly_known_is_in_u(
     try:
         found = gyrodata.analyze(nine_runs(stated, 1.0).encode()).inertia
     except LogError as refused:
-        # An interval that reaches zero is no measurement, and the key that does it is named.
+        # An interval that reaches zero is no measurement, and the key that does it is
+        # named.
         (error,) = [d for d in refused.diagnostics if d.severity == "error"]
         assert others or (percent, error.code, key in error.hint) == (50, "G435", True)
         return
@@ -124,7 +127,7 @@ def test_a_scale_that_is_hardly_known_is_in_u(
     assert abs(found.value - INERTIA) < 1.5 * found.u
 
 
-# --- a lab that times 1/3, 2/3 and 1 turn, and writes one count in every row ---------------------------------------
+# --- a lab that times 1/3, 2/3 and 1 turn, and writes one count in every row ---
 
 
 @pytest.mark.parametrize("seed", range(2))

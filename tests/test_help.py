@@ -1,4 +1,6 @@
-"""The help of every command is whole and has an example that works, and a shell completes what is typed."""
+"""The help of every command is whole and has an example that works, and a shell
+completes what is typed.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,8 @@ def test_the_example_at_the_foot_works(
     _, *words = shlex.split(
         help_of(name).partition("Example:")[2].replace("\\\n", " ").partition(">")[0]
     )
-    # The benchmark takes a minute, and 1,000 labs 5 s: of the first, only the options are read.
+    # The benchmark takes a minute, and 1,000 labs 5 s: of the first, only the options
+    # are read.
     words += {"gyro benchmark": ["--help"], "gyro selfcheck": ["--labs", "20"]}.get(
         name, []
     )

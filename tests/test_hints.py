@@ -1,7 +1,8 @@
-"""Hints are promises: each is carried out to the letter on a log that raises it, and the truth must come out.
+"""Hints are promises: each is carried out to the letter on a log that raises it, and
+the truth must come out.
 
-What a hint asks of the lab, another run or a new weighing, cannot be typed into a log: those codes are listed by name.
-"""
+What a hint asks of the lab, another run or a new weighing, cannot be typed into a log:
+those codes are listed by name."""
 
 from __future__ import annotations
 
@@ -143,7 +144,8 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
 
     if pairs := re.findall(r'--map (\w+)="([^"]+)"', hint.partition(" or --map")[0]):
         stated = re.search(r'--set (\w+)="?([^"?…]+)"?\?', hint)
-        # A time that fits a whole period as well: the student did time one turn here, as the other way says.
+        # A time that fits a whole period as well: the student did time one turn here,
+        # as the other way says.
         other = re.search(r'or --map (precession_period)="([^"]+)"', hint)
         return log, {
             "mapping": dict([other.groups()] if other else pairs),

@@ -1,4 +1,6 @@
-"""Straight lines with errors in both variables: published answers, exact arithmetic, other programs, refusals."""
+"""Straight lines with errors in both variables: published answers, exact arithmetic,
+other programs, refusals.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ def test_agrees_with_gtc() -> None:
     assert line.slope == pytest.approx(value(oracle.a_b[1]), rel=1e-7)
     assert line.intercept == pytest.approx(value(oracle.a_b[0]), rel=1e-7)
     assert line.chi2 == pytest.approx(oracle.ssr, rel=1e-7)
-    # Without errors in x and with uncertain numbers for y its propagation is the whole of the covariance.
+    # Without errors in x and with uncertain numbers for y its propagation is the whole
+    # of the covariance.
     propagated = type_b.line_fit_wls(
         [float(x) for x in YORK_X],
         [ureal(*pair) for pair in zip(YORK_Y, u_y, strict=True)],
@@ -40,7 +43,9 @@ def test_agrees_with_gtc() -> None:
 def agrees_with_exact_arithmetic(
     line: LineFit, x: np.ndarray, y: np.ndarray, U: np.ndarray, constant: bool = True
 ) -> None:
-    """Fit the same line with 50 digits, by another way: weights from the inverse of the conditions' covariance."""
+    """Fit the same line with 50 digits, by another way: weights from the inverse of the
+    conditions' covariance.
+    """
     n = len(x)
     with mpmath.workdps(50):
         xs, ys, full = (mpmath.matrix(values.tolist()) for values in (x, y, U))
@@ -73,7 +78,9 @@ def agrees_with_exact_arithmetic(
 def correlated(
     seed: int, constant: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nine points and a full covariance: errors of their own, and three that all share in different measure."""
+    """Nine points and a full covariance: errors of their own, and three that all share
+    in different measure.
+    """
     random, n = np.random.default_rng(seed), 9
     shared = random.standard_normal((2 * n, 3))
     U = 0.01 * (np.diag(random.uniform(0.5, 2, 2 * n)) + 0.5 * shared @ shared.T)
@@ -106,7 +113,8 @@ def test_singular_covariances_agree_with_exact_arithmetic() -> None:
     U = np.zeros((2 * n, 2 * n))
     U[:n, :n], U[n:, n:] = 0.03, np.diag(variances)
     agrees_with_exact_arithmetic(fit_line(x, y, U[:n, :n], variances), x, y, U)
-    # Exact x and a shared error alone in y leave the slope exact, and the whole error in the constant.
+    # Exact x and a shared error alone in y leave the slope exact, and the whole error
+    # in the constant.
     line = fit_line(x, 2.5 * x + 1, None, np.full((n, n), 0.04))
     assert (line.slope, line.u_slope) == (
         pytest.approx(2.5, rel=1e-13),

@@ -1,4 +1,6 @@
-"""Many logs in one call: one bad log does not stop the others, and none changes the answer of another."""
+"""Many logs in one call: one bad log does not stop the others, and none changes the
+answer of another.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,7 @@ def test_a_log_has_the_same_answer_alone_and_among_others(tmp_path: Path) -> Non
     assert among == alone
 
 
-# --- names, tables and files ---------------------------------------------------------------------------------
+# --- names, tables and files ---
 
 
 @pytest.fixture

@@ -1,4 +1,6 @@
-"""What the readings mean, how uncertain each is, and which errors runs share: seen in the result and its budget."""
+"""What the readings mean, how uncertain each is, and which errors runs share: seen in
+the result and its budget.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ def result(log: str, **settings: str) -> dict[str, Any]:
 
 
 def budget(log: str, **settings: str) -> dict[str, float]:
-    """Relative uncertainty of I_zz from each source, if the tachometer, which every run shares, is good to 0.1 %."""
+    """Relative uncertainty of I_zz from each source, if the tachometer, which every run
+    shares, is good to 0.1 %.
+    """
     found = result(f"# u_imbalance: 0 N*m\n{log}", **settings)
     told = {one["source"]: one["u_inertia"] for one in found["budget"]}
     return {name: 0.001 * u / told["spin_scale"] for name, u in told.items()}
@@ -72,7 +76,8 @@ def test_reading_in_any_form_has_its_si_value(
 SURFACE = "# position_from: surface\n# ball_diameter: 10 cm\n"
 # The spin falls by 1/e in 1000 s, within a factor of 2.
 LATE = math.exp(math.log(2) ** 2) / 1000
-# Read 2 s ± 1.7 s late, and corrected for 2 s: the factor of 2 is then an error of the correction.
+# Read 2 s ± 1.7 s late, and corrected for 2 s: the factor of 2 is then an error of the
+# correction.
 LATE_BY_2_S = (
     math.sqrt(
         1.7**2 * 4 ** math.log(2)
@@ -86,7 +91,8 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
 @pytest.mark.parametrize(
     ("log", "shares"),
     [
-        # What is not stated has the default of its kind and the rounding of its last digit.
+        # What is not stated has the default of its kind and the rounding of its last
+        # digit.
         (
             HEAD + ROW,
             {
@@ -116,7 +122,8 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
         # Gravity is known better from a latitude, and given is exact.
         ("# latitude: 45 deg\n" + HEAD + ROW, {"g": 0.0001}),
         ("# u_g: 1 %\n# latitude: 33.9 S\n" + HEAD + ROW, {"g": 0.01}),
-        # A period or a rate has its own uncertainty, which serves for the time beside it.
+        # A period or a rate has its own uncertainty, which serves for the time beside
+        # it.
         (
             SIGHTED
             + "turns,precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n",
@@ -238,7 +245,8 @@ def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time()
     at_the_middle, before = (
         result(f"# u_spin_delay: 0 s\n{head}{row}") for head in heads
     )
-    # The spin in the middle was lower, and so I_zz is larger. What was read is shown as it was read.
+    # The spin in the middle was lower, and so I_zz is larger. What was read is shown as
+    # it was read.
     ratio = before["inertia"]["value"] / at_the_middle["inertia"]["value"]
     assert ratio == pytest.approx(math.exp(20 / 1000), rel=2e-3)
     assert before["runs"][0]["spin"] == pytest.approx(400 * RPM, rel=1e-12)
@@ -298,7 +306,8 @@ def test_only_a_part_of_a_turn_is_sighted() -> None:
         (",15,400,23.1,1", "mass", True),
         ("20.1,15,400,23.1,1", "mass", False),
         ("20,15.1,400,23.1,1", "position", False),
-        # A spin that is typed twice was read twice, and one for the whole log was read once.
+        # A spin that is typed twice was read twice, and one for the whole log was read
+        # once.
         ("20,15,400,23.1,1", "spin", False),
         ("20,15,,23.1,1\n20,15,,23.1,1", "spin", True),
         ("20,15,400,23.1,1", "time", False),
@@ -346,7 +355,8 @@ def test_balance_test_limits_m0_by_its_torque() -> None:
         width("balance_tilt: 3 deg in 10 s"),
     )
     assert tilt < 0.7 * drift < 0.5 * width("station: 1")
-    # I_zz times the spin times the drift's rate; twice I times the tilt over the square of its time.
+    # I_zz times the spin times the drift's rate; twice I times the tilt over the square
+    # of its time.
     assert width("balance_drift: 10 deg in 60 s at 200 rpm") == pytest.approx(
         drift, rel=1e-6
     )
@@ -515,7 +525,9 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
         def told(
             keys: Iterable[str], log: str = log, name: str = name
         ) -> tuple[object, set[str]]:
-            """Give the budget if these are stated, and those that are said to change nothing."""
+            """Give the budget if these are stated, and those that are said to change
+            nothing.
+            """
             keys = list(keys)
             us = (
                 "0.3 %"

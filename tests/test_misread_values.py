@@ -1,4 +1,6 @@
-"""Values that can be misread in silence: g, times with a colon, floats of a DataFrame, rows typed twice."""
+"""Values that can be misread in silence: g, times with a colon, floats of a DataFrame,
+rows typed twice.
+"""
 
 from __future__ import annotations
 

@@ -32,7 +32,9 @@ def analysed(log: str, model: str = "auto") -> gyrodata.Analysis:
 
 
 def simulated(**truth: object) -> str:
-    """A log without errors that states no uncertainty, so that the usual ones are taken."""
+    """A log without errors that states no uncertainty, so that the usual ones are
+    taken.
+    """
     return "".join(
         line
         for line in made(EXACT, **truth).splitlines(True)

@@ -1,4 +1,6 @@
-"""The notebook in sample_data/ runs in a new kernel and shows what is stored; ``python tests/make_notebook.py``."""
+"""The notebook in sample_data/ runs in a new kernel and shows what is stored; ``python
+tests/make_notebook.py``.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ STORED: dict[str, Any] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
 
 
 def shown(notebook: dict[str, Any]) -> list[Any]:
-    """List what every cell shows: words and numbers, and of a drawing that there is one."""
+    """List what every cell shows: words and numbers, and of a drawing that there is
+    one.
+    """
     told = []
     for cell in notebook["cells"]:
         texts: dict[str, str] = {}

@@ -1,4 +1,5 @@
-"""What the options --set, --map, --config and those of the template are refused for, mended as the hint says.
+"""What the options --set, --map, --config and those of the template are refused for,
+mended as the hint says.
 
 Each hint is carried out to the letter on a log of a known truth, which must come out.
 """
@@ -146,7 +147,8 @@ VALUES = [
     (LOG, "motion", "free", "", "released"),
     (LOG, "rod_mass", "1,300 g", "", "1300 g"),
 ]
-"""Log, key, value, the number meant where the value has none, and what the hint makes of it."""
+"""Log, key, value, the number meant where the value has none, and what the hint makes
+of it."""
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
-"""What is published: what the wheel and the source contain, and the versions of its libraries."""
+"""What is published: what the wheel and the source contain, and the versions of its
+libraries.
+"""
 
 from __future__ import annotations
 

@@ -166,7 +166,9 @@ def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
 
 
 def test_one_run_is_worked_out_by_hand() -> None:
-    """The first one with a load that is in the fit, and each step follows from the numbers before it."""
+    """The first one with a load that is in the fit, and each step follows from the
+    numbers before it.
+    """
     head, row = KINDS["one torque"].splitlines()[1], "{},15,{},{:.2f},1\n".format
     runs = (
         "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"

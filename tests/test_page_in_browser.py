@@ -1,4 +1,6 @@
-"""The page in a real browser: no error, no request, no scrolling sideways on a phone, sorting."""
+"""The page in a real browser: no error, no request, no scrolling sideways on a phone,
+sorting.
+"""
 
 from __future__ import annotations
 

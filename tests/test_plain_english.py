@@ -1,4 +1,6 @@
-"""Texts contain few of the patterns that the style guide in `.github/CONTRIBUTING.md` advises against."""
+"""Texts contain few of the patterns that the style guide in `.github/CONTRIBUTING.md`
+advises against.
+"""
 
 from __future__ import annotations
 

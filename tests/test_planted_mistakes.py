@@ -1,7 +1,8 @@
-"""Twenty-eight mistakes, each planted into a correct log: what `gyro analyze` says, with and without the ball.
+"""Twenty-eight mistakes, each planted into a correct log: what `gyro analyze` says,
+with and without the ball.
 
-The log is simulated below: I_zz = 0.00444 kg*m^2, M0 = 0.6 mN*m, numpy seed 7, and an error of 0.1 s in each time.
-"""
+The log is simulated below: I_zz = 0.00444 kg*m^2, M0 = 0.6 mN*m, numpy seed 7, and an
+error of 0.1 s in each time."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ MASS, POSITION, SPIN, TURNS, TIME = range(5)
 
 
 def clean_log() -> list[list[float]]:
-    """Nine runs as a student types them: mass [g], position [cm], spin [rpm], turns, time [s]."""
+    """Nine runs as a student types them: mass [g], position [cm], spin [rpm], turns,
+    time [s].
+    """
     random, rows = np.random.default_rng(7), []
     for mass, turns in ((20.1, 1 / 3), (40.3, 2 / 3), (60.2, 1.0)):
         for spin in (206.0, 394.0, 604.0):
@@ -82,7 +85,8 @@ def log_text(rows: Rows, header: dict[int, str], lines: list[str]) -> str:
 
 
 PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]] = {
-    # name: how the rows change, headers that change, lines above, and words that name the cause if the ball is stated
+    # name: how the rows change, headers that change, lines above, and words that name
+    # the cause if the ball is stated
     "01 kg under g": (scaled(MASS, 1e-3), {}, [], r"in (kg|kilograms)"),
     "02 cm under mm": (
         list,
@@ -189,7 +193,8 @@ PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]
 }
 
 CANNOT_BE_SEEN = {"03", "04", "15", "23", "26"}
-"""Without the ball nothing in the log contradicts these; the answer says that it was not checked against the ball."""
+"""Without the ball nothing in the log contradicts these; the answer says that it was
+not checked against the ball."""
 
 
 @cache
@@ -219,7 +224,9 @@ def planted_log(name: str, ball: bool) -> str:
 
 
 def outcome(text: str, cause: str) -> tuple[bool, bool, bool]:
-    """Whether the answer is wrong (by 3 u and 3 %), whether something is said, and whether the cause is named."""
+    """Whether the answer is wrong (by 3 u and 3 %), whether something is said, and
+    whether the cause is named.
+    """
     shown, found = analysed(text)
     result = found["result"]
     off = None if result is None else abs(result["inertia"]["value"] - TRUTH)

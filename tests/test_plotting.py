@@ -1,4 +1,6 @@
-"""The figures as a reader sees them: texts that can be read, a mark for each run, the same bytes on every run."""
+"""The figures as a reader sees them: texts that can be read, a mark for each run, the
+same bytes on every run.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def log(
     wrong: int = -1,
     names: list[str] | None = None,
 ) -> bytes:
-    """A log without noise but for a fixed ± 0.1 s; `scale` multiplies I_zz and the masses."""
+    """A log without noise but for a fixed ± 0.1 s; `scale` multiplies I_zz and the
+    masses.
+    """
     rows = ["# g: 9.803 m/s^2", HEADER]
     for number, (mass, spin) in enumerate((m, s) for m in masses for s in spins):
         torque = (
@@ -86,7 +90,9 @@ def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
 
 
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
-    """Each text of a figure with its left, top, right and bottom end [point], but for the width of its last letter."""
+    """Each text of a figure with its left, top, right and bottom end [point], but for
+    the width of its last letter.
+    """
     found = []
     for text, x, y, turn, scale, glyphs in TEXT.findall(svg):
         size = 100 * float(scale)
@@ -192,7 +198,8 @@ def test_figures_show_the_numbers_of_the_analysis(
         np.testing.assert_allclose(
             np.concatenate([line.get_xydata() for line in lines[::-1]]), expected
         )
-        # Each torque has its own colour and its own symbol, the same in every figure and on the page.
+        # Each torque has its own colour and its own symbol, the same in every figure
+        # and on the page.
         looks = [
             (line.get_label().partition("\n")[0], line.get_color(), line.get_marker())
             for line in lines[::-1]

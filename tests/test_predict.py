@@ -1,4 +1,6 @@
-"""`gyro predict`: each number against its formula or an integrator, what a log gives, and what is refused."""
+"""`gyro predict`: each number against its formula or an integrator, what a log gives,
+and what is refused.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,8 @@ NUMBERS = [
         math.sqrt(TORQUE / ((ACROSS - INERTIA) * 0.5)),
         1e-11,
     ),
-    # The least spin of 60 g at 60 degrees, and of an upright rod: published values in rpm.
+    # The least spin of 60 g at 60 degrees, and of an upright rod: published values in
+    # rpm.
     (f"{ROD} --spin 50rpm --pitch 60deg", "critical_spin", 61.32 * RPM, 1e-4),
     *(
         (
@@ -240,7 +243,9 @@ def test_any_rod_has_numbers_or_a_reason(
 @pytest.mark.parametrize("spin", [200, -200])
 @pytest.mark.parametrize("way", ["turn_left", "right_end_up"])
 def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
-    """Let the forces act on a free wheel, its right end along X and the forward direction Y, and integrate."""
+    """Let the forces act on a free wheel, its right end along X and the forward
+    direction Y, and integrate.
+    """
     told = asked(f"twist --wheel-inertia '0.1 kg m^2' --wheel-spin '{spin} rpm'")
     turning, push, words = {
         "turn_left": ([0, 0, 1], [0, 0, -1], "right hand pushes down"),
@@ -267,7 +272,9 @@ def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
 
 @pytest.mark.parametrize("rpm", [-600, 100, 10])
 def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
-    """The force on the tip of a free body, integrated from rest: three nutations and their mean."""
+    """The force on the tip of a free body, integrated from rest: three nutations and
+    their mean.
+    """
     told = asked(f"{PULL} {I_ZZ} --transverse '6.5e-3 kg m^2' --spin '{rpm} rpm'")
     force, rod = np.array([0.0, 0, -0.5]), np.array([1.0, 0, 0])
 

@@ -1,4 +1,6 @@
-"""Each sentence that promises something of every log has a test, listed in promises.toml; some of them are here."""
+"""Each sentence that promises something of every log has a test, listed in
+promises.toml; some of them are here.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ UNCONDITIONAL = re.compile(
 
 
 def promises(text: str) -> Iterator[str]:
-    """Give the sentences of a document that promise: no blocks, tables, headings and references."""
+    """Give the sentences of a document that promise: no blocks, tables, headings and
+    references.
+    """
     text = re.sub(
         r"^```\w+\n.*?^```$",
         "\n",
@@ -68,7 +72,7 @@ def test_every_promise_has_one_test_and_every_test_is_there() -> None:
     ] == []
 
 
-# --- what no other test checks --------------------------------------------------------------------------------------
+# --- what no other test checks ---
 
 HEADER = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
 ROWS = "".join(
@@ -117,7 +121,9 @@ def keys(declared: Any, tables: dict[str, Any], before: str = "") -> Iterator[st
 
 
 def test_no_key_is_taken_away() -> None:
-    """A key that is added may be added to the list; a name of a schema with another number has a list of its own."""
+    """A key that is added may be added to the list; a name of a schema with another
+    number has a list of its own.
+    """
     told, title = set(), ""
     for line in (TESTS / "schema_keys.txt").read_text(encoding="utf-8").splitlines():
         if line.startswith(" "):

@@ -1,4 +1,6 @@
-"""gyrodata in Python: what goes in, what comes out, what an `Analysis` shows of itself, and wrong arguments."""
+"""gyrodata in Python: what goes in, what comes out, what an `Analysis` shows of itself,
+and wrong arguments.
+"""
 
 from __future__ import annotations
 

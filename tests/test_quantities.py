@@ -1,4 +1,6 @@
-"""A quantity is read alike wherever it may be written, and whatever this tool prints of a value it reads."""
+"""A quantity is read alike wherever it may be written, and whatever this tool prints of
+a value it reads.
+"""
 
 import math
 
@@ -30,7 +32,9 @@ def by_setting(text: str) -> gyrodata.Readings:
 
 
 def values(text: str) -> list[tuple[float, float | None]]:
-    """Value and u of a text in a cell, in a line above, in an option, and as the student's answer."""
+    """Value and u of a text in a cell, in a line above, in an option, and as the
+    student's answer.
+    """
     found = []
     for read in (by_cell, by_line, by_setting):
         readings = read(text)
@@ -110,7 +114,8 @@ def test_text_that_is_not_a_quantity_is_refused_everywhere(text: str) -> None:
 def test_comma_that_may_part_thousands_is_asked_about() -> None:
     (told,) = by_line("46,300 g cm^2").diagnostics
     assert (told.code, "46300 or 46.300" in told.message) == ("G306", True)
-    # In a table of decimal commas it is one, and so it is where it can mean one thing only.
+    # In a table of decimal commas it is one, and so it is where it can mean one thing
+    # only.
     table = f"# {KEY}: 46,300 g cm^2\n{HEAD.replace(',', ';')}\n20;15,0;406;13,06;1/3\n"
     assert read_log(table).columns[KEY].values == (pytest.approx(4.63e-6),)
     for text in ("0,300 g m^2", "46,30 g m^2", "4,441×10⁻³ kg m²"):
@@ -134,7 +139,7 @@ def test_angle_in_parts_of_pi_has_its_value(text: str, turns: float) -> None:
     assert angle == pytest.approx(turns * 2 * math.pi, rel=1e-15)
 
 
-# --- what this tool prints ----------------------------------------------------------------------------------
+# --- what this tool prints ---
 
 PAIRS = st.tuples(st.floats(1e-6, 1e2), st.floats(1e-5, 2.0))
 MANY = settings(derandomize=True, deadline=None, max_examples=100)

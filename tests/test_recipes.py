@@ -1,9 +1,10 @@
-"""Recipes of the map for newcomers, carried out on a copy of the package, which must then work.
+"""Recipes of the map for newcomers, carried out on a copy of the package, which must
+then work.
 
-One copy for all, and of each recipe the smallest real example, as a patch: text after a file's name is put in where the
-lines with a blank or a minus before them stand, or at the end of the file where there are none. The recipe must name
-every file that this takes.
-"""
+One copy for all, and of each recipe the smallest real example, as a patch: text after a
+file's name is put in where the lines with a blank or a minus before them stand, or at
+the end of the file where there are none. The recipe must name every file that this
+takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A slow rod that is released, and advice that a user can follow, as both are seen from outside."""
+"""A slow rod that is released, and advice that a user can follow, as both are seen from
+outside.
+"""
 
 from __future__ import annotations
 
@@ -102,9 +104,10 @@ class TestReleased:
     def test_only_a_spin_that_is_read_during_the_run_contains_the_sag(
         self, header: str, spins: str
     ) -> None:
-        # The times are those of the nutation, integrated between its turning points. The
-        # rod is level before the release, so a reading at the start is the total spin; one
-        # during the run is larger by the mean of φ̇ times the sine of the sag.
+        # The times are those of the nutation, integrated between its turning points.
+        # The rod is level before the release, so a reading at the start is the total
+        # spin; one during the run is larger by the mean of φ̇ times the sine of the
+        # sag.
         across = 7.0e-3
         log = f"# g: {G} m/s^2\n# motion: released\n# transverse_inertia: {across} kg*m^2\n"
         log += "# u_spin_delay: 0 s\n# u_time: 1 ms\n# u_time_bias: 0 s\n# u_imbalance: 0 N*m\n"
@@ -151,7 +154,9 @@ mass [g],position [cm],spin [rpm],time [s],turns
 
 
 def with_direction(loaded: str, unloaded: str) -> str:
-    """Add a run without a weight and the column precession_sense, filled in for it and for the first run."""
+    """Add a run without a weight and the column precession_sense, filled in for it and
+    for the first run.
+    """
     first, rest = README.replace(
         "time [s],turns\n", "time [s],turns,precession_sense\n"
     ).split("1/3\n", 1)
@@ -263,7 +268,9 @@ class TestRodThatStays:
 
 
 def filled(sense: str, still: bool, lines: dict[str, str]) -> str:
-    """Fill in the template as its comments say, with the readings of a ball whose I_zz is 4.44e-3 kg*m^2."""
+    """Fill in the template as its comments say, with the readings of a ball whose I_zz
+    is 4.44e-3 kg*m^2.
+    """
     random, rows = np.random.default_rng(3), []
     for row in gyro("template").stdout.splitlines():
         key = re.fullmatch(r"# (\w+): ", row)

@@ -1,4 +1,6 @@
-"""The report in sample_data/ is what the code writes; ``python tests/make_sample_report.py`` writes it anew."""
+"""The report in sample_data/ is what the code writes; ``python
+tests/make_sample_report.py`` writes it anew.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +33,6 @@ def test_the_stored_report_is_what_the_command_writes(tmp_path: Path) -> None:
     for name in FIGURES:
         kept, made = (dots(folder / name) for folder in (REPORT, tmp_path / "report"))
         assert kept.shape == made.shape
-        # Another release of matplotlib or of the font library moves edges by a part of a dot.
-        # A dot everywhere makes 3.
+        # Another release of matplotlib or of the font library moves edges by a part of
+        # a dot. A dot everywhere makes 3.
         assert np.abs(kept - made).mean() < 3, name

@@ -1,4 +1,6 @@
-"""`gyro schema`: every key of an output is declared, and every declared key is emitted, at every depth."""
+"""`gyro schema`: every key of an output is declared, and every declared key is emitted,
+at every depth.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A lab's fits tried out on labs like it: what an honest uncertainty covers, and what the textbook's does."""
+"""A lab's fits tried out on labs like it: what an honest uncertainty covers, and what
+the textbook's does.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A log from a known truth: the analysis finds the truth again, and errors have the stated size."""
+"""A log from a known truth: the analysis finds the truth again, and errors have the
+stated size.
+"""
 
 from __future__ import annotations
 
@@ -190,7 +192,9 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
 
 
 def test_three_spin_readings_find_any_law_of_decay() -> None:
-    """Dry friction: the spin falls evenly by 30 %, so that a run takes 2π I_zz ψ̇ 0.3 / (M ln(1/0.7))."""
+    """Dry friction: the spin falls evenly by 30 %, so that a run takes 2π I_zz ψ̇ 0.3 /
+    (M ln(1/0.7)).
+    """
     rows = [
         "mass [g],position [cm],spin at start [rad/s],spin [rad/s],spin at end [rad/s],time [s],turns"
     ]
@@ -226,7 +230,9 @@ def test_three_spin_readings_find_any_law_of_decay() -> None:
 def test_errors_have_the_stated_size_and_are_shared(
     key: str, role: str, within: int
 ) -> None:
-    """A share of 1 % of one weight, timed 300 times: each reading has its own error, or all have one."""
+    """A share of 1 % of one weight, timed 300 times: each reading has its own error, or
+    all have one.
+    """
     wide = Uncertainty(0.0015) if role == "position" else Uncertainty(0.0, 0.01)
     spread, common = [], []
     for seed in range(12):

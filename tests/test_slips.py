@@ -1,4 +1,6 @@
-"""Slips of unit, origin, count or column planted in good logs: each is named, and nearly always as it was made."""
+"""Slips of unit, origin, count or column planted in good logs: each is named, and
+nearly always as it was made.
+"""
 
 from __future__ import annotations
 
@@ -99,7 +101,9 @@ def slipped(name: str) -> Lab:
 
 
 def told(log: str) -> list[str]:
-    """What is said of magnitudes, by the analysis or, where there is no answer, beside the error; the first first."""
+    """What is said of magnitudes, by the analysis or, where there is no answer, beside
+    the error; the first first.
+    """
     try:
         found = analyze_briefly(log.encode()).diagnostics
     except gyrodata.LogError as error:

@@ -1,4 +1,6 @@
-"""What students write as units, and what it must mean; pint, with its own definitions, is the other opinion."""
+"""What students write as units, and what it must mean; pint, with its own definitions,
+is the other opinion.
+"""
 
 import math
 

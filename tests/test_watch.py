@@ -1,4 +1,6 @@
-"""``gyro analyze --watch``: when a file is read again, and what is said of a lab half-way."""
+"""``gyro analyze --watch``: when a file is read again, and what is said of a lab
+half-way.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ pytestmark = pytest.mark.skipif(
 
 
 def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
-    """Watch a file: wait for a line of each step, do what it says, and stop with Ctrl-C behind the last one."""
+    """Watch a file: wait for a line of each step, do what it says, and stop with Ctrl-C
+    behind the last one.
+    """
     command = [sys.executable, "-m", "gyrodata", "analyze", path.name, "--watch"]
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()

@@ -1,4 +1,6 @@
-"""Odd runs: the cell that would explain one, the doubt about which runs are wrong, and logs of three runs."""
+"""Odd runs: the cell that would explain one, the doubt about which runs are wrong, and
+logs of three runs.
+"""
 
 from __future__ import annotations
 
@@ -164,7 +166,8 @@ def test_six_runs_with_wrong_counts_are_right_or_doubted(
         table.time[wrong] *= (turns + more) / turns
         outcomes.append(outcome(table))
     assert outcomes.count("wrong") <= (miscounts == 2)
-    # Which of two pairs of runs is wrong is decided by the other weight, but for two runs of one weight.
+    # Which of two pairs of runs is wrong is decided by the other weight, but for two
+    # runs of one weight.
     assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 3}[miscounts]
 
 
@@ -180,7 +183,8 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
         "Do not rely on this answer"
         in CliRunner().invoke(app, ["analyze", "-"], input=text).stdout
     )
-    # Run 5 timed again agrees with run 5, so that runs 4 and 6 are taken out; or their counts are corrected.
+    # Run 5 timed again agrees with run 5, so that runs 4 and 6 are taken out; or their
+    # counts are corrected.
     assert outcome(Table(*(np.delete(column, [3, 5]) for column in table))) == "right"
     table.turns[[3, 5]] = "6"
     assert outcome(table) == "right"

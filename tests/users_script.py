@@ -1,4 +1,6 @@
-"""What a user writes who calls every public function: checkers of types see no fault, and it runs."""
+"""What a user writes who calls every public function: checkers of types see no fault,
+and it runs.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,8 @@ def everything(log: Path, class_folder: Path, folder: Path) -> float:
 
 
 if TYPE_CHECKING:
-    # mypy must see that each line is wrong: a comment that it does not need is an error.
+    # mypy must see that each line is wrong: a comment that it does not need is an
+    # error.
     LAB = gyrodata.analyze("log.csv", model="stedy")  # type: ignore[arg-type]
     WORD: str = LAB.inertia.value  # type: ignore[assignment]
     HALF = LAB.inertia.u / 2  # type: ignore[operator]

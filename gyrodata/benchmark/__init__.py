@@ -1,8 +1,10 @@
 """The benchmark: speed against accuracy, and cases in which methods fail.
 
-There are four parts with one chart each. `motions` compares models and integrators of the motion, `estimators` compares
-fits of simulated labs with a known truth, and `failures` shows for each failure of a method a solution. `report` runs
-all parts and writes tables. The clock is an argument: everything except times is the same for the same seed.
+There are four parts with one chart each. `motions` compares models and integrators of
+the motion, `estimators` compares fits of simulated labs with a known truth, and
+`failures` shows for each failure of a method a solution. `report` runs all parts and
+writes tables. The clock is an argument: everything except times is the same for the
+same seed.
 """
 
 from gyrodata.benchmark.estimators import HONEST, TrialPanel

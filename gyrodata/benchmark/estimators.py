@@ -1,8 +1,9 @@
 """Textbook fits and the recommended fit, compared on simulated labs with a known I_zz.
 
-Each fit returns I_zz and its 95 % interval from the `Measurements` of a log. P is φ̇ψ̇ and M the torque; eq. (9) is
-M = I_zz P. Fits whose uncertainty comes from the scatter use Student's factor, so that a small number of runs is not
-the reason for a poor coverage.
+Each fit returns I_zz and its 95 % interval from the `Measurements` of a log. P is φ̇ψ̇
+and M the torque; eq. (9) is M = I_zz P. Fits whose uncertainty comes from the scatter
+use Student's factor, so that a small number of runs is not the reason for a poor
+coverage.
 """
 
 from __future__ import annotations
@@ -25,13 +26,14 @@ from gyrodata.simulation import TYPICAL, Design, Truth, simulate
 from gyrodata.units import Uncertainty
 
 HONEST = 0.92, 0.98
-"""Coverage of a 95 % interval that is called honest [1]; below it the interval is too short, above it too long."""
+"""Coverage of a 95 % interval that is called honest [1]; below it the interval is too
+short, above it too long."""
 
 Answer = tuple[float, float, float]
 """I_zz and the ends of its 95 % interval [kg*m^2]; NaN without an interval."""
 
 
-# --- the fits ---------------------------------------------------------------------------------------------------
+# --- the fits ---
 
 
 def textbook(measured: Measurements, name: str) -> Answer:
@@ -103,7 +105,7 @@ ESTIMATORS: Mapping[str, Callable[[Measurements], Answer]] = {
 """The fits by their names in the charts."""
 
 
-# --- the labs ---------------------------------------------------------------------------------------------------
+# --- the labs ---
 
 
 class LabScene(Struct, frozen=True):
@@ -156,7 +158,8 @@ SCENES = (
         stated={"u_time": "0.14 s"},
     ),
 )
-"""Nine runs: three weights at three spins, on one side of a ball that is not exactly balanced."""
+"""Nine runs: three weights at three spins, on one side of a ball that is not exactly
+balanced."""
 
 
 class Trial(Struct, frozen=True):

@@ -1,7 +1,8 @@
 """Cases in which methods of students or of other programs fail, each with a solution.
 
-Formulas and motions are compared by the relative error of their answer; fits by the coverage, the fraction of simulated
-labs in which the 95 % interval contains the true I_zz.
+Formulas and motions are compared by the relative error of their answer; fits by the
+coverage, the fraction of simulated labs in which the 95 % interval contains the true
+I_zz.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def find_failures(effort: Effort, clock: Clock, seed: int = 1) -> list[Failure]:
     ]
 
 
-# --- formulas and motions ---------------------------------------------------------------------------------------
+# --- formulas and motions ---
 
 
 def _formulas() -> list[Failure]:
@@ -190,7 +191,7 @@ def _no_steady_precession() -> Failure:
     )
 
 
-# --- fits -------------------------------------------------------------------------------------------------------
+# --- fits ---
 
 _OWN = {
     "u_time": Uncertainty(0.01),

@@ -1,13 +1,15 @@
 """Models and integrators of the motion: cost against error.
 
-`run_motion` compares models in realistic labs. A lab has nine runs of one turn, three weights at three spins. The hand
-pushes the rod with a part of the rate of steady precession, the rod is tilted by up to 2 degrees, the air film drags,
-and the Earth turns; so no simple model is exact. Each model predicts the azimuth that the rod sweeps in the time of the
-turn. To first order, its ratio to the true azimuth is the ratio of I_zz with this model to the true I_zz. The runs have
-the weights of the recommended fit.
+`run_motion` compares models in realistic labs. A lab has nine runs of one turn, three
+weights at three spins. The hand pushes the rod with a part of the rate of steady
+precession, the rod is tilted by up to 2 degrees, the air film drags, and the Earth
+turns; so no simple model is exact. Each model predicts the azimuth that the rod sweeps
+in the time of the turn. To first order, its ratio to the true azimuth is the ratio of
+I_zz with this model to the true I_zz. The runs have the weights of the recommended fit.
 
-`find_orders` compares integrators for one top that is released at 150 rpm with a level rod. It nods eight times in one
-turn about the vertical. The true motion is known exactly.
+`find_orders` compares integrators for one top that is released at 150 rpm with a level
+rod. It nods eight times in one turn about the vertical. The true motion is known
+exactly.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ class Effort(Struct, frozen=True):
     turns: int
     """Number of turns about the vertical in a long motion."""
     evaluations: int
-    """Largest number of evaluations of the torque in one turn; for n turns √n times as many."""
+    """Largest number of evaluations of the torque in one turn; for n turns √n times as
+    many."""
     labs: int
     """Number of simulated labs for the fits."""
     repeats: int = 5
@@ -57,7 +60,7 @@ def time_of(task: Callable[[], object], clock: Clock, repeats: int) -> float:
     return max(min(timeit.repeat(task, timer=clock, repeat=repeats, number=1)), 1e-9)
 
 
-# --- models -----------------------------------------------------------------------------------------------------
+# --- models ---
 
 
 class MotionScene(Struct, frozen=True):
@@ -103,17 +106,20 @@ TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 """Relative tolerances of the full motion [1]."""
 
 _CLOSE, _CLOSEST = 1e-6, 1e-9
-"""Relative tolerances of the reference for simple models and for the full motion [1]."""
+"""Relative tolerances of the reference for simple models and for the full motion [1].
+"""
 
 _NOISE = {**TYPICAL, "u_time_bias": Uncertainty(0.05)}
-"""Uncertainties of a practised student; larger ones would hide every error of the models."""
+"""Uncertainties of a practised student; larger ones would hide every error of the
+models."""
 
 _NORTH, _UP = (
     physics.EARTH_ROTATION * math.cos(LATITUDE),
     physics.EARTH_ROTATION * math.sin(LATITUDE),
 )
 _EARTH = np.array([[0.0, -_UP, 0.0], [_UP, 0.0, -_NORTH], [0.0, _NORTH, 0.0]])
-"""Ω × of the Earth's rotation, as a matrix in the frame X north, Y west, Z up [rad/s]."""
+"""Ω × of the Earth's rotation, as a matrix in the frame X north, Y west, Z up [rad/s].
+"""
 
 
 class MotionPoint(Struct, frozen=True):
@@ -177,7 +183,8 @@ def _run_scene(
     spins, pitch = tuple(RPM * one for one in scene.rpm), math.radians(scene.tilt)
     design = Design(masses=MASSES, positions=(POSITION,), spins=spins, pitches=(pitch,))
     measured = measure(simulate(Truth(), design, _NOISE, None).readings)
-    # A log without errors has less scatter than a real one; with the stated widths it is typical.
+    # A log without errors has less scatter than a real one; with the stated widths it
+    # is typical.
     widths = fitting.Widths(
         1.0, fitting.fit(measured, tilted=bool(pitch)).widths.residual_torque
     )
@@ -277,7 +284,8 @@ MODELS: dict[str, Callable[[_Labs], Floats]] = {
         labs.time * motion.mean_precession_rate(labs.top, labs.spin, labs.pitch)
     ),
 }
-"""Azimuth that each rod sweeps in its time [rad]. No model knows the push, and eq. (9) does not know the pitch."""
+"""Azimuth that each rod sweeps in its time [rad]. No model knows the push, and eq. (9)
+does not know the pitch."""
 
 
 def follow(labs: _Labs, tolerance: float) -> tuple[Floats, int]:
@@ -316,7 +324,7 @@ def follow(labs: _Labs, tolerance: float) -> tuple[Floats, int]:
     return 2 * np.pi + np.remainder(azimuth + np.pi, 2 * np.pi) - np.pi, done.nfev
 
 
-# --- integrators ------------------------------------------------------------------------------------------------
+# --- integrators ---
 
 INERTIA, SPIN = Truth().inertia, 150 * RPM
 """I_zz of a 4-inch steel ball [kg*m^2], and its spin [rad/s]."""
@@ -377,7 +385,10 @@ class Order(Struct, frozen=True):
         return -float(np.polyfit(evaluations, off, 1)[0])
 
     def evaluations(self, aim: float) -> float | None:
-        """Interpolate the number of evaluations for an error of e3; None if the error is outside the range."""
+        """Interpolate the number of evaluations for an error of e3.
+
+        None if the error is outside the range.
+        """
         for before, after in zip(self.points, self.points[1:], strict=False):
             if after.off <= aim < before.off:
                 share = math.log(before.off / aim) / math.log(before.off / after.off)
@@ -396,7 +407,8 @@ def find_orders(effort: Effort, clock: Clock) -> list[Order]:
     )
     orders = []
     for turns in (1, effort.turns):
-        # After a whole number of nutations and a half the rod is at its lowest point, where it moves fastest.
+        # After a whole number of nutations and a half the rod is at its lowest point,
+        # where it moves fastest.
         time = (round(2 * math.pi * turns / rate / nod.period) + 0.5) * nod.period
         level, azimuth = math.cos(nod.greatest_sag), rate * time
         true = np.array(
@@ -433,7 +445,10 @@ def find_orders(effort: Effort, clock: Clock) -> list[Order]:
 def _follow(
     method: str, steps: int, tolerance: float, time: float
 ) -> tuple[Floats, int, str]:
-    """Integrate the motion for a time; return e3 at the end, the number of evaluations, and a tolerance if used."""
+    """Integrate the motion for a time.
+
+    Return e3 at the end, the number of evaluations, and a tolerance if used.
+    """
     if method == "RK4":
         row = [*START.axis.tolist(), *START.momentum.tolist()]
         return (
@@ -474,7 +489,10 @@ def cheapest(orders: Sequence[Order], turns: int) -> dict[str, tuple[float, floa
 def runge_kutta(
     rates: Callable[..., Sequence[float]], row: Sequence[float], step: float, steps: int
 ) -> list[float]:
-    """Take steps of the classical Runge–Kutta method; the arguments of `rates` are the components of the row."""
+    """Take steps of the classical Runge–Kutta method.
+
+    The arguments of `rates` are the components of the row.
+    """
     for _ in range(steps):
         a = rates(*row)
         b = rates(*[y + step / 2 * k for y, k in zip(row, a, strict=True)])

@@ -81,11 +81,14 @@ def describe_machine() -> str:
     return f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
 
 
-# --- tables ---------------------------------------------------------------------------------------------------
+# --- tables ---
 
 
 def csv_tables(benchmark: Benchmark) -> dict[str, str]:
-    """Write the numbers of each chart as CSV, by the name of the chart; the columns are attributes of the results."""
+    """Write the numbers of each chart as CSV, by the name of the chart.
+
+    The columns are attributes of the results.
+    """
     tables: dict[str, list[dict[str, Any]]] = {
         "motion": [
             {
@@ -124,7 +127,7 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     return texts
 
 
-# --- text -----------------------------------------------------------------------------------------------------
+# --- text ---
 
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:

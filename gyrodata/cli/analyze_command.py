@@ -84,8 +84,8 @@ def analyze(
 ) -> None:
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
-    Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot be read; 3 a fault of gyro,
-    which affects that log only.
+    Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
+    be read; 3 a fault of gyro, which affects that log only.
     """
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
@@ -108,7 +108,8 @@ def analyze(
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
     if not request.several:
-        # The process ends soon: a search for garbage would take 3 % of a run with figures.
+        # The process ends soon: a search for garbage would take 3 % of a run with
+        # figures.
         gc.disable()
     # Data go into a file completely, or not at all.
     file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
@@ -244,7 +245,7 @@ class _Request(Struct, frozen=True):
         )
 
 
-# --- --watch: the answer again whenever the log is saved ------------------------------------------------------------
+# --- --watch: the answer again whenever the log is saved ---
 
 
 def _watch(path: Path, request: _Request) -> None:
@@ -278,7 +279,8 @@ def _watch(path: Path, request: _Request) -> None:
 def contents(path: Path) -> Iterator[bytes | None]:
     """Give the content of a file, now and after each change; None while it cannot be read.
 
-    Two looks in sequence have to agree, because a program may still be writing the file.
+    Two looks in sequence have to agree, because a program may still be writing the
+    file.
     """
     from gyrodata.readings import MAX_BYTES
 
@@ -323,11 +325,14 @@ def _state(name: str, data: bytes, request: _Request) -> str:
         return text.unfinished_text(name, [terminal.fault(error, name)])
 
 
-# --- one log --------------------------------------------------------------------------------------------------------
+# --- one log ---
 
 
 def _folders(paths: Sequence[Path]) -> list[Path]:
-    """Name the folder of each log's report, below that of the log if there are several; equal names get numbers."""
+    """Name the folder of each log's report, below that of the log if there are several.
+
+    Equal names get numbers.
+    """
     folders: list[Path] = []
     for path in paths:
         # A folder that is given by mistake may have no name: "." or "/".
@@ -360,7 +365,10 @@ class _Outcome(Struct, frozen=True):
 def _analyze_one(
     log: str, name: str, request: _Request, below: Path, folder: Path | None
 ) -> _Outcome:
-    """Analyse one log, and write its report into a folder if there is one; `below` is the log's part of its path."""
+    """Analyse one log, and write its report into a folder if there is one.
+
+    `below` is the log's part of its path.
+    """
     from gyrodata.analysis import analyze_readings
 
     readings, document = None, DOCUMENTS.get(request.form, "")
@@ -402,7 +410,10 @@ def _analyze_one(
 def _report_of(
     analysis: Analysis, name: str, request: _Request, document: str
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Make the files of a report; also return a warning about each reason why figures cannot be drawn."""
+    """Make the files of a report.
+
+    Also return a warning about each reason why figures cannot be drawn.
+    """
     from gyrodata.plotting import omit_docstrings
     from gyrodata.reporting.page import report_files
 
@@ -473,7 +484,8 @@ def _formatted(
         from gyrodata.reporting.markdown import markdown_report
         from gyrodata.reporting.page import alternatives, shown_form
 
-        # The document of one log is in the folder of its figures, that of several logs is next to their folders.
+        # The document of one log is in the folder of its figures, that of several logs
+        # is next to their folders.
         place = quote(os.fsencode(f"{below.as_posix()}/")) if request.several else ""
         figures = f"{place}{{}}.{shown_form(request.figures)}"
         return markdown_report(analysis, figures, alternatives(analysis)) + after

@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 CheckFormat = Literal["text", "json", "ndjson"]
 
 Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
-"""A log, the submission that a grader would read with it, and diagnostics of this submission."""
+"""A log, the submission that a grader would read with it, and diagnostics of this
+submission."""
 
 
 def template(
@@ -72,8 +73,9 @@ _EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
     """Write a log to fill in: each weight with each spin, a run without a weight, and the first run again.
 
-    The weights take turns, and the second half of the runs is the first half backwards: a drift of the balance during
-    the session does not look like an effect of the torque.
+    The weights take turns, and the second half of the runs is the first half backwards:
+    a drift of the balance during the session does not look like an effect of the
+    torque.
 
     Parameters
     ----------
@@ -82,12 +84,14 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     position : str
         Position of the weights, such as ``15 cm``.
     spins : sequence of str
-        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for the spins that are read.
+        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for
+        the spins that are read.
 
     Returns
     -------
     str
-        CSV text that `read_log` reads without a diagnostic when spin, time and turns are filled in.
+        CSV text that `read_log` reads without a diagnostic when spin, time and turns
+        are filled in.
 
     Raises
     ------
@@ -162,7 +166,8 @@ def _workbook(text: str) -> bytes:
     for cell in header:
         cell.font = Font(bold=True)
         sheet.column_dimensions[cell.column_letter].width = 18
-        # Excel shows as many digits as the instruments; turns are text, because Excel makes a date of 1/3.
+        # Excel shows as many digits as the instruments; turns are text, because Excel
+        # makes a date of 1/3.
         form = {
             "mass [g]": "0.00",
             "position [cm]": "0.0",
@@ -193,8 +198,9 @@ def check(
 ) -> None:
     """Check a log while you can still repeat or add runs.
 
-    Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
-    not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
+    Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with
+    --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
+    read; 3 a fault of gyro.
     """
     given: dict[str, Any] = {
         "settings": pairs(settings, "--set"),
@@ -280,7 +286,8 @@ def _check_one(
     try:
         readings, hand_in, of_submission = read()
         found = (*readings.diagnostics, *of_submission)
-        # Missing runs are listed before the submission, when they can still be measured.
+        # Missing runs are listed before the submission, when they can still be
+        # measured.
         if readings.ok and hand_in is None:
             analysis, found = check_log(readings)
         serious = [

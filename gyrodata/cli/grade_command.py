@@ -54,11 +54,13 @@ def grade(
 ) -> None:
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
-    A second run grades only what has changed, and says why. Write your own decisions into desk.csv in the folder of
-    the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
+    A second run grades only what has changed, and says why. Write your own decisions
+    into desk.csv in the folder of the grades, with the columns
+    student,what,value,by,why; desk-todo.csv there has lines to copy.
 
-    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
-    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a
+    rubric or desk.csv with a mistake, or a class that cannot be read; 130 stopped by
+    Ctrl-C.
     """
     if print_rubric:
         from gyrodata.grading.rubric import default_rubric_text
@@ -171,7 +173,10 @@ def autograde(
         Path, Argument(metavar="ROOT", help="Folder of the autograder.")
     ] = Path("/autograder"),
 ) -> None:
-    """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
+    """Grade the one submission that a running autograder of Gradescope has.
+
+    Called by its run_autograder.
+    """
     from gyrodata.grading.exports.gradescope import grade_autograder
     from gyrodata.grading.rubric import read_rubric
 
@@ -181,7 +186,7 @@ def autograde(
         write_whole(root / "results" / "results.json", [graded.encode()])
 
 
-# --- input ----------------------------------------------------------------------------------------------------
+# --- input ---
 
 
 def _read(path: Path) -> bytes:

@@ -84,7 +84,10 @@ def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | N
 
 
 def with_units(items: str) -> list[str]:
-    """Split "200,400,600rpm" at the commas; an item without a unit has the unit of the next item with one."""
+    """Split "200,400,600rpm" at the commas.
+
+    An item without a unit has the unit of the next item with one.
+    """
     unit, complete = "", []
     for item in reversed([item.strip() for item in items.split(",") if item.strip()]):
         number = re.split(r"[^\d.]*$", item)[0]

@@ -94,7 +94,8 @@ def _read(log: str | None) -> _Numbers:
     for i in fastest:
         mass, position = runs[i].mass, runs[i].position
         if mass and position:
-            # A column may contain the side of the rod; then it is in the sign of the torque only.
+            # A column may contain the side of the rod; then it is in the sign of the
+            # torque only.
             values |= {
                 "--mass": mass,
                 "--position": math.copysign(position, runs[i].torque),
@@ -123,8 +124,9 @@ def precession(
 ) -> None:
     """Predict steady precession, and the motion of a rod that is released or upright.
 
-    There are both roots of eq. (8), and eq. (9). The spin is relative to the frame that follows the rod. If there is
-    no steady precession, JSON has null and the reason. --log also reads the weight of the log's fastest run.
+    There are both roots of eq. (8), and eq. (9). The spin is relative to the frame that
+    follows the rod. If there is no steady precession, JSON has null and the reason.
+    --log also reads the weight of the log's fastest run.
     """
     from gyrodata import physics
     from gyrodata.prediction import predict_precession
@@ -166,9 +168,9 @@ def earth(
 ) -> None:
     """Predict the directions of two balanced gyroscopes as the Earth rotates.
 
-    One starts along the Earth's axis, to the pole that is above the horizon. The other starts level, to the east.
-    A sidereal hour is 59 min 50.2 s of the clock; each row has both. I_zz and the spin determine how well the ball has
-    to be balanced for this.
+    One starts along the Earth's axis, to the pole that is above the horizon. The other
+    starts level, to the east. A sidereal hour is 59 min 50.2 s of the clock; each row
+    has both. I_zz and the spin determine how well the ball has to be balanced for this.
     """
     from gyrodata.prediction import predict_earth
 
@@ -200,7 +202,8 @@ def platform(
 ) -> None:
     """Predict the rotation of a turntable when a spinning wheel is tipped on it.
 
-    The turntable is at rest before. The angular momentum about the vertical does not change.
+    The turntable is at rest before. The angular momentum about the vertical does not
+    change.
     """
     from gyrodata.prediction import predict_platform
 
@@ -228,8 +231,8 @@ def twist(
 ) -> None:
     """Predict the torque on your hands when a spinning wheel is turned over.
 
-    The axle is level, with one end in each hand, and turns at a steady rate W. This needs a torque I w W, at right
-    angles to the motion of the axle.
+    The axle is level, with one end in each hand, and turns at a steady rate W. This
+    needs a torque I w W, at right angles to the motion of the axle.
     """
     from gyrodata.prediction import predict_twist
 
@@ -256,8 +259,9 @@ def tip(
 ) -> None:
     """Predict the motion of the rod's tip under a steady force.
 
-    The tip moves at right angles to the force, along the torque. For a fast spin w its speed is F L^2/(I_zz w); for a
-    slow spin the exact motion is used. Without spin it moves along the force.
+    The tip moves at right angles to the force, along the torque. For a fast spin w its
+    speed is F L^2/(I_zz w); for a slow spin the exact motion is used. Without spin it
+    moves along the force.
     """
     from gyrodata.prediction import predict_tip
 

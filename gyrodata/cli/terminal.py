@@ -44,7 +44,8 @@ class Door(TyperGroup):
             )
             code = _report([found], InputError.exit_code)
         except Exception as error:
-            # Errors of the command line itself have this method; typer does not export their class.
+            # Errors of the command line itself have this method; typer does not export
+            # their class.
             if hasattr(error, "format_message"):
                 code = _report([_usage_error(error)], InputError.exit_code)
             else:
@@ -152,7 +153,10 @@ _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def readable(text: str, encoding: str) -> str:
-    """Write a text in ASCII if the encoding lacks a character; every number stays the same: 4.4 × 10⁻³ as 4.4e-3."""
+    """Write a text in ASCII if the encoding lacks a character.
+
+    Every number stays the same: 4.4 × 10⁻³ as 4.4e-3.
+    """
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
@@ -169,7 +173,10 @@ def readable(text: str, encoding: str) -> str:
 
 
 def _plain(sign: str) -> str:
-    """Write a character in ASCII: π as pi, é as e; a question mark for a character without such a name."""
+    """Write a character in ASCII: π as pi, é as e.
+
+    A question mark for a character without such a name.
+    """
     from unicodedata import combining, decimal, name, normalize
 
     if sign.isascii() or sign in _PLAIN:
@@ -220,7 +227,10 @@ _COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
 
 
 def coloured(text: str, stream: Any) -> str:
-    """Colour severities and print the answer in bold on a terminal; FORCE_COLOR and NO_COLOR are respected."""
+    """Colour severities and print the answer in bold on a terminal.
+
+    FORCE_COLOR and NO_COLOR are respected.
+    """
     plain = os.environ.get("TERM") == "dumb" or not stream.isatty()
     if os.environ.get("NO_COLOR") or (plain and not os.environ.get("FORCE_COLOR")):
         return text
@@ -234,7 +244,10 @@ def coloured(text: str, stream: Any) -> str:
 
 
 def wrapped(text: str, stream: Any) -> str:
-    """Wrap long lines at the width of a terminal; tables, and texts for other streams, stay the same."""
+    """Wrap long lines at the width of a terminal.
+
+    Tables, and texts for other streams, stay the same.
+    """
     if not stream.isatty():
         return text
     width = shutil.get_terminal_size().columns

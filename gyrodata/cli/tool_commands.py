@@ -41,9 +41,10 @@ def simulate(
 ) -> None:
     """Print a simulated log with a known true value, for gyro analyze or any other fit.
 
-    Each weight at each position with each pitch, spin and number of turns is one run. The rod precesses steadily.
-    The runs share errors as in a lab: one ruler, one scale, one tachometer, one hand. The log contains its
-    uncertainties, and its first line the true values. The same options give the same log.
+    Each weight at each position with each pitch, spin and number of turns is one run.
+    The rod precesses steadily. The runs share errors as in a lab: one ruler, one scale,
+    one tachometer, one hand. The log contains its uncertainties, and its first line the
+    true values. The same options give the same log.
     """
     from gyrodata import simulation
 
@@ -100,9 +101,10 @@ def selfcheck(
 ) -> None:
     """Simulate this lab many times, and count how often its intervals contain the true value.
 
-    gyro simulates new readings from the design of the lab, its fitted values as the truth, and its stated
-    uncertainties. It applies the recommended fit and those of the textbook to each. If the runs of the log scatter
-    more or less than stated, a second table shows labs with this scatter.
+    gyro simulates new readings from the design of the lab, its fitted values as the
+    truth, and its stated uncertainties. It applies the recommended fit and those of the
+    textbook to each. If the runs of the log scatter more or less than stated, a second
+    table shows labs with this scatter.
     """
     from gyrodata.analysis import analyze_readings
     from gyrodata.coverage import selfcheck as simulate
@@ -128,9 +130,10 @@ def benchmark(
 ) -> None:
     """Chart speed against accuracy on this machine, and show where methods fail.
 
-    There are four charts: models of the motion, integrators, fits, and methods that fail with their solutions. Each is
-    written as PNG, SVG and CSV, with a short text that names the best method and the reason; the text is printed too.
-    It takes some minutes, with --quick less than one.
+    There are four charts: models of the motion, integrators, fits, and methods that
+    fail with their solutions. Each is written as PNG, SVG and CSV, with a short text
+    that names the best method and the reason; the text is printed too. It takes some
+    minutes, with --quick less than one.
     """
     import time
 

@@ -43,7 +43,8 @@ def for_terminal(markdown: str, width: int | None = None) -> str:
         width=width, force_terminal=True, legacy_windows=False, theme=plain
     )
     console.width = min(console.width, WIDEST)
-    # Remove pictures and the targets of links, which a terminal cannot show, and comments, which are for tests.
+    # Remove pictures and the targets of links, which a terminal cannot show, and
+    # comments, which are for tests.
     words = re.sub(r"^!\[.*\n|<!--.*?-->\n?", "", markdown, flags=re.MULTILINE)
     words = re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", words)
     with console.capture() as captured:

@@ -1,8 +1,9 @@
 """The fits: I_zz from raw readings, with errors that runs share.
 
-`fit` is the recommended fit of one log, and `screen` finds the runs that do not agree with the others. `TEXTBOOK`
-contains the textbook fits for comparison. `fit_line` fits a line to points with errors in both variables.
-`adjustment` contains the equation that is fitted.
+`fit` is the recommended fit of one log, and `screen` finds the runs that do not agree
+with the others. `TEXTBOOK` contains the textbook fits for comparison. `fit_line` fits a
+line to points with errors in both variables. `adjustment` contains the equation that is
+fitted.
 """
 
 # ruff: noqa: I001 - the lists below are packed

@@ -1,14 +1,18 @@
 """The Gauss–Helmert adjustment: I_zz, M0, b and all errors of the readings by one weighted least-squares problem.
 
-For each run eq. (8), multiplied by the time so that it has no pole at zero torque, is a condition between the readings
-and the unknowns I_zz, M0 (residual torque of an imperfect balance) and b (timing bias):
+For each run eq. (8), multiplied by the time so that it has no pole at zero torque, is a
+condition between the readings and the unknowns I_zz, M0 (residual torque of an
+imperfect balance) and b (timing bias):
 
-    s (M + M0)(T − b) = 2π f I_zz ψ̇ + s (I_zz − I) cosθ (2π f)²/(T − b),      s = sign of φ̇ψ̇
+    s (M + M0)(T − b) = 2π f I_zz ψ̇ + s (I_zz − I) cosθ (2π f)²/(T − b),      s = sign
+    of φ̇ψ̇
 
-If the log states the width of the weights, I_zz includes what the weight adds to it, because the weight spins as well.
-Every reading is its true value plus its errors; each error is a standard normal number times its uncertainty at the
-*true* value. Errors of a single run are eliminated row by row; errors that runs share are unknowns with a prior. The
-conditions are linearised at the *adjusted* readings, and each step is solved by QR: normal equations would lose digits.
+If the log states the width of the weights, I_zz includes what the weight adds to it,
+because the weight spins as well. Every reading is its true value plus its errors; each
+error is a standard normal number times its uncertainty at the
+*true* value. Errors of a single run are eliminated row by row; errors that runs share
+are unknowns with a prior. The conditions are linearised at the *adjusted* readings, and
+each step is solved by QR: normal equations would lose digits.
 """
 
 from __future__ import annotations
@@ -43,20 +47,23 @@ TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = 
 """Row of each quantity in an array of shape (11, n)."""
 
 MAD_TO_SD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation [1]."""
+"""Standard deviation of a normal distribution over its median absolute deviation [1].
+"""
 
 NEGLIGIBLE = 1e-9
-"""Smallest relative error of a reading; keeps rows finite whose stated errors are all zero."""
+"""Smallest relative error of a reading; keeps rows finite whose stated errors are all
+zero."""
 
 MANY = 500
-"""With more runs than this, a sample of them is enough to estimate the size of an effect."""
+"""With more runs than this, a sample of them is enough to estimate the size of an
+effect."""
 
 
 class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault of the program
     """The runs have no credible solution; the text gives the reason."""
 
 
-# --- the conditions ---------------------------------------------------------------------------------------------
+# --- the conditions ---
 
 
 class Linear(Struct, frozen=True):
@@ -81,8 +88,9 @@ class Linear(Struct, frozen=True):
 class Problem:
     """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
 
-    `observed` contains the readings, shape (11, n). `member` contains the number of the shared error in each reading,
-    or −1, shape (S, n); `from_source`, `from_run` and `to_column` list the same pairs.
+    `observed` contains the readings, shape (11, n). `member` contains the number of the
+    shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
+    `to_column` list the same pairs.
     """
 
     def __init__(self, measured: Measurements, tilted: bool) -> None:
@@ -129,7 +137,8 @@ class Problem:
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
-        # Number the shared errors, in the order of sources and groups: one bin for each group of each source.
+        # Number the shared errors, in the order of sources and groups: one bin for each
+        # group of each source.
         self.groups: Integers = np.array(
             [one.groups for one in self.sources], dtype=int
         ).reshape(-1, count)
@@ -154,17 +163,22 @@ class Problem:
     def linearise(
         self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
     ) -> Linear:
-        """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
+        """Linearise each run's condition at adjusted readings.
+
+        Extrapolate the errors of single runs to zero.
+        """
         # An error is either in `single` or in `shared`; the other one is zero.
         errors = single + np.concatenate((shared, (0.0,)))[self.member]
-        # Relative errors multiply. If they were added, a shared factor that makes all true values smaller would also
-        # make each run's own error smaller: a gain that grows with the number of runs.
+        # Relative errors multiply. If they were added, a shared factor that makes all
+        # true values smaller would also make each run's own error smaller: a gain that
+        # grows with the number of runs.
         factors = 1 + self.relative * errors
         scale = np.ones_like(self.observed)
         np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
-        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
+        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n,
+        # 3).
         to = np.zeros(values.shape)
         time, spin = values[TIME] - bias, values[SPIN]
         signed, minus_angle = sense * time, -2 * np.pi * values[TURNS]
@@ -225,7 +239,10 @@ def torques_differ(torque: Floats) -> bool:
 
 
 def transverse_inertia(measured: Measurements) -> Floats:
-    """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
+    """Return I of each run [kg*m^2].
+
+    If the log does not state it, that of a ball with a light rod and the weight.
+    """
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
     load = np.nan_to_num(measured.mass * measured.position**2)
@@ -243,12 +260,15 @@ def rough_inertia(measured: Measurements) -> float:
 
 
 def median(values: Floats) -> float:
-    """Compute the median of at least one value; `np.median` would import numpy.ma, a tenth of the start-up time."""
+    """Compute the median of at least one value.
+
+    `np.median` would import numpy.ma, a tenth of the start-up time.
+    """
     ordered = np.sort(values)
     return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
 
 
-# --- the start --------------------------------------------------------------------------------------------------
+# --- the start ---
 
 
 class Start(Struct, frozen=True):
@@ -275,7 +295,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     index = sample(measured, kept)
     torque = measured.torque[index]
     if torques_differ(torque):
-        # s M T = I_zz 2π f ψ̇ − M0 s T; the error of the time counts as much as the torque that multiplies it.
+        # s M T = I_zz 2π f ψ̇ − M0 s T; the error of the time counts as much as the
+        # torque that multiplies it.
         weight = 1 / np.maximum(np.abs(torque), 0.1 * np.abs(torque).max())
         plain = 2 * np.pi * measured.turns[index] * measured.spin[index]
         lever, swing = plain * weight, sense[index] * measured.time[index] * weight
@@ -308,8 +329,9 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Return the indices of the kept runs, at most 150: every torque in proportion, and mixed among its runs.
 
-    An even stride could select a single torque if the weights come in the same order again and again; multiples of the
-    golden ratio are spread evenly over every part of the log.
+    An even stride could select a single torque if the weights come in the same order
+    again and again; multiples of the golden ratio are spread evenly over every part of
+    the log.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
@@ -354,7 +376,8 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest
     )
     off = rough_misfit(measured, inertia[:, None] * lever / total, index)
-    # All outliers count the same, so that the pair with the fewest outliers wins; of equal pairs the smaller M0 wins.
+    # All outliers count the same, so that the pair with the fewest outliers wins; of
+    # equal pairs the smaller M0 wins.
     middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
     scatter = max(1.0, MAD_TO_SD * float(middle.min()))
     loads = np.abs(measured.torque[measured.torque != 0])
@@ -399,20 +422,25 @@ def rough_misfit(
 
 
 def assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:
-    """Return the sign of φ̇ψ̇ of each run; a run without a weight turns in the direction of the residual torque."""
+    """Return the sign of φ̇ψ̇ of each run.
+
+    A run without a weight turns in the direction of the residual torque.
+    """
     return cast(Floats, np.where(measured.sense == 0, imbalance_sign, measured.sense))
 
 
-# --- the adjustment ---------------------------------------------------------------------------------------------
+# --- the adjustment ---
 
 MAX_ITERATIONS = 100
 """Number of steps after which an adjustment will not converge."""
 
 LOST = 1e-3
-"""An I_zz below this multiple of its start, or above the inverse, does not come back."""
+"""An I_zz below this multiple of its start, or above the inverse, does not come back.
+"""
 
 FULL_STEPS = 20
-"""Number of full steps; most logs need less than half of it. Later steps become shorter."""
+"""Number of full steps; most logs need less than half of it. Later steps become
+shorter."""
 
 
 class Adjusted(Struct, frozen=True):
@@ -424,25 +452,33 @@ class Adjusted(Struct, frozen=True):
     covariance: Floats
     """Covariance of the unknowns, shape (3, 3)."""
     gain: Floats
-    """Derivative of I_zz with respect to the weighted misclosures and to the priors of M0, b and the shared errors."""
+    """Derivative of I_zz with respect to the weighted misclosures and to the priors of
+    M0, b and the shared errors."""
     shared: Floats
     """The K shared errors, in their standard uncertainties, shape (K,)."""
     slopes: Floats
-    """Derivative of each run's condition with respect to each source's error, shape (S, n)."""
+    """Derivative of each run's condition with respect to each source's error, shape (S,
+    n)."""
     scale: Floats
-    """Units of the unknowns in the steps: a start, and the widths of the priors, shape (3,)."""
+    """Units of the unknowns in the steps: a start, and the widths of the priors, shape
+    (3,)."""
     rows: Floats
-    """Derivatives of the conditions to all unknowns, over their standard uncertainties, shape (n, 3 + K)."""
+    """Derivatives of the conditions to all unknowns, over their standard uncertainties,
+    shape (n, 3 + K)."""
     kept: Floats
     """1 for a run that is used, 0 for one that is left out, shape (n,)."""
     weighted: Floats
-    """Misclosure of each run over its standard uncertainty, 0 for a run that is left out, shape (n,)."""
+    """Misclosure of each run over its standard uncertainty, 0 for a run that is left
+    out, shape (n,)."""
     independent_variance: Floats
-    """Variance of each run's condition from the errors of this run alone, shape (n,)."""
+    """Variance of each run's condition from the errors of this run alone, shape (n,).
+    """
     deviations: Floats
-    """Time minus the prediction of the other runs, over the standard uncertainty of this difference, shape (n,)."""
+    """Time minus the prediction of the other runs, over the standard uncertainty of
+    this difference, shape (n,)."""
     influence: Floats
-    """Change of I_zz if a run is left out, to first order (DFBETA) [kg*m^2], shape (n,)."""
+    """Change of I_zz if a run is left out, to first order (DFBETA) [kg*m^2], shape
+    (n,)."""
     chi2: float
     converged: bool
     """False: this is not a solution."""
@@ -479,13 +515,15 @@ def adjust(
     NoFit
         If there is no credible solution.
     """
-    # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of their priors.
+    # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of
+    # their priors.
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
     single = np.zeros_like(problem.absolute)
     count, width = problem.count, len(unknowns)
-    # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
+    # n runs, and one row for the prior of each unknown except I_zz; the last column is
+    # the target.
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
@@ -500,9 +538,10 @@ def adjust(
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:
-            # After a large step, move the errors of single runs back onto their conditions: only there the derivative
-            # is exact, and a common shrinking of I_zz and all torques gains nothing. A run without a weight may be
-            # beyond the pole M0 = 0, and keeps its reading.
+            # After a large step, move the errors of single runs back onto their
+            # conditions: only there the derivative is exact, and a common shrinking of
+            # I_zz and all torques gains nothing. A run without a weight may be beyond
+            # the pole M0 = 0, and keeps its reading.
             close = np.abs(at.misclosure) < 0.5 * np.abs(
                 at.to_unknowns[:, 0] * (unknowns[0] * scale[0])
             )
@@ -514,7 +553,8 @@ def adjust(
         np.multiply(plain, weight[:, None], out=rows[:count, :-1])
         rows[:count, -1] = -at.misclosure * weight
         rows[count:, -1] = -unknowns[1:]
-        # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.
+        # The triangular factor with the target as last column contains Qᵀ·target: Q is
+        # not needed.
         whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
@@ -529,7 +569,8 @@ def adjust(
             step *= 0.5 ** (turn // FULL_STEPS)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
-        # The prediction for a run that is left out is also linear only on its condition.
+        # The prediction for a run that is left out is also linear only on its
+        # condition.
         single = -at.independent * (closed / at.independent_variance)
         weighted = weight * closed
         before, chi2 = chi2, float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
@@ -551,7 +592,8 @@ def adjust(
     # Covariance, deleted residuals and influence at the end.
     inverse = np.linalg.inv(triangle)
     q = rows[:, :-1] @ inverse
-    # The leverage of a run in the fit is removed; for a run outside, the variance of its prediction is added.
+    # The leverage of a run in the fit is removed; for a run outside, the variance of
+    # its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
     own = at.independent_variance
     variance = np.where(
@@ -586,20 +628,22 @@ ASTRAY = 30.0
 """Largest ratio of an answer and its robust start."""
 
 MOVED, MOVED_U = 0.2, 3.0
-"""A shared reading that the fit moves by more than this part of itself, and by more than this many standard
-uncertainties, contradicts the log."""
+"""A shared reading that the fit moves by more than this part of itself, and by more
+than this many standard uncertainties, contradicts the log."""
 
 MEASURED = np.array(
     [quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES]
 )
-"""Which quantities are measured: a pitch of 0 may change by more than itself, and I is often assumed."""
+"""Which quantities are measured: a pitch of 0 may change by more than itself, and I is
+often assumed."""
 
 
 def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
     """Accept the end of an adjustment near its start [kg*m^2], or raise `NoFit`.
 
-    If errors are proportional to the readings, I_zz, all torques and M0 can shrink together at little cost. So a
-    solution must converge, be positive, and keep the readings.
+    If errors are proportional to the readings, I_zz, all torques and M0 can shrink
+    together at little cost. So a solution must converge, be positive, and keep the
+    readings.
     """
     inertia = float(adjusted.unknowns[0])
     if not (

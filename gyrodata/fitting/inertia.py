@@ -1,10 +1,12 @@
 """The fit of one log: I_zz, M0 and b from the raw readings, with errors that runs share.
 
-`fit` first adjusts the runs with the stated uncertainties; then it integrates over the widths that the log does not
-know (`posterior`), and adjusts the runs again at the typical widths. `fit_model` corrects the runs for a model of the
-motion: a rod that is released from rest nutates and has a slightly smaller mean rate; for a tilted rod whose spin
-falls, the mean rate is not the rate at the mean spin; and the floor turns with the Earth. These corrections depend on
-I_zz and M0 a little, so that fit and correction are iterated.
+`fit` first adjusts the runs with the stated uncertainties; then it integrates over the
+widths that the log does not know (`posterior`), and adjusts the runs again at the
+typical widths. `fit_model` corrects the runs for a model of the motion: a rod that is
+released from rest nutates and has a slightly smaller mean rate; for a tilted rod whose
+spin falls, the mean rate is not the rate at the mean spin; and the floor turns with the
+Earth. These corrections depend on I_zz and M0 a little, so that fit and correction are
+iterated.
 """
 
 from __future__ import annotations
@@ -59,7 +61,8 @@ class Estimate(Struct, frozen=True):
     value: float
     """In the SI unit."""
     u: float | None
-    """Standard uncertainty; null if the runs do not determine it, and the note of the fit contains the reason."""
+    """Standard uncertainty; null if the runs do not determine it, and the note of the
+    fit contains the reason."""
     unit: str
     """The SI unit, such as "kg*m^2"."""
     interval_95: tuple[float, float] | None = None
@@ -88,18 +91,21 @@ class Outlier(Struct, frozen=True):
 
     index: int
     deviation: float
-    """Time minus the prediction of the other runs, in standard uncertainties of this difference."""
+    """Time minus the prediction of the other runs, in standard uncertainties of this
+    difference."""
     turns: float | None
     """Number of revolutions that would explain it."""
     slip: bool
-    """True if the run is certainly wrong: a number of turns explains it, or it is too far off."""
+    """True if the run is certainly wrong: a number of turns explains it, or it is too
+    far off."""
     expected: float = math.nan
     """Time that the other runs predict [s]."""
     cells: tuple[str, ...] = ()
-    """Corrections of one cell with which the run agrees with the others, in words, the likeliest first."""
+    """Corrections of one cell with which the run agrees with the others, in words, the
+    likeliest first."""
     maybe: str = ""
-    """A less certain correction in words: the spin that fits the time, or a typing error in a run that is not far
-    off."""
+    """A less certain correction in words: the spin that fits the time, or a typing
+    error in a run that is not far off."""
 
 
 class Widths(Struct, frozen=True):
@@ -118,8 +124,9 @@ AS_STATED = Widths(1.0, None)
 class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The adjusted unknowns of one log of n runs.
 
-    Method: Gauss–Helmert least squares in the raw readings, with derivatives and proportional uncertainties at the
-    adjusted values. Standard uncertainties come from the stated ones, and are not scaled by chi-square.
+    Method: Gauss–Helmert least squares in the raw readings, with derivatives and
+    proportional uncertainties at the adjusted values. Standard uncertainties come from
+    the stated ones, and are not scaled by chi-square.
     """
 
     inertia: Estimate
@@ -133,7 +140,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     chi2: float
     dof: int
     deviations: Floats
-    """Time minus the prediction of the *other* runs, over the standard uncertainty of this difference, shape (n,)."""
+    """Time minus the prediction of the *other* runs, over the standard uncertainty of
+    this difference, shape (n,)."""
     widths: Widths
     """Widths with which the runs were adjusted."""
     sense: Floats
@@ -142,13 +150,15 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The end of the adjustment; of two possible answers the likelier one."""
     budget: tuple[Share, ...] = ()
     contradicted_balance: float | None = None
-    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
+    """Width of M0 according to a balance test that the runs contradict [N*m], else
+    None."""
     two_signs: bool = False
     """True if M0 can have either sign, and the answer includes both."""
     posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
     as_stated: FitResult | None = None
-    """The fit at the stated widths, from which the others were found; None for a fit at fixed widths."""
+    """The fit at the stated widths, from which the others were found; None for a fit at
+    fixed widths."""
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
@@ -216,9 +226,10 @@ def fit(
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
-    The prior is the same for all designs: M0 has a Cauchy distribution whose scale is 5 % of the smallest torque; a
-    balance test in the log is evidence about M0 that may be false; b has the width ``u_time_bias``; and the errors of
-    single runs are wider or narrower than stated by a common factor s (`posterior`).
+    The prior is the same for all designs: M0 has a Cauchy distribution whose scale is 5
+    % of the smallest torque; a balance test in the log is evidence about M0 that may be
+    false; b has the width ``u_time_bias``; and the errors of single runs are wider or
+    narrower than stated by a common factor s (`posterior`).
 
     Parameters
     ----------
@@ -267,7 +278,8 @@ def fit(
         return min(begun, key=attrgetter("chi2"))
     found = []
     for result in begun:
-        # Integrate over the widths, adjust the runs at the typical ones, and integrate there again.
+        # Integrate over the widths, adjust the runs at the typical ones, and integrate
+        # there again.
         answer = _integrate_at(result)
         scatter, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
@@ -336,8 +348,9 @@ def _at_widths(
             problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR
         )
     except NoFit:
-        # The cheapest explanation of a very large mistake is that all spins are infinite, because their errors are
-        # proportional, or that M0 cancels all torques. Larger errors of single runs and a small M0 prevent this.
+        # The cheapest explanation of a very large mistake is that all spins are
+        # infinite, because their errors are proportional, or that M0 cancels all
+        # torques. Larger errors of single runs and a small M0 prevent this.
         start = adjustment.robust_start(measured, sense, kept)
         factor = max(factor, adjustment.misfit(measured, start, kept))
         if factor > widths.scatter:
@@ -345,7 +358,8 @@ def _at_widths(
         adjusted = adjustment.adjust(
             problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY
         )
-    # A prior without information is not a datum: neither its term nor its degree of freedom counts.
+    # A prior without information is not a datum: neither its term nor its degree of
+    # freedom counts.
     differ = adjustment.torques_differ(measured.torque[kept > 0])
     prior = (float(adjusted.unknowns[1]) / width) ** 2 if differ else 0.0
     return _result(
@@ -379,7 +393,10 @@ def _result(
 
 
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
-    """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
+    """Integrate over the widths, linearised at the end of a fit.
+
+    I_zz in kg*m^2, M0 in N*m, b in s.
+    """
     adjusted, inertia, measured = (
         result.adjusted,
         result.inertia.value,
@@ -430,8 +447,9 @@ def times_stated(measured: Measurements) -> bool:
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """Split u²(I_zz) by source, the largest first; the shares add up to u² [kg²*m⁴].
 
-    The answer is linear in every standardised error, so the squares add up. Scatter above the stated uncertainties has
-    a row of its own. The factor s itself is uncertain, which widens the errors of single runs.
+    The answer is linear in every standardised error, so the squares add up. Scatter
+    above the stated uncertainties has a row of its own. The factor s itself is
+    uncertain, which widens the errors of single runs.
     """
     adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
@@ -471,7 +489,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     )
 
 
-# --- corrections for the model of the motion --------------------------------------------------------------------
+# --- corrections for the model of the motion ---
 
 Model = Literal["auto", "horizontal", "steady", "released"]
 
@@ -485,7 +503,8 @@ class ChosenModel(Struct, frozen=True):
     tilted: bool
     """Eq. (8) with each run's pitch, not eq. (9)."""
     released: bool
-    """The mean rate of a rod that is released from rest, not that of steady precession."""
+    """The mean rate of a rod that is released from rest, not that of steady precession.
+    """
     asked: bool
     """True if the user chose the model."""
     earth: bool = False
@@ -513,8 +532,9 @@ def corrected(
 ) -> Measurements:
     """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
 
-    Runs of a released rod also get sources of error: the phase of the nutation at the last button press, and I. If the
-    log does not say how the rod was started, a push of the hand is a source as well.
+    Runs of a released rod also get sources of error: the phase of the nutation at the
+    last button press, and I. If the log does not say how the rod was started, a push of
+    the hand is a source as well.
     """
     inertia, residual_torque = near.inertia.value, near.residual_torque.value
     across = adjustment.transverse_inertia(measured)
@@ -538,7 +558,8 @@ def corrected(
             )
     if not chosen.earth:
         return runs
-    # The floor turns while a run is timed; at a pole if the latitude is unknown. Counterclockwise is positive.
+    # The floor turns while a run is timed; at a pole if the latitude is unknown.
+    # Counterclockwise is positive.
     vertical = physics.EARTH_ROTATION * math.sin(
         math.pi / 2 if measured.latitude is None else measured.latitude
     )
@@ -559,9 +580,10 @@ OF_RELEASE = ("nutation", "release", "habit", "push")
 """Sources that a released rod adds."""
 
 PART_RELEASED, PART_U = 0.5, 0.4
-"""Part of the effect of a release, and its standard uncertainty, if the log does not say how the rod was started: a rod
-that gets a push of the share k of the steady rate shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to
-second order in I φ̇/(I_zz ψ̇)."""
+"""Part of the effect of a release, and its standard uncertainty, if the log does not
+say how the rod was started: a rod that gets a push of the share k of the steady rate
+shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to second order in I
+φ̇/(I_zz ψ̇)."""
 
 
 def _released(
@@ -580,7 +602,8 @@ def _released(
         np.zeros(len(mean), dtype=int),
         np.zeros(len(mean)),
     )
-    # A log without a pitch and without the word "released" has no source for I, though it may state I.
+    # A log without a pitch and without the word "released" has no source for I, though
+    # it may state I.
     given = (
         measured.transverse_inertia is not None or measured.nutation_ratio is not None
     )
@@ -614,7 +637,8 @@ def _released(
     ]
     if not is_stated:
         push = PART_U * np.abs(effect)
-        # One half of the variance is the habit of the hand, the other half differs from run to run.
+        # One half of the variance is the habit of the hand, the other half differs from
+        # run to run.
         more += [
             Source(
                 name,
@@ -639,8 +663,8 @@ def _released(
 def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
     """Return the total spin of each run if the rod was released from rest [rad/s], shape (n,).
 
-    A tachometer that follows the rod reads more than it while the rod sags. Spins at the start and the end are read
-    before the rod sags.
+    A tachometer that follows the rod reads more than it while the rod sags. Spins at
+    the start and the end are read before the rod sags.
     """
     if measured.tachometer == "still":
         excess = total_spin_excess(
@@ -661,7 +685,8 @@ def _mean_rate_of_decay(
     points, weights = np.polynomial.legendre.leggauss(8)
     decay = np.log(measured.spin_end / measured.spin_start)
     spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
-    # A third reading of the spin can give a harmonic mean that differs from that of a viscous decay.
+    # A third reading of the spin can give a harmonic mean that differs from that of a
+    # viscous decay.
     spins *= measured.spin / physics.harmonic_mean_spin(
         measured.spin_start, measured.spin_end
     )

@@ -1,9 +1,10 @@
 """A straight line through points with errors in both variables.
 
-The observed points are true points on the line plus errors B z, with z independent standard normal numbers and the
-covariance U = B Bᵀ. Each step solves the conditions, linear about the *adjusted* points, for the line with the smallest
-‖z‖² (generalised least squares by orthogonal factors, C. C. Paige, SIAM J. Numer. Anal. 16, 1979). No matrix is
-inverted, so that U may be singular.
+The observed points are true points on the line plus errors B z, with z independent
+standard normal numbers and the covariance U = B Bᵀ. Each step solves the conditions,
+linear about the *adjusted* points, for the line with the smallest ‖z‖² (generalised
+least squares by orthogonal factors, C. C. Paige, SIAM J. Numer. Anal. 16, 1979). No
+matrix is inverted, so that U may be singular.
 """
 
 from __future__ import annotations
@@ -41,13 +42,16 @@ class LineFit(Struct, frozen=True, eq=False):
     u_intercept: float | None
     """Standard uncertainty, k = 1; None for a line through the origin."""
     covariance: Floats
-    """Covariance of (slope, intercept), shape (2, 2); zeros for a line through the origin."""
+    """Covariance of (slope, intercept), shape (2, 2); zeros for a line through the
+    origin."""
     chi2: float
-    """Smallest sum of squared standardised errors; without covariances the sum of squared residuals [y²]."""
+    """Smallest sum of squared standardised errors; without covariances the sum of
+    squared residuals [y²]."""
     dof: int
     """Degrees of freedom."""
     p: float | None
-    """Probability of a chi-square at least this large; None without stated covariances or degrees of freedom."""
+    """Probability of a chi-square at least this large; None without stated covariances
+    or degrees of freedom."""
     convention: str
     """Description of the method and of the uncertainties."""
 
@@ -75,13 +79,14 @@ def fit_line(
     x, y : array_like, shape (n,)
         Points, in any units.
     cov_x, cov_y : array_like, optional
-        Covariance of the errors of x [x²], of y [y²]: a number or shape (n,) for *variances* u² (not standard
-        uncertainties) of independent errors, shape (n, n) for a covariance matrix. Zeros and singular matrices
-        are allowed. If only some are given, the others are zero; without any, x is exact and the residuals
-        give the uncertainties.
+        Covariance of the errors of x [x²], of y [y²]: a number or shape (n,) for
+        *variances* u² (not standard uncertainties) of independent errors, shape (n, n)
+        for a covariance matrix. Zeros and singular matrices are allowed. If only some
+        are given, the others are zero; without any, x is exact and the residuals give
+        the uncertainties.
     cov_xy : array_like, optional
-        Covariance [x·y] of the errors of x and y: a number or shape (n,) within each row, shape (n, n) between
-        error i of x and error j of y.
+        Covariance [x·y] of the errors of x and y: a number or shape (n,) within each
+        row, shape (n, n) between error i of x and error j of y.
     intercept : bool
         Whether the line has an intercept; otherwise it goes through the origin.
 
@@ -92,14 +97,16 @@ def fit_line(
     Raises
     ------
     ValueError
-        If the points do not determine the line or its uncertainty (too few, all x equal, not finite), if a
-        covariance is invalid, or if exact points are not on a line.
+        If the points do not determine the line or its uncertainty (too few, all x
+        equal, not finite), if a covariance is invalid, or if exact points are not on a
+        line.
 
     Notes
     -----
-    ISO/TS 28037:2010 clause 10 (and York, Evensen, Martínez López and Delgado, Am. J. Phys. 72, 367, 2004, for
-    independent points): ‖z‖² is smallest over the line and all true points; uncertainties use derivatives at the
-    adjusted points, not at the observed ones.
+    ISO/TS 28037:2010 clause 10 (and York, Evensen, Martínez López and Delgado, Am. J.
+    Phys. 72, 367, 2004, for independent points): ‖z‖² is smallest over the line and all
+    true points; uncertainties use derivatives at the adjusted points, not at the
+    observed ones.
     """
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     count, stated = xs.size, any(cov is not None for cov in (cov_x, cov_y, cov_xy))
@@ -128,7 +135,8 @@ def fit_line(
             f"{count} points have no residuals, so there is no uncertainty; pass cov_y, or more points"
         )
     factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
-    # Relative to the mean of x, slope and intercept are nearly independent, and no digits are lost.
+    # Relative to the mean of x, slope and intercept are nearly independent, and no
+    # digits are lost.
     middle = np.longdouble(xs.mean() if intercept else 0.0)
     unknowns, (_, errors, parts, dof, _) = _iterate(
         xs - middle, ys.astype(np.longdouble), factors, intercept
@@ -160,7 +168,8 @@ class _Step(NamedTuple):
     errors: Floats
     """The smallest z, shape (m,)."""
     spread: Floats
-    """Derivatives S of the unknowns with respect to z, shape (k, m); the covariance is S Sᵀ."""
+    """Derivatives S of the unknowns with respect to z, shape (k, m); the covariance is
+    S Sᵀ."""
     dof: int
     """Degrees of freedom."""
     off: float
@@ -214,8 +223,8 @@ def _iterate(
 def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     """Solve design·p + pull·z = distance for p and the smallest z, for any rank of pull, shape (n, m).
 
-    A pull of shape (n,) is a diagonal matrix; without zeros, it is a weighted least-squares problem. Otherwise the rest
-    of the design's Q eliminates p.
+    A pull of shape (n,) is a diagonal matrix; without zeros, it is a weighted
+    least-squares problem. Otherwise the rest of the design's Q eliminates p.
     """
     count, unknowns = design.shape
     if pull.ndim == 1 and (pull > 1e-9 * pull.max()).all():
@@ -251,8 +260,8 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
 Factors = tuple[Floats, Floats, bool]
 """Factors B of the errors B z of x and of y, and whether the rows are independent.
 
-Independent rows have two numbers z each: factors of shape (n, 2). Otherwise all rows share m: shape (n, m).
-"""
+Independent rows have two numbers z each: factors of shape (n, 2). Otherwise all rows
+share m: shape (n, m). """
 
 
 def _factorise(

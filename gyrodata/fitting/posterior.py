@@ -1,15 +1,19 @@
 """The posterior of I_zz, M0 and b, integrated over the widths of the errors that a log knows only roughly.
 
-These widths are described by two numbers with a prior that is the same for every design:
+These widths are described by two numbers with a prior that is the same for every
+design:
 
-* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``.
-  It is a Birge factor with a prior (Bodnar & Elster, Metrologia 51, 516, 2014);
-* w, the width of M0: distributed so that M0 has a Cauchy distribution with the scale `BALANCE` times the smallest
-  torque. A balance test is evidence about M0 that may be false (`TOO_BOLD`).
+* s, the factor on the errors of single runs: near 1, with long tails, especially if the
+  log does not state ``u_time``. It is a Birge factor with a prior (Bodnar & Elster,
+  Metrologia 51, 516, 2014);
+* w, the width of M0: distributed so that M0 has a Cauchy distribution with the scale
+  `BALANCE` times the smallest torque. A balance test is evidence about M0 that may be
+  false (`TOO_BOLD`).
 
-For given s and w the adjusted conditions are linear and normal, and the prior of I_zz is flat. Shared errors and b are
-eliminated by a rotation that is the same for all s: n runs become a few numbers, and each s and w needs only a few
-operations. The weights are the marginal likelihoods with both determinants (of the readings' covariance and, as in
+For given s and w the adjusted conditions are linear and normal, and the prior of I_zz
+is flat. Shared errors and b are eliminated by a rotation that is the same for all s: n
+runs become a few numbers, and each s and w needs only a few operations. The weights are
+the marginal likelihoods with both determinants (of the readings' covariance and, as in
 REML, of the unknowns') times the priors.
 """
 
@@ -27,13 +31,16 @@ from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
-"""Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a median of 0.025, tails to 0.7."""
+"""Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a
+median of 0.025, tails to 0.7."""
 
 BALANCED = 0.0675
-"""The scale over I_zz [rad²/s²] if the log says that the ball is balanced: 0.3 mN·m for a 4-inch ball."""
+"""The scale over I_zz [rad²/s²] if the log says that the ball is balanced: 0.3 mN·m for
+a 4-inch ball."""
 
 TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55]])
-"""Factors by which a balance test may be too optimistic, and the probability of each."""
+"""Factors by which a balance test may be too optimistic, and the probability of each.
+"""
 
 UNBALANCED = 6.0
 """Factor on the usual scale if the log says that the ball is not balanced."""
@@ -59,14 +66,16 @@ WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
 
 CHANCES = -np.log(WIDTHS) - 0.5 / WIDTHS**2
-"""Logarithm of the probability of each: with it, the mixture of normal distributions is a Cauchy distribution."""
+"""Logarithm of the probability of each: with it, the mixture of normal distributions is
+a Cauchy distribution."""
 CHANCES -= math.log(np.exp(CHANCES).sum())
 
 STEP = math.log(100.0 / 0.03) / 17
 """Difference of the logarithms of two widths."""
 
 FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
-"""Widths of M0 over that of a balance test; with a false test M0 must be as free as without one."""
+"""Widths of M0 over that of a balance test; with a false test M0 must be as free as
+without one."""
 
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 with a test, over the largest one without."""
@@ -78,8 +87,8 @@ LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 class Conditions(Struct, frozen=True):
     """The conditions of n runs, linear at the end of a fit, each over the width of its independent errors.
 
-    Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some unit, shared errors in their
-    standard uncertainties.
+    Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some
+    unit, shared errors in their standard uncertainties.
     """
 
     unknowns: Floats
@@ -115,7 +124,9 @@ class Posterior(Struct, frozen=True):
     """Logarithm of the likelihood of the whole model, up to a constant."""
 
     def quantiles(self, unknowns: int = 1) -> Floats:
-        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5).
+        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b.
+
+        Shape (unknowns, 5).
 
         Newton's method with brackets.
         """
@@ -128,7 +139,8 @@ class Posterior(Struct, frozen=True):
                 weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
         centre = (mean @ weight)[:, None]
         sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
-        # Cantelli's inequality limits the distance of a quantile from the mean for every distribution.
+        # Cantelli's inequality limits the distance of a quantile from the mean for
+        # every distribution.
         reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
         low, high = centre - reach, centre + reach
         point: Floats = centre + sd * NORMAL
@@ -210,7 +222,8 @@ def integrate(
         ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[
             [0, 1, 2, 3, 5, 6, 7, 10, 11, 15]
         ]
-        # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (S, W) from here on.
+        # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (S, W) from
+        # here on.
         mm, m_w = mm + narrow, m_left - at * narrow
         # By rounding the difference can be zero or negative.
         determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
@@ -230,7 +243,8 @@ def integrate(
         of_factor = np.add.reduce(weight, axis=1)
         centre = of_factor @ logarithm
         sd = math.sqrt(of_factor @ (logarithm - centre) ** 2)
-        # With many runs the steps can be too wide for s; with very bad runs s can be above the range.
+        # With many runs the steps can be too wide for s; with very bad runs s can be
+        # above the range.
         if turn == MAX_SPREADS - 1 or not (sd < 1.2 * spacing or of_factor[-1] > 1e-3):
             break
         if sd < 1.2 * spacing:
@@ -262,9 +276,10 @@ def _rotate(conditions: Conditions) -> tuple[Floats, Floats, float]:
     Returns
     -------
     tuple of ndarray, ndarray and float
-        The shared error of each of m rows, so that its variance is s² plus the square of this error, shape (m,);
-        derivatives with respect to I_zz + slope M0, M0 and b, and the misclosure, shape (m, 4); and the slope, which
-        makes the first two unknowns nearly independent.
+        The shared error of each of m rows, so that its variance is s² plus the square
+        of this error, shape (m,); derivatives with respect to I_zz + slope M0, M0 and
+        b, and the misclosure, shape (m, 4); and the slope, which makes the first two
+        unknowns nearly independent.
     """
     count = conditions.shared.shape[1] + 1
     bias = conditions.unknowns[:, 2:]
@@ -306,7 +321,8 @@ def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
     widths = scale * WIDTHS
     if tested is None:
         return widths, CHANCES
-    # The test is a Cauchy distribution too: a mixture of normal distributions, multiplied with that of the prior.
+    # The test is a Cauchy distribution too: a mixture of normal distributions,
+    # multiplied with that of the prior.
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
@@ -315,7 +331,8 @@ def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
     weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(
         -1
     )
-    # The product of two normal distributions is normal: represent all products by fewer widths.
+    # The product of two normal distributions is normal: represent all products by fewer
+    # widths.
     count = len(TESTED_WIDTHS)
     grid = widths[-1] * TESTED_WIDTHS
     place = np.maximum(np.log(np.sqrt(both) / grid[0]) / STEP, 0.0)
@@ -345,7 +362,8 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
 
 
 HEAVIEST, LIGHT = 160, 1e-4
-"""This number of parts is enough for the quantiles if the weight of all others is less than this."""
+"""This number of parts is enough for the quantiles if the weight of all others is less
+than this."""
 
 K_95 = 1.959963984540054
 """Coverage factor of the 95 % interval of a normal distribution."""
@@ -357,8 +375,9 @@ NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
 def _normal_below(x: Floats, square: Floats) -> Floats:
     """Compute the probability that a standard normal number is below x, to 1.2e-7 of the tail.
 
-    `square` is exp(−x²/2). Approximation of erfc by Chebyshev's polynomials (W. H. Press et al., Numerical Recipes,
-    section 6.2); the import of `scipy.special` would take as long as the whole analysis.
+    `square` is exp(−x²/2). Approximation of erfc by Chebyshev's polynomials (W. H.
+    Press et al., Numerical Recipes, section 6.2); the import of `scipy.special` would
+    take as long as the whole analysis.
     """
     t = np.abs(x)
     t *= math.sqrt(0.125)
@@ -392,21 +411,23 @@ ERFC = (
 """Coefficients, the highest power first."""
 
 
-# --- chi-square ---------------------------------------------------------------------------------------------------
+# --- chi-square ---
 
 
 @lru_cache(maxsize=64)
 def chi2_tail(chi2: float, dof: int) -> float:
     """Compute the probability of a chi-square at least this large: Q(dof/2, chi2/2).
 
-    A finite sum for a whole or half argument (DLMF 8.4.10 and 8.8.2); the import of scipy would take 0.25 s.
+    A finite sum for a whole or half argument (DLMF 8.4.10 and 8.8.2); the import of
+    scipy would take 0.25 s.
     """
     half, odd = chi2 / 2, dof % 2
     if half <= 0:
         return 1.0
     total = math.erfc(math.sqrt(half)) if odd else 0.0
-    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. Terms that are further
-    # from the largest one, at a = x, do not change the sum.
+    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone
+    # underflows. Terms that are further from the largest one, at a = x, do not change
+    # the sum.
     reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
     nearest = min(last, int(half))
     for step in range(

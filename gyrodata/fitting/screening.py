@@ -1,7 +1,7 @@
 """Screening: runs or whole torques that do not agree with the others, and turn counts that would explain them.
 
-At the end are the fits of the textbook (a line through the origin, one with an intercept, and the mean of the ratios),
-which a fit must not contradict.
+At the end are the fits of the textbook (a line through the origin, one with an
+intercept, and the mean of the ratios), which a fit must not contradict.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ MASKED = 1e-3
 """If chi-square is less probable than this, the fit is tried without the worst run."""
 
 GROSS = 10.0
-"""A run that deviates more than this is certainly wrong, also if no turn count explains it."""
+"""A run that deviates more than this is certainly wrong, also if no turn count explains
+it."""
 
 OUTLIER = 5.0
 """A run that deviates by more than this many standard uncertainties is flagged."""
@@ -47,21 +48,23 @@ def screen(
 ) -> Screened:
     """Find the runs that do not agree with the others, and the turn count that would explain each.
 
-    A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
-    scatter of the runs, the larger one. `as_stated` is the fit of all runs, if it is there already.
+    A run is compared with the prediction of the *other* runs, in units of the
+    uncertainty of this difference or of the scatter of the runs, the larger one.
+    `as_stated` is the fit of all runs, if it is there already.
 
     Returns
     -------
     list of Outlier
-        In the order of the log. Empty for fewer than four runs, or if more than a third would be outliers: then the
-        stated uncertainties are wrong, not the runs.
+        In the order of the log. Empty for fewer than four runs, or if more than a third
+        would be outliers: then the stated uncertainties are wrong, not the runs.
     FitResult or None
         The fit without these runs, if there is one.
     """
     count = len(measured.runs)
     if count < 4:
         return [], None
-    # Nothing is masked if each run agrees with the others, and all of them with their uncertainties.
+    # Nothing is masked if each run agrees with the others, and all of them with their
+    # uncertainties.
     is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
     if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
         return [], as_stated
@@ -162,13 +165,15 @@ def _explaining_turns(
 
 
 NO_WORSE = 1e-3
-"""Runs fit as well as the chosen ones if the ratio of the chi-squares is more probable than this."""
+"""Runs fit as well as the chosen ones if the ratio of the chi-squares is more probable
+than this."""
 
 MOST_INSTEAD = 12
 """More runs of one torque that agree with each other cannot all be wrong."""
 
 LESS_LIKELY = 3.0
-"""Factor by which one M0 must be less probable than another to decide which runs are wrong."""
+"""Factor by which one M0 must be less probable than another to decide which runs are
+wrong."""
 
 
 def rivals(
@@ -176,13 +181,15 @@ def rivals(
 ) -> list[tuple[list[int], list[int], FitResult]]:
     """Find torques whose kept runs may be wrong, instead of the runs that are left out.
 
-    Runs of one torque that contradict each other are decided by their number or by the other torques. Two torques are
-    on a line for every choice, so only a much larger M0 is an argument against the other choice.
+    Runs of one torque that contradict each other are decided by their number or by the
+    other torques. Two torques are on a line for every choice, so only a much larger M0
+    is an argument against the other choice.
 
     Returns
     -------
     list of tuple
-        For each such torque: its runs that are left out, those that would be left out instead, and the fit then.
+        For each such torque: its runs that are left out, those that would be left out
+        instead, and the fit then.
     """
 
     def unlikely(result: FitResult) -> float:
@@ -224,10 +231,12 @@ USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
 """Usual numbers of revolutions of all runs of one weight."""
 
 AGREES = 0.03
-"""Torques agree if their relative deviation (root mean square) is below this; wrong counts give 20 %."""
+"""Torques agree if their relative deviation (root mean square) is below this; wrong
+counts give 20 %."""
 
 MODEST = 0.3
-"""Largest residual torque over the smallest torque with which other counts explain a log."""
+"""Largest residual torque over the smallest torque with which other counts explain a
+log."""
 
 MOST_TORQUES = 12
 """Largest number of torques that are tried."""
@@ -236,14 +245,16 @@ MOST_TORQUES = 12
 def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     """Find turn counts, one for each torque, with which the torques agree.
 
-    For a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a turn count scales φ̇ψ̇. Every pair of torques with two counts gives
-    a line, and so does every torque with M0 = 0; the other torques then get the nearest count.
+    For a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a turn count scales φ̇ψ̇. Every
+    pair of torques with two counts gives a line, and so does every torque with M0 = 0;
+    the other torques then get the nearest count.
 
     Returns
     -------
     list of dict
-        The corrections that change the fewest torques: number of the group in `by_torque`, and its revolutions.
-        Empty if the torques agree without a correction, or if there is no correction.
+        The corrections that change the fewest torques: number of the group in
+        `by_torque`, and its revolutions. Empty if the torques agree without a
+        correction, or if there is no correction.
     """
     numbers = [
         k for k, group in enumerate(measured.by_torque) if measured.torque[group[0]]
@@ -321,7 +332,7 @@ def _lines(
     return inertia[sane], residual_torque[sane]
 
 
-# --- the fits of the textbook ------------------------------------------------------------------------------------
+# --- the fits of the textbook ---
 
 
 def ordinary_line(
@@ -329,13 +340,15 @@ def ordinary_line(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares, runs treated as independent.
 
-    For x = φ̇ψ̇ [rad²/s²] and y = M [N*m], of one lab or of many labs of one design, shape (…, n), the slope is I_zz.
+    For x = φ̇ψ̇ [rad²/s²] and y = M [N*m], of one lab or of many labs of one design,
+    shape (…, n), the slope is I_zz.
 
     Returns
     -------
     tuple of ndarray
-        Slope, its u, intercept and its u, each of shape (…). u is NaN without degrees of freedom; all are NaN if x does
-        not determine the line. Without `intercept` the last two have no meaning.
+        Slope, its u, intercept and its u, each of shape (…). u is NaN without degrees
+        of freedom; all are NaN if x does not determine the line. Without `intercept`
+        the last two have no meaning.
     """
     count = x.shape[-1]
     # Formulas relative to the means do not lose digits if the points are far from zero.

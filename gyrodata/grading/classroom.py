@@ -1,8 +1,9 @@
 """A class, from submissions to grades: each grade is kept in the journal as soon as it is made.
 
-The story: grades whose inputs have not changed are taken from the journal. Workers make the others, and each is
-written into the journal as it comes. When all are there, the class is its own reference, and its logs are compared.
-Nothing depends on the order, on the number of workers, or on how often the run was stopped.
+The story: grades whose inputs have not changed are taken from the journal. Workers make
+the others, and each is written into the journal as it comes. When all are there, the
+class is its own reference, and its logs are compared. Nothing depends on the order, on
+the number of workers, or on how often the run was stopped.
 """
 
 from __future__ import annotations
@@ -54,7 +55,8 @@ from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
 
-LOOK = "a person must look"  # what is to be done with a submission that gyro could not open or grade
+# what is to be done with a submission that gyro could not open or grade
+LOOK = "a person must look"
 
 EVERYBODY = Roster()
 
@@ -91,16 +93,19 @@ def grade(
     Parameters
     ----------
     source : path
-        A folder with a folder or file for each student, or the folder or zip that a platform gives.
+        A folder with a folder or file for each student, or the folder or zip that a
+        platform gives.
     rubric : path, optional
         The rubric, TOML; the built-in one if none is given.
     workers : int
-        Processes; with 0 everything is done in this one, and nothing stops a submission that hangs.
+        Processes; with 0 everything is done in this one, and nothing stops a submission
+        that hangs.
 
     Returns
     -------
     ClassGrades
-        ``grades`` has each student's marks with their reasons, ``flags`` the logs that look copied.
+        ``grades`` has each student's marks with their reasons, ``flags`` the logs that
+        look copied.
 
     Raises
     ------
@@ -148,8 +153,8 @@ def grade_class(
     Returns
     -------
     ClassGrades
-        A submission that hangs, ends its process or breaks the tool is "not graded", with the reason, and is tried
-        again in the next run.
+        A submission that hangs, ends its process or breaks the tool is "not graded",
+        with the reason, and is tried again in the next run.
     """
     # A student who handed in nothing is graded if a person decides so.
     absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
@@ -217,7 +222,8 @@ def grade_class(
     )
 
 
-# --- the work that needs the files of a submission: it is done in workers, where time and memory are limited --------
+# --- the work that needs the files of a submission: it is done in workers, where time
+# and memory are limited --------
 
 
 def _chosen(
@@ -225,7 +231,8 @@ def _chosen(
 ) -> tuple[tuple[Submission, ...], list[Diagnostic], dict[str, Failed]]:
     """Choose the log of each submission.
 
-    Also returns notes on the choices, and why submissions could not be opened, by student.
+    Also returns notes on the choices, and why submissions could not be opened, by
+    student.
     """
     chosen, notes, lost = (
         dict[str, Submission](),
@@ -269,7 +276,10 @@ def _reconsidered(
     scatters: Scatters,
     options: GradingOptions,
 ) -> list[Grade]:
-    """Look for mistakes in logs that are far from the reference; return all grades in the same order."""
+    """Look for mistakes in logs that are far from the reference.
+
+    Return all grades in the same order.
+    """
     grades = {one.student: one for one, _, _ in doubts}
     waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], references)]
     if waiting:
@@ -296,7 +306,7 @@ def _reconsider_one(
     )
 
 
-# --- the journal: a line for each grade, with its inputs ------------------------------------------------------
+# --- the journal: a line for each grade, with its inputs ---
 
 
 class Entry(Struct, frozen=True, kw_only=True):
@@ -308,7 +318,8 @@ class Entry(Struct, frozen=True, kw_only=True):
     ]  # as `_inputs_of` returned them; none of a grade that was lost
     grade: Grade
     lost: str = ""
-    """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
+    """Why the run lost the grade (a time limit, a process that died), so that it is
+    tried again; else ""."""
     figures: Mapping[
         str, str
     ] = {}  # what each figure shows, in words, by the name of the figure
@@ -330,7 +341,10 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
 
 
 def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str]:
-    """Return digests of all that a grade depends on; `reported` is the value that a person typed in."""
+    """Return digests of all that a grade depends on.
+
+    `reported` is the value that a person typed in.
+    """
     counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
     text = repr(
         (
@@ -371,8 +385,8 @@ def _entries(
 ) -> tuple[dict[str, Entry], dict[str, str], int, list[Diagnostic]]:
     """Read the entry of each student from the journal, or make it.
 
-    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, the number of
-    damaged lines, and warnings about figures.
+    `unopened`: Why submissions could not be opened, by student. Also returns why
+    entries are made, the number of damaged lines, and warnings about figures.
     """
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
@@ -430,7 +444,8 @@ def _entries(
                 answer = _Answer(
                     {}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {}
                 )
-            # Through JSON at once, so that a grade from the journal is the same to the last digit.
+            # Through JSON at once, so that a grade from the journal is the same to the
+            # last digit.
             grade = decode(answer.grade, Grade)
             if answer.undrawn:
                 undrawn.setdefault(answer.undrawn, []).append(item.name)
@@ -478,7 +493,8 @@ class _Answer(NamedTuple):
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
     """Grade one submission, in a worker."""
-    # A copy, because a submission keeps the texts that it reads; the inputs are those that are graded.
+    # A copy, because a submission keeps the texts that it reads; the inputs are those
+    # that are graded.
     submission = replace(task[0], known_digest="")
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
@@ -498,7 +514,7 @@ def figure_path(folder: Path, item: Submission, name: str) -> Path:
     return folder / disk.file_name(item.feedback_stem) / f"{name}.png"
 
 
-# --- a class that has been graded --------------------------------------------------------------------------
+# --- a class that has been graded ---
 
 
 class ClassGrades(Struct, frozen=True, dict=True):

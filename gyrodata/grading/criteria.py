@@ -130,7 +130,9 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
 def mark(
     criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan
 ) -> Mark:
-    """Return a mark with a share of the points, from 0 to 1; None if the criterion could not be judged.
+    """Return a mark with a share of the points, from 0 to 1.
+
+    None if the criterion could not be judged.
 
     If no share is given, it follows from the criterion's variable in `detail`.
     """
@@ -151,7 +153,7 @@ def mark(
     )
 
 
-# --- the log ------------------------------------------------------------------------------------------------
+# --- the log ---
 
 
 def _log(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -217,7 +219,10 @@ def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
 
 
 def spread_of(analysis: Analysis) -> float | None:
-    """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean; None if no torque has two runs."""
+    """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean.
+
+    None if no torque has two runs.
+    """
     products = [group.product for group in analysis.torques if group.torque]
     return max(
         (one.spread / abs(one.value) for one in products if one.spread is not None),
@@ -308,7 +313,7 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     )
 
 
-# --- the report ---------------------------------------------------------------------------------------------
+# --- the report ---
 
 
 def _away(criterion: Criterion, evidence: Evidence) -> float:
@@ -360,8 +365,9 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     charging = [one for one in evidence.rubric.criteria if one.check == "own_data"]
     factor = evidence.factor if charging else 1.0
     value = reported / factor
-    # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
-    # that say nothing about I_zz would agree with any value.
+    # The reported u is not used: a very large ± would agree with everything. For the
+    # same reason u has a maximum: runs that say nothing about I_zz would agree with any
+    # value.
     u = min(
         max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value)
     )
@@ -369,7 +375,8 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     if not evidence.slips and any(
         one.curve.share(_away(one, evidence)) < 1 for one in charging
     ):
-        # A mistake without a name costs the points of own_data alone: the measurement may still be right.
+        # A mistake without a name costs the points of own_data alone: the measurement
+        # may still be right.
         detail["own"] = matched.value
     return mark(criterion, "the reference is not known yet", detail, None)
 
@@ -408,7 +415,9 @@ def judge_reference(
     )
 
 
-ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one digit, from another computation
+# relative difference of an uncertainty that is rounded to one digit, from another
+# computation
+ROUNDED = 0.3
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -429,13 +438,15 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         )
     u = reported.u / abs(evidence.factor)
     known = [one.u for one in own.values if one.u]
-    # A mistake that differs between runs may scatter the points so much that u says nothing.
+    # A mistake that differs between runs may scatter the points so much that u says
+    # nothing.
     of_slip = [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
     known += [one for one in of_slip if one < abs(own.values[0].value)]
     known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
     ratio = min(u / low, max(1.0, u / high))
-    # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
+    # Students also take the mean of one I_zz for each weight; by chance, its
+    # uncertainty may be very small.
     each = [
         abs(one.torque / one.product.value)
         for one in evidence.analysis.torques
@@ -493,14 +504,15 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
         u_digits = min(
             u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1
         )
-    # A formula in a cell has all digits of the computer; its student has typed none of them.
+    # A formula in a cell has all digits of the computer; its student has typed none of
+    # them.
     formula = evidence.from_cells and u_digits > 10
     if u_digits > 2 and not formula:
         faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
     low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
-        # A ± that was divided by its k has as many digits as before; its last place is at most that of the first digit
-        # of u.
+        # A ± that was divided by its k has as many digits as before; its last place is
+        # at most that of the first digit of u.
         u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
         u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
         low, u_low = (low / 100, u_low / 10) if evidence.from_cells else (low, u_low)
@@ -537,7 +549,7 @@ def _last_place(
     )
 
 
-# --- all criteria -------------------------------------------------------------------------------------------
+# --- all criteria ---
 
 
 class Kind(Struct, frozen=True):
@@ -555,7 +567,8 @@ KINDS = convert(TABLES["kinds"], dict[str, Kind])
 MEANINGS: Mapping[str, str] = TABLES["meanings"]
 """Meaning of each variable in a condition, for students."""
 ASKS: Mapping[str, str] = TABLES["asks"]
-"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""
+"""Requirements that a procedure criterion may contain, and the diagnostic of a log that
+does not meet them."""
 
 JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
     "log": _log,

@@ -1,8 +1,9 @@
 """Flag logs that nobody measured for this class: simulated ones, and copies of the examples that come with gyro.
 
-`examples.json` contains the fingerprint of each example: the samples, the logs of the README and of the pages of
-``gyro explain``. ``python tests/make_examples.py`` writes it anew. A log is compared with them row by row, as with the
-logs of earlier years, but by itself: the examples are no honest class, and must not change what is usual in this one.
+`examples.json` contains the fingerprint of each example: the samples, the logs of the
+README and of the pages of ``gyro explain``. ``python tests/make_examples.py`` writes it
+anew. A log is compared with them row by row, as with the logs of earlier years, but by
+itself: the examples are no honest class, and must not change what is usual in this one.
 """
 
 from __future__ import annotations
@@ -32,10 +33,13 @@ from gyrodata.physics import Floats, Integers
 CLASS = "sample_data/class/"
 """Beginning of the names of examples that are a class."""
 
-CLASS_SIZE = 5  # a class with so many logs of the sample class, and more than half of all, is the sample class
+# a class with so many logs of the sample class, and more than half of all, is the
+# sample class
+CLASS_SIZE = 5
 
 MISSED = 0.02
-"""Standard deviation of a spin around the one that is aimed at, as a share: two people seldom meet the same one."""
+"""Standard deviation of a spin around the one that is aimed at, as a share: two people
+seldom meet the same one."""
 
 
 class _Match(Struct, frozen=True):

@@ -3,11 +3,13 @@
 A fingerprint of each log is kept, and all logs are compared at once (`flag_class`):
 
 * rows in common, in any order, unit and rounding;
-* the same spins at the same weights, whatever the times are, or spins that are much closer than those of other logs;
+* the same spins at the same weights, whatever the times are, or spins that are much
+  closer than those of other logs;
 * scatter below what a hand can do.
 
-Every threshold follows from one number, `ALLOWED`: the expected number of flags of one kind in a class of honest
-students. Each flag contains the number of equally strong flags that are expected by chance.
+Every threshold follows from one number, `ALLOWED`: the expected number of flags of one
+kind in a class of honest students. Each flag contains the number of equally strong
+flags that are expected by chance.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 """All kinds, in the order in which they are listed."""
 
 ALLOWED = 0.05
-"""Largest expected number of flags of one kind in a class of honest students; the thresholds follow from it."""
+"""Largest expected number of flags of one kind in a class of honest students; the
+thresholds follow from it."""
 
 LEAST = 1e-300  # smallest probability, so that none is zero
 
@@ -47,7 +50,8 @@ Prints = Mapping[str, "Fingerprint"]
 """Logs by their keys."""
 NOTHING: Prints = {}
 Pairs = dict[tuple[int, int], float]
-"""Probability that two honest logs are so similar, by the numbers of their tables, the smaller one first."""
+"""Probability that two honest logs are so similar, by the numbers of their tables, the
+smaller one first."""
 
 
 class Flag(Struct, frozen=True):
@@ -57,8 +61,11 @@ class Flag(Struct, frozen=True):
     students: tuple[str, ...]  # their keys, sorted
     evidence: str  # in words, with the numbers
     p: float
-    """Probability of this or more in one honest log, or between two; of the strongest pair if there are several."""
-    expected: float  # number of equally strong or stronger flags that is expected in an honest class of this size
+    """Probability of this or more in one honest log, or between two; of the strongest
+    pair if there are several."""
+    # number of equally strong or stronger flags that is expected in an honest class of
+    # this size
+    expected: float
     previous: tuple[str, ...] = ()  # keys of earlier logs in it, sorted
 
 
@@ -67,10 +74,11 @@ def flag_class(
 ) -> tuple[Flag, ...]:
     """Compare the logs of a class, and return the flags by kind, in the order of `KINDS`, then by students.
 
-    `prints`: One log of each student, by the student's key. `partners`: Students who hand in the same data; a student
-    may be in several groups. `previous`: Earlier logs and published examples, by keys of their own; they are compared
-    with the logs of the class, not with each other. Logs that are joined by one kind are not joined again by the next
-    kind, and many copies of one log are one flag.
+    `prints`: One log of each student, by the student's key. `partners`: Students who
+    hand in the same data; a student may be in several groups. `previous`: Earlier logs
+    and published examples, by keys of their own; they are compared with the logs of the
+    class, not with each other. Logs that are joined by one kind are not joined again by
+    the next kind, and many copies of one log are one flag.
     """
     logs = Logs(prints, partners, previous)
     flags = flag_scatter(logs)
@@ -93,7 +101,7 @@ def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
     )
 
 
-# --- the fingerprint of a log --------------------------------------------------------------------------------
+# --- the fingerprint of a log ---
 
 WEIGHED_AGAIN = 0.015
 """Largest share by which the torques of one weight differ."""
@@ -104,11 +112,14 @@ MOST_ROWS = 200  # a longer log is compared by the rows with the shortest times
 class Fingerprint(Struct, frozen=True):
     """One log's n rows in SI units, in the order of weight and then spin.
 
-    The steps of the last digits show how far a copy may differ from its original by rounding only.
+    The steps of the last digits show how far a copy may differ from its original by
+    rounding only.
     """
 
     sha256: str  # of the file
-    by_hand: bool  # True if intervals were timed with a stopwatch; False if the log has only periods or rates
+    # True if intervals were timed with a stopwatch; False if the log has only periods
+    # or rates
+    by_hand: bool
     lines: tuple[int, ...]  # line of each row in the file
     torque: tuple[float, ...]  # applied torque [N*m], signed
     spin: tuple[float, ...]  # mean spin [rad/s], a magnitude
@@ -131,7 +142,8 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
         readings.columns[role] for role in TIMINGS if role in readings.columns
     )
     torque = np.array([float(f"{value:.9g}") for value in measured.torque.tolist()])
-    # Rows with equal torque and spin keep the order of the file: sorted times would look alike by themselves.
+    # Rows with equal torque and spin keep the order of the file: sorted times would
+    # look alike by themselves.
     order = np.lexsort((measured.spin, weights(torque)))
     if len(order) > MOST_ROWS:
         order = order[
@@ -199,12 +211,14 @@ def _relative_step(column: Column) -> Floats:
     )
 
 
-# --- all logs as arrays -------------------------------------------------------------------------------------
+# --- all logs as arrays ---
 
 HAND = 0.05
-"""Standard deviation of an interval between two button presses by a good hand [s]; most people scatter more.
+"""Standard deviation of an interval between two button presses by a good hand [s]; most
+people scatter more.
 
-The `u_time` of a log is not used: with a value that is too large, a small χ² would be no sign of anything."""
+The `u_time` of a log is not used: with a value that is too large, a small χ² would be
+no sign of anything."""
 
 GRIDS = RPM * np.array(
     [[100.0], [50.0], [25.0], [20.0], [10.0], [5.0], [2.0]]
@@ -216,11 +230,14 @@ _EXACT = 1e-9
 
 
 def measure_scatter(log: Fingerprint) -> tuple[int, float]:
-    """Fit the n times of a log by T = a f ψ̇/|M| + b, with a slope a for each weight; return the scatter around the fit.
+    """Fit the n times of a log by T = a f ψ̇/|M| + b, with a slope a for each weight.
 
-    This is eq. (9) with any I_zz, balance, weights, ruler and scale of the tachometer, and b is the timing bias.
-    Everything else that changes the times only adds to the scatter. Returns the degrees of freedom (n minus the slopes
-    minus the bias), and the standard deviation of a time [s], with the variance that rounding may have hidden.
+    Return the scatter around the fit.
+
+    This is eq. (9) with any I_zz, balance, weights, ruler and scale of the tachometer,
+    and b is the timing bias. Everything else that changes the times only adds to the
+    scatter. Returns the degrees of freedom (n minus the slopes minus the bias), and the
+    standard deviation of a time [s], with the variance that rounding may have hidden.
     """
     time, lever = np.array(log.time), np.array(log.turns) * np.array(log.spin)
     torque = np.array(log.torque)
@@ -238,8 +255,9 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
 class Logs:
     """N logs: those of the class in the order of their keys, and then the earlier logs.
 
-    Logs with the same rows share one of U tables, so that many copies of a log take the time of one. The tables have R
-    rows in total. `partners`: Students whose logs may be alike. `previous`: Earlier logs.
+    Logs with the same rows share one of U tables, so that many copies of a log take the
+    time of one. The tables have R rows in total. `partners`: Students whose logs may be
+    alike. `previous`: Earlier logs.
     """
 
     def __init__(
@@ -299,8 +317,9 @@ class Logs:
             self._rows("time_step") / turns,
         )  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.tables]
-        # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
-        # error, which two logs can share: then the median of all logs is used.
+        # Standard deviation of a period [s], shape (R,). A log that scatters more than
+        # most may contain a systematic error, which two logs can share: then the median
+        # of all logs is used.
         sizes = [size for _, size in self.scatters]
         usual = np.median(np.repeat(sizes or [0.0], self.copies if sizes else 1))
         least = np.maximum(
@@ -374,7 +393,7 @@ def _grid(log: Fingerprint) -> float:
     return float(max([*log.spin_step, *GRIDS[agree, 0]]))
 
 
-# --- one log by itself: scatter below what a hand can do --------------------------------------------------
+# --- one log by itself: scatter below what a hand can do ---
 
 
 def flag_scatter(logs: Logs) -> list[Flag]:
@@ -402,28 +421,35 @@ def flag_scatter(logs: Logs) -> list[Flag]:
     return flags
 
 
-# --- rows and spins that two logs share ----------------------------------------------------------------------
+# --- rows and spins that two logs share ---
 #
-# The question is how often two honest logs would agree as much as two given logs do. For each row of a log there are
-# two probabilities:
+# The question is how often two honest logs would agree as much as two given logs do.
+# For each row of a log there are two probabilities:
 #
-# * that another log has the same spin at the same weight: the share of the logs that have it. Round spins do not
+# * that another log has the same spin at the same weight: the share of the logs that
+# have it. Round spins do not
 #   count, because many students aim at them;
-# * that another log also has the same period. Two people who time the same spin seldom stop at the same hundredth of
-#   a second; the probability follows from the scatter of a hand and from the last digit.
+# * that another log also has the same period. Two people who time the same spin seldom
+# stop at the same hundredth of
+#   a second; the probability follows from the scatter of a hand and from the last
+# digit.
 #
-# The number of rows that agree by chance then has the distribution of a sum of independent events. Each pair is
-# judged from both of its logs, and the larger probability counts.
+# The number of rows that agree by chance then has the distribution of a sum of
+# independent events. Each pair is judged from both of its logs, and the larger
+# probability counts.
 
 SAME_TORQUE = 0.1
-"""Rows are compared if their torques differ by less than this share: each station has weights of its own."""
+"""Rows are compared if their torques differ by less than this share: each station has
+weights of its own."""
 
-FEWEST = 3  # a pair is flagged from this number of rows on; if only spins agree, from one more
+# a pair is flagged from this number of rows on; if only spins agree, from one more
+FEWEST = 3
 
 MOST_SPINS = 0.5  # share of the spins of the shorter log that must agree
 
 HABIT, HABIT_SHARE = 5, 0.02
-"""If more logs than both of these, a number and a share of the class, have a set of spins, the course asked for it."""
+"""If more logs than both of these, a number and a share of the class, have a set of
+spins, the course asked for it."""
 
 
 def shared(logs: Logs) -> tuple[Pairs, Pairs]:
@@ -469,13 +495,16 @@ def _tails(chances: Floats) -> Floats:
 def _shared_with(
     logs: Logs, table: int
 ) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
-    """Compare a log with K tables of other logs that have one of its spins; with its own table if that has copies.
+    """Compare a log with K tables of other logs that have one of its spins.
 
-    Returns these tables with the probability that an honest log has as many of its rows, and of its spins; only those
-    with enough of them.
+    With its own table if that has copies.
+
+    Returns these tables with the probability that an honest log has as many of its
+    rows, and of its spins; only those with enough of them.
     """
     number, rows = len(logs.keys), np.arange(logs.starts[table], logs.starts[table + 1])
-    # Each row with each row of another log that has its weight and its spin, to the step of the tachometer.
+    # Each row with each row of another log that has its weight and its spin, to the
+    # step of the tachometer.
     reach = (
         0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
     )
@@ -525,7 +554,8 @@ def _shared_with(
     # No interval of this width contains more of a normal distribution.
     step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
     chance = step / np.maximum(math.sqrt(4 * math.pi) * logs.noise[rows], step)
-    # An example that everybody left in the log is in many logs that are not alike otherwise.
+    # An example that everybody left in the log is in many logs that are not alike
+    # otherwise.
     unlike = 2 * same_rows < len(rows)
     crowd = np.maximum(weight[unlike] @ agree[unlike] - 1, 0) / max(number - 2, 1)
     tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
@@ -537,9 +567,10 @@ def _shared_with(
     )
 
 
-# --- logs with similar spins: copies in which every number was changed a little -----------------------------
+# --- logs with similar spins: copies in which every number was changed a little ---
 
-NEIGHBOURS = 5  # the density of honest logs around a log follows from the distance of this neighbour
+# the density of honest logs around a log follows from the distance of this neighbour
+NEIGHBOURS = 5
 
 NEAR_ALLOWED = (
     0.01  # smaller than `ALLOWED`, because the density of honest logs is only estimated
@@ -555,12 +586,14 @@ NEAR_ROWS = 6  # number of spins, not counting round ones, that two logs must ha
 def similar(logs: Logs) -> Pairs:
     """Find pairs of logs with spins that are much closer to each other than those of the next logs.
 
-    Logs with the same number of runs at each weight are compared in the order of weight and spin. The distance is the
-    mean square of the relative differences, with the variance of rounding: so copies are found if the spins are written
-    to 1 rpm, but not to 10 rpm. Spins that differ by `NEAR_SPINS` or more are not those of a copy. In n dimensions, a
-    distance d that is smaller than a usual distance D has the probability (d/D)^n. The usual distance is the smallest
-    of these: from the log to its fifth neighbour; from most logs of the class to their nearest neighbour; from the log
-    to the middle of the class.
+    Logs with the same number of runs at each weight are compared in the order of weight
+    and spin. The distance is the mean square of the relative differences, with the
+    variance of rounding: so copies are found if the spins are written to 1 rpm, but not
+    to 10 rpm. Spins that differ by `NEAR_SPINS` or more are not those of a copy. In n
+    dimensions, a distance d that is smaller than a usual distance D has the probability
+    (d/D)^n. The usual distance is the smallest of these: from the log to its fifth
+    neighbour; from most logs of the class to their nearest neighbour; from the log to
+    the middle of the class.
     """
     found: Pairs = {}
     patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.tables]
@@ -607,7 +640,8 @@ def similar(logs: Logs) -> Pairs:
 def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
     """Return the distance of each table from the `count`-th nearest other log, shape (U,).
 
-    `square`: Distances between the tables, shape (U, U). `copies`: Number of logs of each table, shape (U,).
+    `square`: Distances between the tables, shape (U, U). `copies`: Number of logs of
+    each table, shape (U,).
     """
     order = np.argsort(square, axis=1)
     others = copies - np.eye(len(copies), dtype=int)
@@ -617,7 +651,7 @@ def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
     return distances
 
 
-# --- flags of logs that are too similar ---------------------------------------------------------------------
+# --- flags of logs that are too similar ---
 
 PAIRS_TOLD = 3  # number of pairs of a group whose evidence is written
 

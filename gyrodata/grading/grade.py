@@ -1,8 +1,10 @@
 """Grade one student: from a submission to marks with their reasons.
 
-Read the log, analyse it, compute the accepted fits of its runs, compare the report with them after correcting a common
-mistake, judge each criterion, and subtract the deduction for being late. Nothing in a submission raises an error: what
-cannot be judged has no points, which is not the same as zero, and the grade is "not graded" until a person has looked.
+Read the log, analyse it, compute the accepted fits of its runs, compare the report with
+them after correcting a common mistake, judge each criterion, and subtract the deduction
+for being late. Nothing in a submission raises an error: what cannot be judged has no
+points, which is not the same as zero, and the grade is "not graded" until a person has
+looked.
 """
 
 from __future__ import annotations
@@ -36,11 +38,14 @@ from gyrodata.readings import Readings, listing, read_reported
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn
 
-FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
+# a report farther than this from every accepted fit [u], without a common mistake,
+# needs a look
+FAR = 3.0
 
 TOO_WIDE = "the log states an uncertainty far over the usual, so the usual one is used"
 
-WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
+# a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
+WILD = 0.3
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
@@ -93,11 +98,13 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     status: Status = "not graded"  # "so far": some marks wait for a person
     why: str | None = None  # why it is not graded; None if it is
     points: float | None = (
-        None  # what counts, lateness taken off, two decimals; None if nothing counts yet
+        # what counts, lateness taken off, two decimals; None if nothing counts yet
+        None
     )
     out_of: float
     marks: tuple[Mark, ...] = ()
-    """One for each criterion, in the rubric's order; points null: it could not be judged, which is not zero."""
+    """One for each criterion, in the rubric's order; points null: it could not be
+    judged, which is not zero."""
     slips: tuple[
         yardsticks.Slip, ...
     ] = ()  # common mistakes that explain the report, the most likely first
@@ -113,7 +120,8 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     own: Mapping[str, OwnFit]
     """Each accepted fit of the student's own runs, by its name."""
     inertia: float | None = None
-    """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
+    """I_zz that the student's own runs give by the recommended fit, accepted or not
+    [kg*m^2]."""
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
     matched: str | None = (
         None  # the accepted fit nearest to the report, after correcting a mistake
@@ -123,8 +131,10 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
         str, ...
     ] = ()  # values that the log does not state, from the rubric: "u_time 0.3 s"
     scatters: tuple[tuple[float, int], ...] = ()
-    """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; empty with other ones."""
-    # Zeta score of ISO 13528: distance of the corrected value from the reference, over the u of both.
+    """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual
+    uncertainties; empty with other ones."""
+    # Zeta score of ISO 13528: distance of the corrected value from the reference, over
+    # the u of both.
     zeta: float | None = field(default=None, name="z")
     late_seconds: float | None  # late by this [s]; None if it is not known
     late_deduction: float  # [points]
@@ -138,12 +148,17 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
 
 
 class Grade(ShownGrade, frozen=True, kw_only=True):
-    """One student's grade, small enough to keep for a whole class; JSON and back gives the same again."""
+    """One student's grade, small enough to keep for a whole class.
+
+    JSON and back gives the same again.
+    """
 
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
-    """Summary of the log to compare it with others; None if the log cannot be analysed."""
-    partner: str = ""  # the partners that the log names, and behind "~" all words that may be a name
+    """Summary of the log to compare it with others; None if the log cannot be analysed.
+    """
+    # the partners that the log names, and behind "~" all words that may be a name
+    partner: str = ""
 
     @property
     def reported_inertia(self) -> float | None:
@@ -165,10 +180,13 @@ def grade_submission(
     reported: str | None = None,
     mistake: Mistake | None = None,
 ) -> Grade:
-    """Grade one student; a submission that cannot be judged is "not graded", and never raises an error.
+    """Grade one student.
 
-    If the class is the reference, a "reference" mark has no points until `settle`. `reported`: I_zz typed in by a
-    person, instead of the submitted value. `mistake`: A mistake in the log that is corrected first.
+    A submission that cannot be judged is "not graded", and never raises an error.
+
+    If the class is the reference, a "reference" mark has no points until `settle`.
+    `reported`: I_zz typed in by a person, instead of the submitted value. `mistake`: A
+    mistake in the log that is corrected first.
     """
     # The main process only distributes the work, and does not need these.
     from gyrodata.analysis import analyze_readings
@@ -262,8 +280,9 @@ def settle(
 ) -> tuple[tuple[Grade, ...], References, Scatters]:
     """Give the points that need the whole class, because the class is the reference.
 
-    `grades`: All grades of the class, as `grade_submission` or an earlier `settle` returned them. Returns the grades in
-    the same order, and what they are compared with. No grade depends on the order.
+    `grades`: All grades of the class, as `grade_submission` or an earlier `settle`
+    returned them. Returns the grades in the same order, and what they are compared
+    with. No grade depends on the order.
     """
     references, scatters = rubric.references, {}
     if rubric.class_reference:
@@ -310,10 +329,13 @@ def _settle_one(
 
 
 AGREES, MUCH = 5.0, 3.0
-"""A log is doubted if the answer is closer to the reference than the first [standard uncertainties of both], and the
-distance of the log is more than the second times that of the answer."""
+"""A log is doubted if the answer is closer to the reference than the first [standard
+uncertainties of both], and the distance of the log is more than the second times that
+of the answer."""
 
-LOOKED_AT = 10.0  # a log whose I_zz is farther from the reference needs a look [standard uncertainties of both]
+# a log whose I_zz is farther from the reference needs a look [standard uncertainties of
+# both]
+LOOKED_AT = 10.0
 
 
 class _Doubt(NamedTuple):
@@ -329,7 +351,10 @@ class _Doubt(NamedTuple):
 
 
 def _doubt(grade: Grade, references: References) -> _Doubt | None:
-    """Compare the I_zz of a log with the reference; None if there is nothing to look for in the log."""
+    """Compare the I_zz of a log with the reference.
+
+    None if there is nothing to look for in the log.
+    """
     reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return None
@@ -365,9 +390,11 @@ def reconsider(
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
-    `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer agrees with the reference, and
-    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned.
-    Otherwise a person is asked to look, unless the answer is wrong too: then it tells how the student has worked.
+    `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer
+    agrees with the reference, and follows from the log after a known mistake in the log
+    is corrected, the grade for the corrected log is returned. Otherwise a person is
+    asked to look, unless the answer is wrong too: then it tells how the student has
+    worked.
     """
     from gyrodata.analysis import analyze_readings
 
@@ -385,7 +412,8 @@ def reconsider(
     )
     kinds = [kind for kind, _ in found if not kind.kind.startswith("ball_")]
     if wrong_log:
-        # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
+        # Several headers may explain the same factor: the first one tried leaves
+        # readings of the usual size.
         kinds.sort(
             key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind))
         )
@@ -420,7 +448,10 @@ def reconsider(
 
 
 def added_up(grade: Grade) -> Grade:
-    """Add up the points, or say why there is no sum; marks that wait for a person give a sum so far."""
+    """Add up the points, or say why there is no sum.
+
+    Marks that wait for a person give a sum so far.
+    """
     open_marks = [one for one in grade.marks if one.points is None]
     reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
     if reasons:
@@ -475,8 +506,9 @@ def _looks(evidence: Evidence) -> list[str]:
 
 
 SAME_VALUE, SAME_U = 0.001, 0.1
-"""An answer with a mistake has the value and the uncertainty of a fit with this mistake, but for rounding and these
-shares of them. Of answers at random, one in thirty is near a fit with some mistake, but one in 200 is so near."""
+"""An answer with a mistake has the value and the uncertainty of a fit with this
+mistake, but for rounding and these shares of them. Of answers at random, one in thirty
+is near a fit with some mistake, but one in 200 is so near."""
 
 
 def _doubts_of_slip(evidence: Evidence) -> list[str]:
@@ -522,7 +554,7 @@ def station_of(readings: Readings) -> str | None:
     return yardsticks.station_key(text) or None
 
 
-# --- not graded ---------------------------------------------------------------------------------------------
+# --- not graded ---
 
 
 def not_graded(
@@ -558,7 +590,8 @@ def not_graded(
 def _why_not(error: Exception) -> str:
     """Say in one sentence why the analysis stopped."""
     if not isinstance(error, GyroError):
-        # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
+        # Numbers that stop the analysis itself must not stop the class, nor give this
+        # student a zero.
         return (
             f"the analysis failed with these numbers ({type(error).__name__}: {error})"
         )
@@ -568,7 +601,7 @@ def _why_not(error: Exception) -> str:
     return f"the log cannot be {done}: {where}{first.message}{f', and {len(more)} more' if more else ''}"
 
 
-# --- ``gyro check --hand-in`` -------------------------------------------------------------------------------
+# --- ``gyro check --hand-in`` ---
 
 
 def read_hand_in(

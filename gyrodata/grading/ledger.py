@@ -55,7 +55,8 @@ FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 
 # A student may have several lines of the first; the second need no value.
 SEVERAL, BARE = ("partner", "comment"), ("hold", "excuse")
-CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
+# a line of ``log`` with the name of a file; "log" may also be a criterion
+CORRECTED = "corrected log"
 OTHERS = (
     "student",
     "name",
@@ -87,7 +88,8 @@ class Desk(Struct, frozen=True):
         frozenset()
     )  # student and what of the lines with a name but no value
     settled: Mapping[frozenset[str], str] = {}
-    """How each flag is settled, by its students; one student alone: all flags of that student."""
+    """How each flag is settled, by its students; one student alone: all flags of that
+    student."""
     folder: Path = Path()  # folder of the file, and of corrected logs
 
     def value(self, student: str, what: str) -> str | None:
@@ -102,7 +104,8 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        # A line without a value gives nobody a grade, and a flag is settled by its students.
+        # A line without a value gives nobody a grade, and a flag is settled by its
+        # students.
         asked = (
             offer.flag
             or offer.reason.startswith(UNGRADED)
@@ -134,7 +137,10 @@ class Desk(Struct, frozen=True):
         }
 
     def corrected(self, item: Submission) -> Submission:
-        """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
+        """Replace the log of a submission by the file that a person corrected.
+
+        The original stays where it is.
+        """
         name = self.value(item.student, CORRECTED)
         if name is None:
             return item
@@ -202,8 +208,9 @@ NO_DESK = Desk()
 def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     """Read the file; raise InputError with a fault for each line that cannot be used.
 
-    `students` contains each name that a student may have in the file, by its forms as `forms_of` lists them, with the
-    keys of all students with this name. A corrected log is in the folder of the file.
+    `students` contains each name that a student may have in the file, by its forms as
+    `forms_of` lists them, with the keys of all students with this name. A corrected log
+    is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
     faults, left, number = list[Diagnostic](), set[tuple[str, str]](), 0
@@ -255,7 +262,10 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
 def _lines(
     data: bytes, name: str, points: Mapping[str, float]
 ) -> Iterator[tuple[int, dict[str, str]]]:
-    """Give the lines of the file; of a sheet with a column for each decision, a line for each cell."""
+    """Give the lines of the file.
+
+    Of a sheet with a column for each decision, a line for each cell.
+    """
     known = {one.casefold(): one for one in (*WORDS, *points)}
     for number, cells in read_list(data, name, "student"):
         if "what" in cells and "value" not in cells:
@@ -396,8 +406,9 @@ def read_list(
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """Read a table, a workbook or CSV as any spreadsheet saves it: the line of each row, and its cells by column.
 
-    With `lower`, the names of the columns are in small letters. Raises csv.Error, LookupError or ValueError, with what
-    is wrong, if it is not a table or lacks a column.
+    With `lower`, the names of the columns are in small letters. Raises csv.Error,
+    LookupError or ValueError, with what is wrong, if it is not a table or lacks a
+    column.
     """
     if data.startswith(b"PK"):
         text = csv_lines(
@@ -430,7 +441,7 @@ def read_list(
         number = reader.line_num + 1
 
 
-# --- the lines that wait for a person: ``desk-todo.csv`` --------------------------------------------------------
+# --- the lines that wait for a person: ``desk-todo.csv`` ---
 
 
 class Offer(Struct, frozen=True):
@@ -470,7 +481,9 @@ def in_general(why: str) -> str:
 def find_offers(
     found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()
 ) -> list[Offer]:
-    """List the lines that wait for a person, without those that the desk decides; lines of one reason together.
+    """List the lines that wait for a person, without those that the desk decides.
+
+    Lines of one reason together.
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
@@ -540,13 +553,15 @@ def _open_flags(found: ClassGrades) -> Iterator[Offer]:
     )
     every = {*desk.partners, *found.partners, *desk.settled}
     for flag in found.flags:
-        # Each pair of a flag is settled; or each student, if it is about other logs too.
+        # Each pair of a flag is settled; or each student, if it is about other logs
+        # too.
         alone = flag.previous or len(flag.students) == 1
         students = set(flag.students) - single
         if alone:
             settled = students <= graded or frozenset(flag.students) in desk.settled
         else:
-            # Student by student rather than pair by pair: thousands of logs may be copies of one.
+            # Student by student rather than pair by pair: thousands of logs may be
+            # copies of one.
             groups = [*every, frozenset(graded)]
             settled = all(students <= _with(one, groups) for one in students)
         if not settled:

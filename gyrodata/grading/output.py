@@ -26,7 +26,8 @@ FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
-# ``grades-by-hand-DIGEST.csv`` for each that a person changed -------------------------------------------------------
+# ``grades-by-hand-DIGEST.csv`` for each that a person changed
+# -------------------------------------------------------
 
 
 def _digest(data: bytes) -> str:
@@ -34,7 +35,10 @@ def _digest(data: bytes) -> str:
 
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
-    """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
+    """Return all totals that gyro wrote for each student.
+
+    None for a student whose total the desk decides.
+    """
     files = (folder / PUBLISHED).glob("grades-????????????.csv")
     tables = [exports.read_table(one.read_bytes()) or {} for one in files]
     known = {
@@ -68,13 +72,16 @@ def _listed(files: list[str]) -> str:
     return ", ".join(files[:MOST_LISTED]) + more
 
 
-# --- what is written ---------------------------------------------------------------------------------------
+# --- what is written ---
 
 
 def write_results(
     found: ClassGrades, folder: Path, filled: Filled | None
 ) -> Iterator[str]:
-    """Write everything but the feedback, and keep a table that a person changed; say where to look."""
+    """Write everything but the feedback, and keep a table that a person changed.
+
+    Say where to look.
+    """
     names = feedback_names(found)
     files = {
         one.student: _listed([basename(file) for file in one.beside_log])
@@ -112,7 +119,8 @@ def write_results(
     yield f"class: {folder / 'class.html'}"
 
 
-# --- the feedback of a class, in files named as the platform accepts them, and a zip of all ------------------
+# --- the feedback of a class, in files named as the platform accepts them, and a zip of
+# all ------------------
 
 
 FEEDBACK, ARCHIVE, ENDINGS = "feedback", "feedback.zip", (".html", ".md")
@@ -138,8 +146,9 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
-    `figures` is the folder with the figures of each student, None if none are drawn. Returns lines about pages that a
-    person had changed, and of students who are no longer in the class.
+    `figures` is the folder with the figures of each student, None if none are drawn.
+    Returns lines about pages that a person had changed, and of students who are no
+    longer in the class.
     """
     names, changed = feedback_names(found), list[str]()
     before: dict[str, tuple[int, bytes]] | None = (
@@ -183,7 +192,8 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
             for page in pages
             if (path := folder / FEEDBACK / page).exists()
         }
-        # Pages that show this already, and that nobody has changed, are not written again.
+        # Pages that show this already, and that nobody has changed, are not written
+        # again.
         if [(zlib.crc32(data), content) for data in old.values()] != [
             before and before.get(page) for page in pages
         ]:
@@ -234,7 +244,10 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
 
 
 def _keep(folder: Path, page: str, data: bytes) -> str:
-    """Keep a page that gyro replaces or removes; return its new place below the folder of the grades."""
+    """Keep a page that gyro replaces or removes.
+
+    Return its new place below the folder of the grades.
+    """
     kept = Path(PUBLISHED, FEEDBACK, page).with_stem(
         f"{Path(page).stem}-{_digest(data)}"
     )
@@ -242,7 +255,7 @@ def _keep(folder: Path, page: str, data: bytes) -> str:
     return kept.as_posix()
 
 
-# --- what a run says -------------------------------------------------------------------------------------------
+# --- what a run says ---
 
 
 def told_of(

@@ -58,7 +58,10 @@ class Roster(Struct, frozen=True):
     ] = {}  # why a person must find the row of a submission, by its key
 
     def named(self, grade: Grade, station: str | None) -> Grade:
-        """Add the student's name and section to a grade; a `station` of the desk goes before that of log and roster."""
+        """Add the student's name and section to a grade.
+
+        A `station` of the desk goes before that of log and roster.
+        """
         person = self.people.get(grade.student, NOBODY)
         station = (
             station_key(station or "")
@@ -103,7 +106,10 @@ _ONESELF = r"(?i)(?:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?"
 
 
 def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
-    """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
+    """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe".
+
+    Also return unknown names.
+    """
     names = list[str]()
     if not re.fullmatch(SAYS["alone"], text):
         for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
@@ -129,7 +135,8 @@ def partners_of(
 ) -> tuple[list[frozenset[str]], dict[str, str]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
-    Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
+    Also returns what a person should look at, by student: names that nobody in the
+    class has, or that several have.
     """
     declared, looks = list[frozenset[str]](), dict(roster.unclear)
     named: dict[str, set[str]] = {}
@@ -156,7 +163,10 @@ def partners_of(
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
-    """Read a table with columns of `IDS`, `NAMES`, section, station and partner. Raises InputError."""
+    """Read a table with columns of `IDS`, `NAMES`, section, station and partner.
+
+    Raises InputError.
+    """
     try:
         rows = [cells for _, cells in read_list(data, name)]
     except (csv.Error, LookupError, ValueError) as error:
@@ -197,7 +207,8 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             for column in IDS
             if cells.get(column)
         ] or [called]
-        # Canvas's rows of points possible and of test students have a title and no number.
+        # Canvas's rows of points possible and of test students have a title and no
+        # number.
         if ids == [""] or ("id" in cells and not cells["id"]):
             continue
         about = (

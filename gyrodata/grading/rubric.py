@@ -1,6 +1,7 @@
 """Read the rubric: the criteria with their points, the deductions for being late, and the reference for I_zz.
 
-A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no other is given; it explains every key.
+A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no other is
+given; it explains every key.
 """
 
 from __future__ import annotations
@@ -38,9 +39,10 @@ from gyrodata.toml_table import Number, Text, TomlFile, nearest, unfit
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission, Submissions
 
-# --- deductions for being late -----------------------------------------------------------------------------------
+# --- deductions for being late ---
 
-# As a rubric contains them: a duration, and the points or the share of all points that are taken off.
+# As a rubric contains them: a duration, and the points or the share of all points that
+# are taken off.
 _DURATION = r"^\s*\d+(\.\d+)?\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*$"
 Duration = Annotated[
     str, Meta(pattern=_DURATION, examples=["15 min", "36 h", "2 days"])
@@ -90,7 +92,8 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
     )  # in rising order of `until`
     beyond: Deduction = "100 %"  # after the last tier
     marked: Deduction | None = None
-    """For a submission that is only marked late, without a time; None: a person must look."""
+    """For a submission that is only marked late, without a time; None: a person must
+    look."""
     exceptions: tuple[LateException, ...] = field(default=(), name="exception")
 
     def __post_init__(self) -> None:
@@ -142,12 +145,14 @@ def judge_lateness(
     with suppress(ValueError):
         stamp = dt.datetime.fromisoformat(submission.submitted or "")
     if due is not None and stamp is not None:
-        # A stamp without a time zone is in the time of the course, and so is a deadline without one.
+        # A stamp without a time zone is in the time of the course, and so is a deadline
+        # without one.
         zone = due.tzinfo or stamp.tzinfo
         due, stamp = (one.replace(tzinfo=one.tzinfo or zone) for one in (due, stamp))
         seconds = (stamp - due).total_seconds() - extra
     elif late_seconds is not None and not (late and excepted and excepted.due):
-        # If the student has another deadline, the lateness that the platform counts says nothing.
+        # If the student has another deadline, the lateness that the platform counts
+        # says nothing.
         seconds = late_seconds - extra
     if seconds is None and (rule.marked is None or excepted):
         return Lateness(None, 0.0, "marked late, but nothing says by how much", True)
@@ -174,13 +179,13 @@ def judge_lateness(
     )
 
 
-# --- the rubric --------------------------------------------------------------------------------------------------
+# --- the rubric ---
 
 ACCEPTED = tuple(TABLES["fits"])
 """Fits of a student's own runs that a rubric may accept."""
 
 
-# --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ------------------------
+# --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ---
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 CONDITION = (
@@ -210,7 +215,11 @@ class Curve(NamedTuple):
 
 
 def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
-    """Read a condition; return its variable, "<=", ">=", "in" or "outside", and the ends, infinite if there is none."""
+    """Read a condition.
+
+    Return its variable, "<=", ">=", "in" or "outside", and the ends, infinite if there
+    is none.
+    """
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
@@ -238,14 +247,17 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     )
 
 
-# --- the file -----------------------------------------------------------------------------------------------
+# --- the file ---
 
 _PATTERN = {"pattern": re.sub(r"\?P<\w+>", "", CONDITION), "description": str(MEANINGS)}
 ConditionText = Annotated[str, Meta(examples=["d <= 0.6"], extra_json_schema=_PATTERN)]
 
 
 class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
-    """One criterion, as the rubric states it; keys that are not given have the defaults of `KINDS`."""
+    """One criterion, as the rubric states it.
+
+    Keys that are not given have the defaults of `KINDS`.
+    """
 
     id: Text  # unique; the column of the grades
     check: Literal[*KINDS]  # type: ignore[valid-type]
@@ -294,7 +306,8 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             )
         if opposite is None:
             raise unfit("condition_full_outside", "full", name=name)
-        # "zero" says from which value on there are no points; the other end is infinite.
+        # "zero" says from which value on there are no points; the other end is
+        # infinite.
         ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[
             relation
         ]

@@ -1,8 +1,9 @@
 """Uncertainties that a log states far over the usual: a person is asked, and the log is judged by the usual ones.
 
-A log may say how well it was measured. If its statements could be anything, a wrong answer would agree with runs that
-say nothing, and numbers that contradict each other would not. So each stated uncertainty is compared with the one that
-the log would have without the statement: that of the bench if the rubric states it, else the default.
+A log may say how well it was measured. If its statements could be anything, a wrong
+answer would agree with runs that say nothing, and numbers that contradict each other
+would not. So each stated uncertainty is compared with the one that the log would have
+without the statement: that of the bench if the rubric states it, else the default.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ from gyrodata.readings.roles import ORIGIN_LENGTHS
 from gyrodata.units import Uncertainty
 
 OVER_USUAL, OVER_BENCH = 5.0, 2.0
-"""A larger stated uncertainty, in units of the default or of that of the bench, is a question to a person."""
+"""A larger stated uncertainty, in units of the default or of that of the bench, is a
+question to a person."""
 
 _LIKE = {
     "spin_time": "time",
@@ -74,7 +76,8 @@ def with_usual(
 ) -> tuple[Readings, tuple[str, ...]]:
     """Return a log without the uncertainties that are far over the usual, and these in words.
 
-    `bench`: The lines of ``[bench]`` of the rubric. A log without such a statement is returned as it is.
+    `bench`: The lines of ``[bench]`` of the rubric. A log without such a statement is
+    returned as it is.
     """
     known = _of_bench(bench)
     told: dict[str, str] = {}
@@ -204,7 +207,10 @@ def _without(
 
 
 def _line_of(readings: Readings, role: str, u: Uncertainty) -> str:
-    """Return the key of the line that states an uncertainty for all readings of a role; "" if none does."""
+    """Return the key of the line that states an uncertainty for all readings of a role.
+
+    "" if none does.
+    """
     known = readings.uncertainties
     return next(
         (

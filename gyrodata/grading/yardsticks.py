@@ -1,9 +1,10 @@
 """Compute what a reported I_zz is compared with: fits of the student's own runs, known slips, and a reference.
 
-There is more than one correct way to evaluate a student's runs: a line without or with an intercept, the mean of
-M/(φ̇ψ̇), or the fit of gyro; with all runs, without outliers, or without the unloaded run. Each is computed here, also
-with a mistake applied to the readings. The reference is stated for each station or taken from the class, and so are the
-uncertainties of the readings if a log does not state them.
+There is more than one correct way to evaluate a student's runs: a line without or with
+an intercept, the mean of M/(φ̇ψ̇), or the fit of gyro; with all runs, without outliers,
+or without the unloaded run. Each is computed here, also with a mistake applied to the
+readings. The reference is stated for each station or taken from the class, and so are
+the uncertainties of the readings if a log does not state them.
 """
 
 from __future__ import annotations
@@ -56,20 +57,22 @@ TABLES: Mapping[str, Any] = tomllib.loads(
 )
 
 FINEST, COARSEST = 0.005, 0.05
-"""Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
-results to three digits differ by up to 0.5 %; and if the runs hardly determine I_zz, the arithmetic can still be
-correct."""
+"""Smallest and largest u, as a share of I_zz, for the distance d. Two careful people
+who round their intermediate results to three digits differ by up to 0.5 %; and if the
+runs hardly determine I_zz, the arithmetic can still be correct."""
 
 
 MOST_ROUNDING = 0.02
-"""Largest error by rounding an answer that is forgiven, as a share of it: with fewer digits, nobody can see whether the
-arithmetic is right."""
+"""Largest error by rounding an answer that is forgiven, as a share of it: with fewer
+digits, nobody can see whether the arithmetic is right."""
 
 
 class OwnValue(Struct, frozen=True):
     """I_zz by one fit of the student's own runs."""
 
-    name: str  # of `fits` in the tables, with ":all" or ":loaded" behind it if it uses other runs than the analysis
+    # of `fits` in the tables, with ":all" or ":loaded" behind it if it uses other runs
+    # than the analysis
+    name: str
     value: float  # [kg*m^2]
     u: float | None  # standard uncertainty of this fit [kg*m^2]; None if it has none
 
@@ -86,7 +89,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
     product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
     torque: Floats  # [N*m], shape (n,)
     sets: tuple[tuple[str, NDArray[np.bool_]], ...]
-    """Runs that are used, each shape (n,): "" for those of the analysis, "all", "loaded" for those with a weight."""
+    """Runs that are used, each shape (n,): "" for those of the analysis, "all",
+    "loaded" for those with a weight."""
     accept: tuple[str, ...]  # fits that the course accepts
     recommended: OwnValue
     yardstick: float  # one unit of d, as a share of I_zz [1]
@@ -115,7 +119,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
                     u if math.isfinite(u) else None,
                 )
             )
-        # The recommended fit can only be scaled, by a factor that is the same in every run.
+        # The recommended fit can only be scaled, by a factor that is the same in every
+        # run.
         loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
         if (
             "recommended" in self.accept
@@ -132,7 +137,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs, in the order of the rubric, without repeating equal values.
 
-        If none of them is possible (an intercept, and one torque only), it is the recommended fit.
+        If none of them is possible (an intercept, and one torque only), it is the
+        recommended fit.
         """
         kept: list[OwnValue] = []
         found = [own for own in self.fits() if math.isfinite(own.value) and own.value]
@@ -175,41 +181,50 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
     """Return the distance of a reported value from a fit of the student's own runs, in units of u.
 
-    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]; half of it may be rounding, and is
-    subtracted, but `MOST_ROUNDING` of the value at most. `yardstick`: u as a share of the value [1].
+    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2];
+    half of it may be rounding, and is subtracted, but `MOST_ROUNDING` of the value at
+    most. `yardstick`: u as a share of the value [1].
     """
     apart, size = abs(reported - own), max(abs(reported), abs(own))
     # A value that rounds to zero is not a value.
     rounding = min(step / 2 * (1 + 1e-9), MOST_ROUNDING * size) if reported else 0.0
     if rounding > FINEST * size:
-        # Rounding does not explain an answer that is much farther off, however few digits it has.
+        # Rounding does not explain an answer that is much farther off, however few
+        # digits it has.
         rounding *= min(1.0, max(0.0, 3.0 - apart / (MOST_ROUNDING * size)))
     return max(0.0, apart - rounding) / (yardstick * abs(own))
 
 
-# --- known slips: a reported I_zz that would be right without one common mistake ------------------------------------
+# --- known slips: a reported I_zz that would be right without one common mistake ---
 #
-# Each mistake is applied to the student's own readings, and the accepted fits are computed again. If the reported value
-# then agrees, the mistake is named. Mistakes with nearly the same factor (no g: 9.81, rpm as rad/s: 9.55) explain it
-# equally well, and all are named. No mistake is searched for if the runs explain the report. A mistake whose result is
-# among the results of honest fits cannot be detected, and is not named.
+# Each mistake is applied to the student's own readings, and the accepted fits are
+# computed again. If the reported value then agrees, the mistake is named. Mistakes with
+# nearly the same factor (no g: 9.81, rpm as rad/s: 9.55) explain it equally well, and
+# all are named. No mistake is searched for if the runs explain the report. A mistake
+# whose result is among the results of honest fits cannot be detected, and is not named.
 
 FROM = 3.0  # no slip is searched for if an accepted fit is nearer than this [u]
 
 WITHIN, BOTH_WITHIN = 2.0, 1.0
-"""Largest distance from the report [u] at which one mistake, or two together, explain it. There are many pairs, and
-one of them agrees by chance more easily."""
+"""Largest distance from the report [u] at which one mistake, or two together, explain
+it. There are many pairs, and one of them agrees by chance more easily."""
 
-CLEAR = 0.5  # largest u of a fit with two mistakes, as a share of its value: a fit that says nothing agrees by chance
+# largest u of a fit with two mistakes, as a share of its value: a fit that says nothing
+# agrees by chance
+CLEAR = 0.5
 
 SLIP_U = 0.01
-"""Largest u, as a share, for the distance from a slip: with a larger one, many answers agree by chance."""
+"""Largest u, as a share, for the distance from a slip: with a larger one, many answers
+agree by chance."""
 
-NEAREST = 0.015  # largest relative distance, even if u is larger: 60 instead of 57.3 are two slips
+# largest relative distance, even if u is larger: 60 instead of 57.3 are two slips
+NEAREST = 0.015
 
-AS_GOOD = 0.5  # slips whose distances differ by less than this [u] explain the report equally well
+# slips whose distances differ by less than this [u] explain the report equally well
+AS_GOOD = 0.5
 
-SAME = 1e-3  # slips whose factors differ by less than this share differ only by the units of the log
+# slips whose factors differ by less than this share differ only by the units of the log
+SAME = 1e-3
 
 MOST = 3  # slips that are named
 
@@ -221,9 +236,12 @@ class Slip(Struct, frozen=True):
     words: str  # the mistake in words
     check: str  # how to check it, in words
     factor: float  # reported value over the value of the same fit without the slip [1]
-    fit: str  # the accepted fit with the slip that agrees with the report, a name as in `OwnValue`
+    # the accepted fit with the slip that agrees with the report, a name as in
+    # `OwnValue`
+    fit: str
     u: float | None
-    """Standard uncertainty of this fit with the slip [kg*m^2]; a slip that differs between runs scatters the points."""
+    """Standard uncertainty of this fit with the slip [kg*m^2]; a slip that differs
+    between runs scatters the points."""
     distance: float  # of the report from that fit [u]
 
 
@@ -248,7 +266,8 @@ def find_slips(
     Returns
     -------
     list of Slip
-        Several if they explain it equally well; empty if the runs explain the report, or no known slip does.
+        Several if they explain it equally well; empty if the runs explain the report,
+        or no known slip does.
     """
     if (
         min(
@@ -427,7 +446,7 @@ def _pairs(singles: list[Mistake]) -> list[Mistake]:
     return found
 
 
-# --- references of stations --------------------------------------------------------------------------------
+# --- references of stations ---
 
 
 class Reference(Struct, frozen=True, dict=True):
@@ -486,11 +505,12 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         return Reference(read.value, read.u, source)
 
 
-# --- the class as its own reference -------------------------------------------------------------------------
+# --- the class as its own reference ---
 
 FEW = 5  # a station with fewer logs than this is compared with the whole class
 
-MEDIAN_TO_MEAN = 1.2533  # standard uncertainty of a median over that of a mean, √(π/2), for normal values
+# standard uncertainty of a median over that of a mean, √(π/2), for normal values
+MEDIAN_TO_MEAN = 1.2533
 
 
 def class_references(
@@ -498,9 +518,10 @@ def class_references(
 ) -> dict[str, Reference]:
     """Return the reference of each station with at least `FEW` logs, and "all" for every other station.
 
-    `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order. The u of a station is that of a
-    median, from the median absolute deviation; for "all" it is the scatter itself, because the gyroscopes may differ.
-    Neither is smaller than the u of the logs allow.
+    `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order.
+    The u of a station is that of a median, from the median absolute deviation; for
+    "all" it is the scatter itself, because the gyroscopes may differ. Neither is
+    smaller than the u of the logs allow.
     """
     references = {}
     for station, logs in _by_station(
@@ -546,7 +567,7 @@ def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
     return found
 
 
-# --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
+# --- the bench: uncertainties and constants that a log does not state ---
 
 APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
@@ -554,7 +575,10 @@ BENCH = (*UNCERTAINTIES, *APPARATUS)
 
 
 def check_bench(lines: Mapping[str, str]) -> None:
-    """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
+    """Read each value of ``[bench]`` as a line of a log is read.
+
+    Raise UnfitError for one that cannot be used.
+    """
     for key, text in lines.items():
         if key not in ("from", *BENCH):
             raise unfit(
@@ -603,7 +627,8 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     balanced = (
         readings.balance_tilt or readings.balance_drift or readings.balanced is not None
     )
-    # g follows from the latitude, and a test of the balance is better than its usual uncertainty.
+    # g follows from the latitude, and a test of the balance is better than its usual
+    # uncertainty.
     also = {
         "motion": readings.motion,
         "g": "latitude" in readings.constants,
@@ -665,9 +690,10 @@ def class_scatter(
 ) -> dict[str, BenchScatter]:
     """Return the scatter of each station with at least `ENOUGH` logs, and "all" for every other station.
 
-    `logs`: For each log its station (or None), and χ² of φ̇ψ̇ within each torque by the usual uncertainties with its
-    degrees of freedom, in any order. The factor is the root mean square over the logs; no log counts as more than
-    `ROUGHEST`, so that a few wrong logs do not change the result for all.
+    `logs`: For each log its station (or None), and χ² of φ̇ψ̇ within each torque by the
+    usual uncertainties with its degrees of freedom, in any order. The factor is the
+    root mean square over the logs; no log counts as more than `ROUGHEST`, so that a few
+    wrong logs do not change the result for all.
     """
     sums = [
         (station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log))

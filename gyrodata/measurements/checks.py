@@ -22,7 +22,8 @@ STEADIEST = 0.06
 """Standard uncertainty of a time that the steadiest hand stops [s]."""
 
 NO_ACCIDENT = 0.05, 0.005
-"""Rows are called identical if chance makes as many with less than this probability: one pair, or several."""
+"""Rows are called identical if chance makes as many with less than this probability:
+one pair, or several."""
 
 
 def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -41,7 +42,8 @@ def _find_contradictions(
 ) -> Iterator[Diagnostic]:
     """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees.
 
-    If most runs precess faster than they spin, two columns are exchanged, or a unit is wrong.
+    If most runs precess faster than they spin, two columns are exchanged, or a unit is
+    wrong.
     """
     torque = np.abs(measured.torque)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -61,7 +63,8 @@ def _find_contradictions(
             "inertia": torque / (rate * measured.spin),
         }
     for column in (*readings.columns.values(), *readings.others):
-        # These columns are always the readings themselves, unless there are two of them.
+        # These columns are always the readings themselves, unless there are two of
+        # them.
         of_runs = column.role in (
             "mass",
             "position",
@@ -233,7 +236,8 @@ def _find_copies(
         sum(len(lines) - 1 for lines in copied),
         sum(n * (n - 1) // 2 for n in rows),
     )
-    # Two readings of one time agree in their last digit with this chance, by the steadiest hand.
+    # Two readings of one time agree in their last digit with this chance, by the
+    # steadiest hand.
     step = float(np.median(timing.steps))
     u = next(
         float(np.median(source.absolute))
@@ -273,7 +277,7 @@ def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> s
     return f"there is no {role} in this log"
 
 
-# --- the sizes of this lab --------------------------------------------------------------------------------------
+# --- the sizes of this lab ---
 
 
 class Size(Struct, frozen=True):
@@ -283,7 +287,8 @@ class Size(Struct, frozen=True):
     possible: tuple[float, float]
     """A reading outside is impossible in this lab; all published logs are inside."""
     usual: tuple[float, float]
-    """Nearly all logs are inside: gyro proposes the unit that brings a column into this range."""
+    """Nearly all logs are inside: gyro proposes the unit that brings a column into this
+    range."""
     units: tuple[str, ...]
 
 
@@ -394,7 +399,8 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
             continue
         run, mass = int(odd[0]), readings.columns.get("mass")
         if size.role == "position" and mass and (mass.unit, column.unit) == ("g", "cm"):
-            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside the ball.
+            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none
+            # is inside the ball.
             swapped = (
                 (SIZES[0].usual, 0.1 * values),
                 (size.usual, 10 * np.abs(values_of(mass))),

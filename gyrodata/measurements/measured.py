@@ -30,8 +30,9 @@ from gyrodata.readings import Column, Readings
 class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One log in SI units, n runs.
 
-    All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession times spin, which is
-    the sign of the net torque; 0 if neither the log nor the torque of the weight shows it.
+    All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession
+    times spin, which is the sign of the net torque; 0 if neither the log nor the torque
+    of the weight shows it.
     """
 
     runs: tuple[str, ...]
@@ -41,7 +42,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     turns: Floats
     """Revolutions of precession in that time [1]."""
     spin: Floats
-    """Mean spin relative to the rod's frame [rad/s]; the harmonic mean if start and end were read."""
+    """Mean spin relative to the rod's frame [rad/s]; the harmonic mean if start and end
+    were read."""
     mass: Floats
     """[kg]; NaN if the log contains the torque or a force."""
     position: Floats
@@ -65,11 +67,13 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     g: float
     """Acceleration of free fall [m/s^2]."""
     timed: bool
-    """False if the log contains rates instead of stopwatch times: these have no reaction time."""
+    """False if the log contains rates instead of stopwatch times: these have no
+    reaction time."""
     timing_bias_u: float
     """Prior width of the timing bias b [s]."""
     balance_test: Callable[[float], float] | None
-    """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a balance test; None: no test."""
+    """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a
+    balance test; None: no test."""
     balance_test_from: str
     """The key of the log from which that prior comes."""
     mass_step: Floats
@@ -81,28 +85,33 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     spin_readings: int = 1
     """Number of readings of the spin in each run."""
     slowing: Floats | None = None
-    """Steady precession rate over the mean rate of the run [1]; None if the rate is steady."""
+    """Steady precession rate over the mean rate of the run [1]; None if the rate is
+    steady."""
     balanced: bool | None = None
     """Whether the ball is balanced; None if the log does not say."""
     precession_sense: Floats | None = None
-    """+1 counterclockwise, −1 clockwise seen from above; 0 for a run without a direction; None if no run has one."""
+    """+1 counterclockwise, −1 clockwise seen from above; 0 for a run without a
+    direction; None if no run has one."""
     motion: str | None = None
     """"released" from rest, or "steady"; None if the log does not say."""
     tachometer: str | None = None
     """"still", or "follows" the rod; None if the log does not say."""
     added: Floats | float = 0.0
-    """Inertia that the weight adds to I_zz of each run, because it spins [kg*m^2], shape (n,); 0 if unknown."""
+    """Inertia that the weight adds to I_zz of each run, because it spins [kg*m^2],
+    shape (n,); 0 if unknown."""
     latitude: float | None = None
     """[rad]; None if the log does not say."""
     torque_unseen: float | None = None
-    """Largest torque over I_zz with which an unloaded rod would not have moved visibly [rad²/s²]; None if there is no
-    run in which it did not move."""
+    """Largest torque over I_zz with which an unloaded rod would not have moved visibly
+    [rad²/s²]; None if there is no run in which it did not move."""
     nutation_ratio: Floats | None = None
-    """I/I_zz of each run from the period of its nutation [1], NaN if it was not measured; None without a column."""
+    """I/I_zz of each run from the period of its nutation [1], NaN if it was not
+    measured; None without a column."""
     drag: Drag | None = None
     """How fast the spin falls; None if the log does not show it."""
     delay_factor: Floats | None = None
-    """By what the fit multiplies the spins, because they were read late or early [1]; None without a delay."""
+    """By what the fit multiplies the spins, because they were read late or early [1];
+    None without a delay."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -345,7 +354,8 @@ class Spins(Struct, frozen=True):
     end: Floats | None = None
     """None if it was not read."""
     delay_factor: Floats | None = None
-    """By what the mean is too small because the reading was late [1]; None if it was not."""
+    """By what the mean is too small because the reading was late [1]; None if it was
+    not."""
 
 
 def _spins(
@@ -405,16 +415,21 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     loaded = told & (sign != 0)
     opposed = int(np.sum(written[loaded] != sign[loaded]))
     if opposed > np.sum(loaded) / 2:
-        # Only products of directions matter: a log that counts one of the two the other way round is consistent.
+        # Only products of directions matter: a log that counts one of the two the other
+        # way round is consistent.
         written = -written
-        # If the log does not state the direction of the spin, a clockwise spin reverses every run with a weight.
+        # If the log does not state the direction of the spin, a clockwise spin reverses
+        # every run with a weight.
         if told_spin or opposed < np.sum(loaded):
             diagnostics.append(readings.say("senses_contradict_torque"))
     return cast(Floats, np.where(told, written, sign))
 
 
 def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
-    """Return the prior width of M0 from the balance test of a log; the most direct statement first."""
+    """Return the prior width of M0 from the balance test of a log.
+
+    The most direct statement first.
+    """
     stated = readings.uncertainties.get("u_imbalance")
     if stated is not None:
         width = stated.absolute

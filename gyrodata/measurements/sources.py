@@ -33,9 +33,9 @@ from gyrodata.units import Uncertainty
 class Source(Struct, frozen=True):
     """One kind of error, independent between groups of runs and equal within a group.
 
-    The reading is the truth plus (`absolute` + `relative` × truth) × a standard normal number, one for each
-    group. Errors are proportional to the *true* value: if they were proportional to the measured one, low readings
-    would look too precise.
+    The reading is the truth plus (`absolute` + `relative` × truth) × a standard normal
+    number, one for each group. Errors are proportional to the *true* value: if they
+    were proportional to the measured one, low readings would look too precise.
     """
 
     name: str
@@ -43,7 +43,8 @@ class Source(Struct, frozen=True):
     quantity: Quantity
     """The quantity that has the error."""
     groups: Integers
-    """Group of each run, shape (n,), counted from 0; −1 for a run without this error."""
+    """Group of each run, shape (n,), counted from 0; −1 for a run without this error.
+    """
     absolute: Floats
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
     relative: Floats
@@ -88,7 +89,8 @@ def list_sources(
     if load != "torque" and "position" in columns:
         yield _by_value("position", columns["position"], position, values != 0)
         zero = _of_whole_log(readings, "position_zero")
-        # The length added to every position is only as well known as the ball's diameter or the rod's length.
+        # The length added to every position is only as well known as the ball's
+        # diameter or the rod's length.
         yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
         if load == "mass":
             known: tuple[Uncertainty | None, str | None] = None, None
@@ -132,15 +134,18 @@ def _diameter_source(column: Column, mass: Floats) -> Source:
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
-    """Return whether the spin was read once in each run; one spin for the whole log was never read at a midpoint."""
+    """Return whether the spin was read once in each run.
+
+    One spin for the whole log was never read at a midpoint.
+    """
     return len(used) == 1 and max(used[0].spots, default=-1) >= 0
 
 
 def reading_delay(readings: Readings, used: tuple[Column, ...], time: Floats) -> Floats:
     """Return how long after the middle of each run the only spin was read, on average [s], shape (n,).
 
-    It is negative if the spin was read before each run, by its header. A log that states how uncertain the delay is
-    has no delay on average.
+    It is negative if the spin was read before each run, by its header. A log that
+    states how uncertain the delay is has no delay on average.
     """
     if used[0].role == "spin" and "spin_start" in parse_header(used[0].header).roles:
         return -time / 2
@@ -149,14 +154,16 @@ def reading_delay(readings: Readings, used: tuple[Column, ...], time: Floats) ->
 
 
 USUAL_RATE = 1 / DECAY_TIME
-"""Relative fall of the spin in a second if the log does not show it [1/s]: the median of its distribution."""
+"""Relative fall of the spin in a second if the log does not show it [1/s]: the median
+of its distribution."""
 
 
 def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
     """Compute the relative uncertainty of a spin that is corrected for a usual fall during a delay [1], shape (n,).
 
-    The fall is d r, with a delay d = `delay` ± `delay_u` [s] and a rate r of a log-normal distribution around
-    `USUAL_RATE`. This is the root mean square of its distance from `delay` times `USUAL_RATE`.
+    The fall is d r, with a delay d = `delay` ± `delay_u` [s] and a rate r of a
+    log-normal distribution around `USUAL_RATE`. This is the root mean square of its
+    distance from `delay` times `USUAL_RATE`.
     """
     mean = math.exp(DECAY_SPREAD**2 / 2)
     mean_square = math.exp(2 * DECAY_SPREAD**2)
@@ -176,7 +183,8 @@ def _spin_sources(
         None,
     )
     spins, spots = list(map(as_spin, used)), []
-    # The relative change of the mean spin for a relative change of each reading; the sum is 1.
+    # The relative change of the mean spin for a relative change of each reading; the
+    # sum is 1.
     weights = [np.ones(len(spin))]
     if len(used) == 2:
         share = physics.harmonic_mean_spin_share(*spins)
@@ -248,7 +256,8 @@ def _timing_sources(
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
     absolute, relative, default = _reading_errors(timing, time, SOURCES["time"].default)
-    # The uncertainty of a period or rate beside the time, as in a log with the columns t, N, T = t/N and σ_T.
+    # The uncertainty of a period or rate beside the time, as in a log with the columns
+    # t, N, T = t/N and σ_T.
     for column in told_by_period(readings.columns, timing):
         # A rate has the same relative error as its period.
         size = (
@@ -266,8 +275,8 @@ def _timing_sources(
     yield _source("time", own, absolute, relative, default)
     if timing.role != "time":
         return
-    # The angle that a time covers: the rod is sighted against a mark at its start and at its end, unless both are the
-    # same mark.
+    # The angle that a time covers: the rod is sighted against a mark at its start and
+    # at its end, unless both are the same mark.
     column = (
         readings.columns["turns"]
         if "turns" in readings.columns
@@ -281,7 +290,8 @@ def _timing_sources(
     relative, by_default = np.zeros(len(turns)), part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
-        # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
+        # A line for the whole log is about one end, as the default; the uncertainty of
+        # a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
         absolute[i], relative[i], by_default[i] = (
             ends * u.absolute / per_turn,
@@ -358,7 +368,10 @@ def _of_whole_log(
     usual: Uncertainty | None = None,
     words: str | None = None,
 ) -> Source:
-    """Return a component that all runs share; `usual` describes its default if this log has another one."""
+    """Return a component that all runs share.
+
+    `usual` describes its default if this log has another one.
+    """
     used, default = stated_or_default(readings, key)
     if default and usual is not None:
         used = usual
@@ -375,8 +388,8 @@ def _of_whole_log(
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
     """Return a component with one error for each value: for each weight, not for each run.
 
-    If runs of one group state different uncertainties (a column ``u_mass``), the largest is used for the group: it is
-    one reading and has one error.
+    If runs of one group state different uncertainties (a column ``u_mass``), the
+    largest is used for the group: it is one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
@@ -412,7 +425,8 @@ def _reading_errors(
 ) -> tuple[Floats, Floats, bool]:
     """Return the uncertainty of each reading of a column: as stated, or the default with the rounding.
 
-    The absolute [SI] and the relative [1] part have shape (n,); the last value is True if a default was used.
+    The absolute [SI] and the relative [1] part have shape (n,); the last value is True
+    if a default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array(column.steps) / math.sqrt(12)
@@ -444,13 +458,15 @@ def values_of(column: Column) -> Floats:
     return np.array(column.values, dtype=float)
 
 
-# --- how the spin falls --------------------------------------------------------------------------------------
+# --- how the spin falls ---
 
 NO_POWER_LAW = 0.3
-"""Smallest standard uncertainty of the exponent: no real drag is exactly a power of the spin."""
+"""Smallest standard uncertainty of the exponent: no real drag is exactly a power of the
+spin."""
 
 NO_LAW = 9.0
-"""With a larger reduced chi-square, the falls do not follow one law, and p keeps its expected value."""
+"""With a larger reduced chi-square, the falls do not follow one law, and p keeps its
+expected value."""
 
 CERTAIN = 2.0
 """A fall of the spin below this many standard uncertainties is not used."""
@@ -460,7 +476,8 @@ class Drag(Struct, frozen=True):
     """The drag of one gyroscope."""
 
     rate: float
-    """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay time."""
+    """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay
+    time."""
     u_rate: float
     """[1/s]"""
     spin: float
@@ -513,7 +530,8 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
     distance = np.log(spin / middle)
     prior = max(u_exponent, 1e-6)
     rate, bend = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2)), 0.0
-    # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a prior.
+    # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
+    # prior.
     for _step in range(20):
         # The rate at the geometric mean of both spins.
         found = fall / seconds * physics.sinhc(bend * fall / 2)
@@ -543,7 +561,7 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
     )
 
 
-# --- readings of the spin ---------------------------------------------------------------------------------------
+# --- readings of the spin ---
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:

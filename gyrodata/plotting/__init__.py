@@ -1,7 +1,7 @@
 """The four figures of a log, and the charts of the benchmark, with matplotlib.
 
-`figure_data` collects the arrays that are drawn from an `Analysis`; `figures` draws them on axes of matplotlib and
-describes them in words.
+`figure_data` collects the arrays that are drawn from an `Analysis`; `figures` draws
+them on axes of matplotlib and describes them in words.
 """
 
 from gyrodata.plotting.figure_data import Look, list_looks

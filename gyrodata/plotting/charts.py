@@ -38,7 +38,10 @@ STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
 
 
 def render_benchmark(benchmark: Benchmark) -> dict[str, bytes]:
-    """Draw all charts, 9 inches wide; return the bytes of each file by its name, the same for the same benchmark."""
+    """Draw all charts, 9 inches wide.
+
+    Return the bytes of each file by its name, the same for the same benchmark.
+    """
     files: dict[str, bytes] = {}
     with figures.own_style(*STYLES):
         drawn = {
@@ -65,7 +68,7 @@ def _figure(height: float, title: str) -> Figure:
     return figure
 
 
-# --- motion -------------------------------------------------------------------------------------------------------
+# --- motion ---
 
 _MODELS = {
     "eq. (9)": (BLUE, "o"),
@@ -125,7 +128,7 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     return figure
 
 
-# --- integrators --------------------------------------------------------------------------------------------------
+# --- integrators ---
 
 _CURVES = dict(
     zip(
@@ -199,7 +202,7 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
     return figure
 
 
-# --- fits ---------------------------------------------------------------------------------------------------------
+# --- fits ---
 
 
 def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
@@ -257,7 +260,7 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     return figure
 
 
-# --- failures -----------------------------------------------------------------------------------------------------
+# --- failures ---
 
 
 def _draw_failures(failures: Sequence[Failure]) -> Figure:

@@ -17,8 +17,8 @@ from gyrodata.quantities import as_read
 from gyrodata.results import Analysis, Result, is_wide
 from gyrodata.tables import Torque
 
-# Okabe and Ito's three dark colours, and three others with contrast that colour-blind readers can distinguish. Grey is
-# for runs without a weight.
+# Okabe and Ito's three dark colours, and three others with contrast that colour-blind
+# readers can distinguish. Grey is for runs without a weight.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
 MARKERS = ("o", "s", "^", "D", "v", "P", "<")
 UNLOADED = ("#666666", "X")
@@ -129,7 +129,7 @@ def _relative(measured: Measurements, *quantities: str) -> Floats:
     return np.sqrt(variance)
 
 
-# --- colours and markers -------------------------------------------------------------------------------------------
+# --- colours and markers ---
 
 
 def list_looks(analysis: Analysis) -> tuple[Look, ...]:
@@ -184,7 +184,7 @@ def _label(measured: Measurements, i: int) -> str:
     return f"{as_number(measured.torque[i] / size)} {unit}"
 
 
-# --- numbers as text -----------------------------------------------------------------------------------------------
+# --- numbers as text ---
 
 
 def as_number(value: float, step: float = 0.0) -> str:

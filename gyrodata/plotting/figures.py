@@ -1,7 +1,8 @@
 """The four figures of a log.
 
-A figure consists of a function that draws on axes of matplotlib, a function that describes it in words, and an entry in
-`FIGURES`. The report, ``Analysis.plot`` and the feedback for students use this entry.
+A figure consists of a function that draws on axes of matplotlib, a function that
+describes it in words, and an entry in `FIGURES`. The report, ``Analysis.plot`` and the
+feedback for students use this entry.
 """
 
 from __future__ import annotations
@@ -49,14 +50,16 @@ SIZES = {
     "slides": (5.6, 3.15, 0.0, 1920 / 5.6),
     "print": (6.6, 4.2, 2.4, 300),
 }
-"""Width and height of a figure, additional height for a second panel [inch], and resolution of a PNG [dots/inch]."""
+"""Width and height of a figure, additional height for a second panel [inch], and
+resolution of a PNG [dots/inch]."""
 
 METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": "gyrodata"},
     "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
 }
-"""Metadata of each format: without date and version, so that the same log gives the same bytes."""
+"""Metadata of each format: without date and version, so that the same log gives the
+same bytes."""
 
 MOST_LABELS = 14
 """Largest number of torques in the legend."""
@@ -64,7 +67,7 @@ MOST_LABELS = 14
 MOST_NAMES = 10
 """Largest number of runs that are named in a figure."""
 
-# --- the four figures ----------------------------------------------------------------------------------------------
+# --- the four figures ---
 
 
 def draw_period(ax: Axes, scene: Scene) -> None:
@@ -250,7 +253,8 @@ class Kind(Struct, frozen=True):
     """One of the four figures."""
 
     panels: tuple[Callable[[Axes, Scene], None], ...]
-    """Functions that draw on axes; a second panel is below the first and has the same x axis."""
+    """Functions that draw on axes; a second panel is below the first and has the same x
+    axis."""
     describe: Callable[[Scene], str]
     """Description in words, for readers who cannot see the figure."""
     caption: str
@@ -283,11 +287,14 @@ FIGURES = {
 }
 """The figures by their names, in the order of the report."""
 
-# --- parts of figures ----------------------------------------------------------------------------------------------
+# --- parts of figures ---
 
 
 def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return limits that include zero and the kept runs; other runs extend them by a half at most."""
+    """Return limits that include zero and the kept runs.
+
+    Other runs extend them by a half at most.
+    """
     shown = kept if kept.any() else np.ones_like(kept)
     low, high = (
         min(0.0, float((values - u)[shown].min())),
@@ -305,8 +312,8 @@ def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, 
 def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and the lower and upper half of its 95 % band.
 
-    The slope varies within its interval, about the point at which slope and height are not correlated; the height at
-    this point has an independent error.
+    The slope varies within its interval, about the point at which slope and height are
+    not correlated; the height at this point has an independent error.
     """
     x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
     (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
@@ -349,8 +356,8 @@ def _draw_runs(
 ) -> None:
     """Draw every run with the colour and marker of its torque; flagged runs are hollow and named.
 
-    A run outside the axes is drawn at the edge, without bars and with its value. With `means`, the legend contains the
-    mean φ̇ψ̇ of each torque.
+    A run outside the axes is drawn at the edge, without bars and with its value. With
+    `means`, the legend contains the mean φ̇ψ̇ of each torque.
     """
     at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
     inside = (at_x == x) & (at_y == y)
@@ -472,7 +479,7 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
     )
 
 
-# --- figures and files ---------------------------------------------------------------------------------------------
+# --- figures and files ---
 
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
@@ -500,7 +507,8 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ncols=2,
         title=title,
     )
-    # Space for the texts [points], by the numbers of their letters and lines: a layout engine would lay out every text.
+    # Space for the texts [points], by the numbers of their letters and lines: a layout
+    # engine would lay out every text.
     ticks = [
         text
         for ax in axes
@@ -519,7 +527,9 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
-    """Draw one of `FIGURES` on axes; without axes, on a new figure with its legend and second panel.
+    """Draw one of `FIGURES` on axes.
+
+    Without axes, on a new figure with its legend and second panel.
 
     Raises
     ------
@@ -562,7 +572,8 @@ def render(
     names : sequence of str
         Which figures.
     faults : dict, optional
-        Receives why figures cannot be drawn, by their names. Without it, the first error is raised.
+        Receives why figures cannot be drawn, by their names. Without it, the first
+        error is raised.
 
     Returns
     -------
@@ -586,7 +597,8 @@ def render(
             try:
                 files[name] = _draw(scene, name, form, style)
             except Exception as error:
-                # The answer does not depend on a figure, nor on the state of matplotlib.
+                # The answer does not depend on a figure, nor on the state of
+                # matplotlib.
                 if faults is None:
                     raise
                 faults[name] = _reason(error)
@@ -647,7 +659,10 @@ def omit_docstrings() -> None:
 
 
 def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
-    """Return the bytes of a figure's file; a PNG of level 9 is smaller than one of level 1, but slow."""
+    """Return the bytes of a figure's file.
+
+    A PNG of level 9 is smaller than one of level 1, but slow.
+    """
     file = io.BytesIO()
     options: Any = (
         {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}

@@ -1,7 +1,7 @@
 """The reader: a lab log from CSV, standard input, a workbook or a DataFrame becomes `Readings` in SI.
 
-The reader accepts many forms, but it never guesses what would change the answer. It reports every fault in one pass,
-with its place and what to type.
+The reader accepts many forms, but it never guesses what would change the answer. It
+reports every fault in one pass, with its place and what to type.
 """
 
 from gyrodata.readings.lablog import (

@@ -110,8 +110,9 @@ def choose(
     }
     several: list[Chosen] = []
     stating: list[Chosen] = []
-    # A unit that does not fit the name comes after one that fits, means after the readings of which they are the mean,
-    # a bare letter, which may number runs, after a name, and a distance from the surface after one from the centre.
+    # A unit that does not fit the name comes after one that fits, means after the
+    # readings of which they are the mean, a bare letter, which may number runs, after a
+    # name, and a distance from the surface after one from the centre.
     letters = {one.at for one in columns if may_number(one.header)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
@@ -312,7 +313,8 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) 
         [one.number for one in times if not one.turns],
     )
     if said and others and "turns" not in choice.there:
-        # "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one turn.
+        # "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one
+        # turn.
         is_part = others == [1] and all("/" in turns for turns in said)
         turns = "1" if is_part else "".join(said) if len(said) == 1 else ""
         choice.used["time"] = [replace(one, turns=one.turns or turns) for one in times]
@@ -368,11 +370,15 @@ def _mapped(
 def _eliminate(
     table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults
 ) -> None:
-    """Decide headers of several roles if only one role is left; ask about the rest if they are needed."""
+    """Decide headers of several roles if only one role is left.
+
+    Ask about the rest if they are needed.
+    """
     counts = choice.used.get("turns", [])
     counted = {row.texts[one.at] for row in table.rows for one in counts}
     for column in list(several):
-        # "T" can only be the time of one turn if no turns are counted, or each time covers one.
+        # "T" can only be the time of one turn if no turns are counted, or each time
+        # covers one.
         known = {"time", "precession_period", "angle"} & choice.there
         single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
         if (
@@ -448,8 +454,10 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
         and "time" in choice.used
         and there.isdisjoint(roles.COUNTS)
     ):
-        return []  # next to a time without turns, "T" may be the mean of such times as well
-    # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
+        # next to a time without turns, "T" may be the mean of such times as well
+        return []
+    # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a
+    # role that has a column.
     bases = tuple(role.removeprefix("u_") for role in found)
     for used in choice.used.values():
         if bases != found and used[0].header.roles == bases and used[0].role in bases:
@@ -460,14 +468,16 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
         if role not in there and (role[:2] != "u_" or role[2:] in choice.used)
     ]
     if not there.isdisjoint(roles.TIMINGS) and "spin" in open_roles:
-        # "rotation" and "period": the first is the spin; next to "before" and "after", "Omega" is not.
+        # "rotation" and "period": the first is the spin; next to "before" and "after",
+        # "Omega" is not.
         done = any(there.issuperset(one) for one in roles.SPIN_SETS)
         open_roles = [
             role
             for role in open_roles
             if role not in (("spin",) if done else roles.TIMINGS)
         ]
-    # A quantity that follows from the readings is not needed, if the header can be another one.
+    # A quantity that follows from the readings is not needed, if the header can be
+    # another one.
     return [
         role for role in open_roles if role not in roles.derived_roles(there)
     ] or open_roles
@@ -527,7 +537,8 @@ def _place_by_cells_and_unit(
             continue
         text = fit[0].cell.text
         if len(fit) > 1:
-            # "Alice's time" and "Bob's time", or "time Alice" and "time Bob", are two readings of one time.
+            # "Alice's time" and "Bob's time", or "time Alice" and "time Bob", are two
+            # readings of one time.
             common = set.intersection(
                 *(
                     roles.squeezed_words(roles.split_unit(one.cell.text)[0])
@@ -579,14 +590,18 @@ def may_number(header: Header) -> bool:
 def _says_little(header: Header) -> bool:
     """Return whether only a one-letter unit says what a column with an unknown name contains.
 
-    A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no other meaning.
+    A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no
+    other meaning.
     """
     named = roles.split_unit(header.text)[0].strip() != ""
     return named and header.unit is not None and roles.is_one_letter(header.unit)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
-    """Name what a run lacks, or the whole log; of several roles that serve, one that the log has a column of."""
+    """Name what a run lacks, or the whole log.
+
+    Of several roles that serve, one that the log has a column of.
+    """
     missing: list[str] = []
     if "torque" not in there and loaded:
         load = next(
@@ -611,13 +626,15 @@ def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> li
     return missing
 
 
-# Quantities that two columns give ----------------------------------------------------------------------------------
+# Quantities that two columns give
+# ----------------------------------------------------------------------------------
 
 
 def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
     """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
 
-    The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a large disk.
+    The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a
+    large disk.
     """
     there = {role for header in table.headers for role in header.roles}
     is_plain = (
@@ -662,7 +679,8 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
         if (at := names.get(f"spintime{end}")) is not None and (
             counts is not None or "spin_turns" in stated
         ):
-            # Instead of a column, a line may give the number of turns for the whole log.
+            # Instead of a column, a line may give the number of turns for the whole
+            # log.
             texts = [
                 stated["spin_turns"] if counts is None else row.texts[counts]
                 for row in table.rows
@@ -717,7 +735,10 @@ def _seconds(text: str) -> Decimal:
 
 
 def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
-    """Return what is missing, and every way to add it; first a guess from the headers that name no role."""
+    """Return what is missing, and every way to add it.
+
+    First a guess from the headers that name no role.
+    """
     unit, known = units.DISPLAY[kind_of_role(role)], roles.BY_NAME[role]
     sample = known.sample or f"1 {unit}"
     quoted = f'"{sample}"' if " " in sample else sample

@@ -1,7 +1,8 @@
 """Find the formulas of a workbook whose values were never calculated.
 
-A spreadsheet program stores the value of each formula beside it. Other programs write the formula alone, or with the
-value 0 (XlsxWriter). Such a cell is not blank, and it does not contain 0.
+A spreadsheet program stores the value of each formula beside it. Other programs write
+the formula alone, or with the value 0 (XlsxWriter). Such a cell is not blank, and it
+does not contain 0.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ MAX_AREA = 500
 _SHEET = r"(?:('[^'!]{1,31}'|\w{1,31})!)?"
 _CELL = r"\$?([A-Z]{1,3})\$?([0-9]{1,7})"
 _INPUT = re.compile(rf"{_SHEET}{_CELL}(?::{_CELL})?(?![\w(])")
-"""A cell, or an area from one cell to another, also of another sheet: ``'Data 1'!$A$1:B9``."""
+"""A cell, or an area from one cell to another, also of another sheet: ``'Data
+1'!$A$1:B9``."""
 
 
 class Formula(Struct, frozen=True):
@@ -46,7 +48,10 @@ class Formula(Struct, frozen=True):
 
     @property
     def may_lack_result(self) -> bool:
-        """Whether the stored value is 0 or a blank text; a formula that contains a text can have a blank result."""
+        """Whether the stored value is 0 or a blank text.
+
+        A formula that contains a text can have a blank result.
+        """
         if self.value is None or self.has_result:
             return False
         return bool(self.value.strip()) or '"' not in self.text
@@ -56,19 +61,23 @@ class Content(Struct, frozen=True):
     """The numbers and the formulas of a workbook."""
 
     numbers: dict[Cell, float | None] = field(default_factory=dict)
-    """Stored number of each filled cell, also of those with a formula; None if the cell contains a text."""
+    """Stored number of each filled cell, also of those with a formula; None if the cell
+    contains a text."""
     formulas: list[Formula] = field(default_factory=list)
     arrays: list[tuple[Formula, int, int]] = field(default_factory=list)
-    """Formulas that fill an area; each with the number of rows and of columns of its area."""
+    """Formulas that fill an area; each with the number of rows and of columns of its
+    area."""
     to_calculate: bool = False
-    """Whether the workbook says that its formulas have to be calculated when it is opened."""
+    """Whether the workbook says that its formulas have to be calculated when it is
+    opened."""
 
 
 def without_value(content: Content) -> dict[Cell, Formula]:
     """Return the formula of each cell whose value was not calculated.
 
-    These are the formulas without a stored value. A stored 0 is not a result either, if the workbook asks for a
-    calculation, or if none of its formulas has another value although this one has an input that is not 0.
+    These are the formulas without a stored value. A stored 0 is not a result either, if
+    the workbook asks for a calculation, or if none of its formulas has another value
+    although this one has an input that is not 0.
     """
     lacking = {
         formula.cell: formula for formula in content.formulas if formula.value is None
@@ -79,7 +88,8 @@ def without_value(content: Content) -> dict[Cell, Formula]:
     if any(formula.has_result for formula in content.formulas):
         return lacking
     for formula in zeros:
-        # A program writes the formulas from the top to the bottom, so that a formula comes after its inputs.
+        # A program writes the formulas from the top to the bottom, so that a formula
+        # comes after its inputs.
         if any(
             cell in lacking or content.numbers.get(cell) for cell in inputs_of(formula)
         ):

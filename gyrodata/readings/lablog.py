@@ -1,7 +1,8 @@
 """The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, reports and settings.
 
-Reports are the results of a student, such as ``# reported_inertia: 4.4(1) g m^2``. Settings are values for the whole
-log: ``# key: value`` lines, ``--set`` and ``--config``.
+Reports are the results of a student, such as ``# reported_inertia: 4.4(1) g m^2``.
+Settings are values for the whole log: ``# key: value`` lines, ``--set`` and
+``--config``.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ from gyrodata.readings import roles
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 MOST_OF_ONE_CODE = 100
-"""Diagnostics of one code that are shown; a column of text for numbers has as many faults as rows."""
+"""Diagnostics of one code that are shown; a column of text for numbers has as many
+faults as rows."""
 
 
 class Place(NamedTuple):
@@ -54,10 +56,11 @@ class Reading(Struct, frozen=True):
     value: float | None = None
     """[SI unit of the role]; None if nothing was measured."""
     step: float | None = None
-    """One step of the last digit typed anywhere in the column [SI unit of the role]; None if the number is exact
-    (a fraction, a plain 0) or its digits are unknown."""
+    """One step of the last digit typed anywhere in the column [SI unit of the role];
+    None if the number is exact (a fraction, a plain 0) or its digits are unknown."""
     u: Uncertainty | None = None
-    """Stated uncertainty: its own ±, else its ``u_…`` column, else the header's ±, else the ``u_…`` of the log."""
+    """Stated uncertainty: its own ±, else its ``u_…`` column, else the header's ±, else
+    the ``u_…`` of the log."""
     text: str = ""
     """As typed."""
 
@@ -66,19 +69,23 @@ class Column(Struct, frozen=True, dict=True):
     """The readings of one role in SI, one for each of the n runs."""
 
     role: str
-    """Canonical name: ``mass``, ``spin``, ``time``, … (the repeats ``time_1``, ``time_2`` are runs here)."""
+    """Canonical name: ``mass``, ``spin``, ``time``, … (the repeats ``time_1``,
+    ``time_2`` are runs here)."""
     header: str
-    """As written, or ``# spin`` or ``--set spin`` if one value is valid for the whole log."""
+    """As written, or ``# spin`` or ``--set spin`` if one value is valid for the whole
+    log."""
     unit: str
     """Unit, in a spelling that this tool reads; "" for numbers."""
     readings: tuple[Reading, ...]
     spots: tuple[int, ...]
-    """Number of each reading's cell in the file; −1 for the value of the whole log. Runs with equal numbers share one
-    reading (filled down, constant, or repeats of one setting)."""
+    """Number of each reading's cell in the file; −1 for the value of the whole log.
+    Runs with equal numbers share one reading (filled down, constant, or repeats of one
+    setting)."""
     given: Place | None = None
     """Place of the value of the whole log; None for an option."""
     find: Callable[[int], Place] | None = None
-    """Function that returns the place of a numbered cell: hardly any place is ever needed."""
+    """Function that returns the place of a numbered cell: hardly any place is ever
+    needed."""
 
     @cached_property
     def values(self) -> tuple[float | None, ...]:
@@ -87,7 +94,10 @@ class Column(Struct, frozen=True, dict=True):
 
     @cached_property
     def steps(self) -> tuple[float, ...]:
-        """Steps of the last digits [SI unit of the role]; 0 if a number is exact or its digits are unknown."""
+        """Steps of the last digits [SI unit of the role].
+
+        0 if a number is exact or its digits are unknown.
+        """
         return tuple([reading.step or 0.0 for reading in self.readings])
 
     @cached_property
@@ -140,7 +150,8 @@ class Readings(Struct, frozen=True, dict=True):
     sha256 : str
         Hash of the bytes read.
     runs : tuple of str
-        Labels, unique: ``3``, or ``3.1`` and ``3.2`` for the repeats ``time_1`` and ``time_2`` of one row.
+        Labels, unique: ``3``, or ``3.1`` and ``3.2`` for the repeats ``time_1`` and
+        ``time_2`` of one row.
     lines : tuple of int
         Line in the file of each run.
     notes : tuple of str
@@ -148,9 +159,11 @@ class Readings(Struct, frozen=True, dict=True):
     columns : mapping of str to Column
         The column used for each role.
     others : tuple of Column
-        Further columns of a role, and derived ones (``inertia``); they are only compared.
+        Further columns of a role, and derived ones (``inertia``); they are only
+        compared.
     constants : mapping of str to float
-        ``g``, ``latitude``, ``ball_diameter``, ``ball_mass``, ``rod_length`` [SI]; only those given.
+        ``g``, ``latitude``, ``ball_diameter``, ``ball_mass``, ``rod_length`` [SI]; only
+        those given.
     uncertainties : mapping of str to Uncertainty
         Every ``u_…`` given for the whole log.
     stated_at : mapping of str to Place or None
@@ -160,10 +173,11 @@ class Readings(Struct, frozen=True, dict=True):
     balance_drift : tuple of float or None
         Rod released with spin, without a weight: angle [rad], time [s], spin [rad/s].
     spin_down : tuple of tuple
-        Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+        Each fall of the spin that was measured: spin at the start and at the end
+        [rad/s], and the time [s].
     falling_mass : tuple of float
-        A mass on a thread that turns the disk: mass [kg], radius [m], height [m], time [s], mass that balances the
-        friction [kg]; empty if the log has none.
+        A mass on a thread that turns the disk: mass [kg], radius [m], height [m], time
+        [s], mass that balances the friction [kg]; empty if the log has none.
     tachometer : str or None
         "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
@@ -171,20 +185,24 @@ class Readings(Struct, frozen=True, dict=True):
     balanced : bool or None
         Whether the ball is balanced; None if the log does not say.
     position_from : str or None
-        "surface" of the ball or "tip" of the rod, if the positions as typed count from there; else None or "centre".
-        The positions in `columns` always count from the centre.
+        "surface" of the ball or "tip" of the rod, if the positions as typed count from
+        there; else None or "centre". The positions in `columns` always count from the
+        centre.
     origin_u : float
         Standard uncertainty of the distance between that place and the centre [m].
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
-        The results that the student reports in lines such as ``# reported_inertia``, for grading.
+        The results that the student reports in lines such as ``# reported_inertia``,
+        for grading.
     unmoved : Readings or None
-        The runs without a weight in which the rod did not move (0 turns); no other field contains them.
+        The runs without a weight in which the rod did not move (0 turns); no other
+        field contains them.
     unread : tuple of (str, tuple of str)
         Header and cells, as written, of each column that was not understood.
     diagnostics : tuple of Diagnostic
-        All faults found; if one is an error, `columns` may lack what the analysis needs.
+        All faults found; if one is an error, `columns` may lack what the analysis
+        needs.
     source_text : str
         The decoded text, for excerpts.
     sheets : tuple of (int, str)
@@ -287,8 +305,9 @@ class Faults:
     ) -> Diagnostic:
         """Fill in a message of `messages.toml`.
 
-        The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
-        A list is one of line numbers, and {cell} is the text of the cell.
+        The mark below the line is as wide as a cell, or as the value `text`; a value
+        `code` replaces the usual code. A list is one of line numbers, and {cell} is the
+        text of the cell.
         """
         about = diagnostics.message(name)
         code, text = (
@@ -332,7 +351,10 @@ class Faults:
     def add(
         self, name: str, place: Text | Place | None = None, /, **values: Any
     ) -> None:
-        """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
+        """Add a message with its values.
+
+        Of one code, only the first `MOST_OF_ONE_CODE` are made and kept.
+        """
         code = values.get("code") or diagnostics.message(name).code.split()[1]
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
@@ -358,7 +380,10 @@ class Faults:
         return (sheets[-1][1], line - sheets[-1][0]) if sheets else ("", line)
 
     def span(self, lines: list[int]) -> str:
-        """Return line numbers in short form: ``lines 3-5, 7``; if there are several sheets, ``rows Sheet2!3-5``."""
+        """Return line numbers in short form: ``lines 3-5, 7``.
+
+        If there are several sheets, ``rows Sheet2!3-5``.
+        """
         if len(lines) == 1 and self._row(lines[0])[1] == 0:
             return f"the sheet {self._row(lines[0])[0]}"  # its name is a caption
         parts = []
@@ -407,7 +432,8 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UN
 """What students write if nothing was measured."""
 
 
-# What a student reports, for grading ------------------------------------------------------------------------------
+# What a student reports, for grading
+# ------------------------------------------------------------------------------
 
 REPORTABLE = {
     "inertia": "inertia",
@@ -443,17 +469,21 @@ class Reported(Struct, frozen=True):
     text : str
         As written.
     value : float or None
-        [SI unit of its kind]; None if it cannot be read. If the unit is missing or wrong, the number is taken as SI.
+        [SI unit of its kind]; None if it cannot be read. If the unit is missing or
+        wrong, the number is taken as SI.
     u : float or None
-        Standard uncertainty [SI unit of its kind], after a division by a written k; None if none is written.
+        Standard uncertainty [SI unit of its kind], after a division by a written k;
+        None if none is written.
     digits : int or None
-        Significant digits of the value; zeros at its end count only behind the decimal point.
+        Significant digits of the value; zeros at its end count only behind the decimal
+        point.
     u_digits : int or None
         Significant digits of the uncertainty.
     step : float or None
         One step of the value's last digit [SI unit of its kind].
     u_step : float or None
-        One step of the uncertainty's last digit [SI unit of its kind]; None if it is written in %.
+        One step of the uncertainty's last digit [SI unit of its kind]; None if it is
+        written in %.
     fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
         What is wrong, in a word.
     problem : str or None
@@ -522,7 +552,10 @@ def read_reported(
 
 
 def _digits(number: str) -> int:
-    """Count significant digits: ``0.0044`` has as many as ``4.4e-3``; zeros before the point may only fill up."""
+    """Count significant digits: ``0.0044`` has as many as ``4.4e-3``.
+
+    Zeros before the point may only fill up.
+    """
     digits = re.sub("[^0-9.,]", "", re.split("[eE]", number)[0]).lstrip("0.,")
     return (
         len(
@@ -534,7 +567,8 @@ def _digits(number: str) -> int:
     )
 
 
-# Values for the whole log -----------------------------------------------------------------------------------------
+# Values for the whole log
+# -----------------------------------------------------------------------------------------
 
 
 class Given(Struct, frozen=True):
@@ -550,7 +584,10 @@ class Given(Struct, frozen=True):
     """The value of a role or constant."""
 
     def reading(self, u: Uncertainty | None) -> Reading:
-        """Return the value as the reading of a run; `u` is used if it has no uncertainty of its own."""
+        """Return the value as the reading of a run.
+
+        `u` is used if it has no uncertainty of its own.
+        """
         assert self.cell is not None
         return Reading(
             self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text
@@ -581,7 +618,10 @@ def read_options(
     mapping: Mapping[str, str],
     config: str | os.PathLike[str] | None,
 ) -> list[Given]:
-    """Check the names of all options before the log is read; return the values of ``--set`` and ``--config``."""
+    """Check the names of all options before the log is read.
+
+    Return the values of ``--set`` and ``--config``.
+    """
     faults, table = Faults(""), {}
     if config is not None:
         try:
@@ -637,7 +677,8 @@ def read_settings(
 ) -> Settings:
     """Read all ``# key: value`` lines and options: lines replace the values of a file, and ``--set`` replaces both.
 
-    With `ask`, a comma that may separate thousands is an error; without, it is a decimal comma as in the table.
+    With `ask`, a comma that may separate thousands is an error; without, it is a
+    decimal comma as in the table.
     """
     settings = Settings()
     seen: dict[str, Text] = {}
@@ -652,7 +693,8 @@ def read_settings(
             and (turns := roles.turns_in(text.text))
         ):
             known, text = "turns", replace(text, text=turns)  # "# time = 3 turns"
-        # A line with the name of a quantity may be blank, the hour of the day, or a sentence.
+        # A line with the name of a quantity may be blank, the hour of the day, or a
+        # sentence.
         says_nothing = not text.text or (known == "time" and ":" in text.text)
         says_nothing |= (
             known in roles.ROLES
@@ -713,7 +755,10 @@ def read_settings(
 def _enter_reported(
     settings: Settings, key: str, text: Text, faults: Faults, ask: bool
 ) -> None:
-    """Keep a reported value; a fault in it is only a note for its writer, because it is graded elsewhere."""
+    """Keep a reported value.
+
+    A fault in it is only a note for its writer, because it is graded elsewhere.
+    """
     name = roles.reported_key(key)
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
@@ -770,7 +815,8 @@ YES_OR_NO |= {
     for word in vocabulary.words(said).split()
 }
 ON_EARTH = 9.7, 9.9
-"""g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
+"""g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the
+poles."""
 
 
 def form_of(key: str) -> tuple[str, list[str]]:
@@ -817,7 +863,8 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 
 
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
-"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be a share."""
+"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be
+a share."""
 
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:

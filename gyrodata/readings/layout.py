@@ -1,7 +1,8 @@
 """Find titles, headers, units, runs, means and notes in a sheet, and join several tables.
 
-A row of a sheet is a header, a row of units, a run, a summary or text. A sheet is read as a teaching assistant reads
-it: rows that are not runs are left out, a caption is valid for the runs below it, and a note says each of these things.
+A row of a sheet is a header, a row of units, a run, a summary or text. A sheet is read
+as a teaching assistant reads it: rows that are not runs are left out, a caption is
+valid for the runs below it, and a note says each of these things.
 """
 
 from __future__ import annotations
@@ -137,7 +138,8 @@ def find_layout(
         if lacking := _lacking(
             [parse_header(text) for row in heads for text in row.texts], grid
         ):
-            # A line behind # may give a quantity without a column: "# each time is for one full turn".
+            # A line behind # may give a quantity without a column: "# each time is for
+            # one full turn".
             said = [(f"# {text.text}", text) for text in grid.comments]
             said += [
                 (f"# {key}: {text.text}", text)
@@ -208,14 +210,20 @@ def is_usual(grid: Grid) -> bool:
 
 
 def names_quantities(row: Row) -> bool:
-    """Return whether most cells of a row name a quantity; of a sentence that is split at its blanks, few do."""
+    """Return whether most cells of a row name a quantity.
+
+    Of a sentence that is split at its blanks, few do.
+    """
     return 2 * sum(bool(parse_header(text).roles) for text in row.texts) > len(
         filled_at(row)
     )
 
 
 def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
-    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, …; they may repeat if a text states turns."""
+    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, ….
+
+    They may repeat if a text states turns.
+    """
     stated = any(map(turns_in, head.texts))
     for at, text in (
         (at, text) for at, text in enumerate(head.texts) if text not in decided
@@ -244,7 +252,8 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
                 head.texts[at] = "run"
 
 
-# What a row is ----------------------------------------------------------------------------------------------------
+# What a row is
+# ----------------------------------------------------------------------------------------------------
 
 
 def is_number(text: str) -> bool:
@@ -338,7 +347,10 @@ _SENTENCE = re.compile(r"[^\W\d_]{3,}\W+[^\W\d_]{3,}")
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:
-    """Return whether a row is a title or a note, but not a remark on a run; or quantities without a column."""
+    """Return whether a row is a title or a note, but not a remark on a run.
+
+    Or quantities without a column.
+    """
     filled = filled_at(row)
     numbers = {
         at
@@ -372,7 +384,8 @@ def is_of_means(header: str) -> bool:
     )
 
 
-# What a caption says -----------------------------------------------------------------------------------------------
+# What a caption says
+# -----------------------------------------------------------------------------------------------
 
 
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
@@ -395,19 +408,24 @@ _SEVERAL_WEIGHTS = (
     rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+"
     rf"(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
-"""Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
+"""Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m =
+4.28 kg", "2 weights of 20 g"."""
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
-"""Verbs of a measurement, and words for a time in languages without blanks between words."""
+"""Verbs of a measurement, and words for a time in languages without blanks between
+words."""
 _PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
 """What a part of a turn is: "three screws = once around"."""
 _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
-"""What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
+"""What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3".
+"""
 
 
 def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
-    """Return the turns that a clause of a line states for the times of runs; "" for a line about other turns.
+    """Return the turns that a clause of a line states for the times of runs.
+
+    "" for a line about other turns.
 
     Such a clause names a time, or a mass of a run, or it contains hardly anything else.
     """
@@ -480,7 +498,8 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
 
 
 MAX_SENTENCES = 2_000
-"""Characters of a row that is read as sentences; the time grows with the square of its length."""
+"""Characters of a row that is read as sentences; the time grows with the square of its
+length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
 
@@ -708,7 +727,8 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 def read_notes(grid: Grid, faults: Faults) -> str:
     """Return the origin of positions that a note states, or "".
 
-    The function warns of every note that may say that a reading is not what is typed, such as "twice the real rpm".
+    The function warns of every note that may say that a reading is not what is typed,
+    such as "twice the real rpm".
     """
     notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
@@ -720,7 +740,8 @@ def read_notes(grid: Grid, faults: Faults) -> str:
         if words and not any(map(is_number, row.texts)):
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not is_head(row) else []
-        # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
+        # The header "centre to inner face (cm)" is a position, and not that of the
+        # middle of the weight.
         words = [
             at
             for at in words
@@ -744,7 +765,8 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     )
 
 
-# From row to row ---------------------------------------------------------------------------------------------------
+# From row to row
+# ---------------------------------------------------------------------------------------------------
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
@@ -774,9 +796,11 @@ class _Sheet:
         self.general: Given = {}
         """What captions say of all tables."""
         self.earlier: Given = {}
-        """What captions gave last: a position or turns are valid until others are given."""
+        """What captions gave last: a position or turns are valid until others are
+        given."""
         self.said: list[tuple[Text, str, str]] = []
-        """Each caption, whether its runs are below or above it, and what was read of it."""
+        """Each caption, whether its runs are below or above it, and what was read of
+        it."""
         texts = [
             re.sub(
                 r"^([^=:\0]*)\0(?=[^\0]*$)", r"\1: ", "\0".join(filter(None, row.texts))
@@ -789,7 +813,8 @@ class _Sheet:
             *(f"{key}: {text.text}" for key, text in grid.metadata),
         ]
         self.legend: dict[str, str] = {}
-        """What a line such as "d = distance from centre in cm" says of a short header."""
+        """What a line such as "d = distance from centre in cm" says of a short header.
+        """
         for one in filter(
             None,
             (
@@ -842,7 +867,8 @@ class _Sheet:
             for at, text in enumerate(head.texts)
         ]
         for at, text in enumerate(head.texts):
-            # The mean of "rpm1" and "rpm2" is right for two readings, and for the spin before and after.
+            # The mean of "rpm1" and "rpm2" is right for two readings, and for the spin
+            # before and after.
             pair, third = (text.replace("1", digit, 1) for digit in "23")
             before = parse_header(text.replace("1", " start", 1))
             if (
@@ -946,7 +972,8 @@ class _Sheet:
             if not any(row.texts):
                 return
         first = filled_at(row)[0]
-        # A row of means, deviations or sums begins with such a word, which is not a note on a run.
+        # A row of means, deviations or sums begins with such a word, which is not a
+        # note on a run.
         start = (
             re.split(r"[\s_:,;(=]+", row.texts[first])[0],
             re.sub(r"[()=:]", "", row.texts[first]),
@@ -1068,7 +1095,10 @@ class _Sheet:
         self.left_out[why].append((row, filled_at(row)[0]))
 
     def _names_below(self, row: Row) -> list[_Column]:
-        """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is not such a row."""
+        """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3.
+
+        None if it is not such a row.
+        """
         # A header merged over the last columns leaves its row shorter.
         more = len(row.texts) - len(self.here)
         if any(
@@ -1108,7 +1138,8 @@ class _Sheet:
             role: one for role, one in self.given.items() if role not in there
         }
         if self.words:
-            # "moved to 10.0 cm" between the runs is valid for the blank cells below it, until another value is typed.
+            # "moved to 10.0 cm" between the runs is valid for the blank cells below it,
+            # until another value is typed.
             blank = set() if is_first else {"mass", "position"} - there
             lacking = blank | _lacking([header for _, header in self.here])
             if any(roles.are_turns(header, [text]) for header, text in typed):
@@ -1224,7 +1255,8 @@ class _Sheet:
     def _read_captions(self, lacking: set[str], where: str = "below") -> Given:
         """Return what the rows of text above a run say of what is lacking in it.
 
-        Above the first table the last row that says something is of this table; those before it are of all tables.
+        Above the first table the last row that says something is of this table; those
+        before it are of all tables.
         """
         found: Given = {}
         lacking = lacking & _lacking([], self.grid)
@@ -1436,7 +1468,8 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
     return max(off, default=1.0) < 1e-3
 
 
-# Before the first run ----------------------------------------------------------------------------------------------
+# Before the first run
+# ----------------------------------------------------------------------------------------------
 
 
 _COPY = r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$"

@@ -13,7 +13,8 @@ from gyrodata.units import kinds_of
 _NAME = r"(?m)(?:^[^\S\n]*|[{(,]\s*)(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
 _SAID = r"[\])} \t;]*(?:,(?=[ \t]*[#%]))?[ \t]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
 _LIST = rf"{_NAME}(?:[\w.]+\(|[\[(])+(?P<cells>[^\[\](){{}}=#%:]+)[\])]+{_SAID}"
-"""A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g": [20.1, 40.2]``."""
+"""A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g":
+[20.1, 40.2]``."""
 _ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)[ \t]*+(?:[;,][ \t]*+)?(?:$|[#%]+[ \t]*(?P<said>[^\n]*))"
 """A single number: ``x = 15.0  # cm``."""
 _CODE = (
@@ -25,7 +26,8 @@ _STATEMENT = (
     r"\s*+(?:(?:import|from|print|df)\b"
     r"|[\w, ]+=\s*(?![\w.]*[\"'\[({]*\s*(?:$|[-+\d.\"']))(?=.*(?:[*\[]|\w[(./]\w)))"
 )
-"""A line that calculates: ``I = [m * x for m, x in rows]``; "d = distance in cm" does not."""
+"""A line that calculates: ``I = [m * x for m, x in rows]``; "d = distance in cm" does
+not."""
 
 
 MAX_DEPTH = 50
@@ -93,7 +95,10 @@ def table_of(text: str) -> str:
 
 
 def _json(text: str) -> Any:
-    """Read JSON, or one object in each line; raise ValueError if a key is there twice, or if it is nested too deep."""
+    """Read JSON, or one object in each line.
+
+    Raise ValueError if a key is there twice, or if it is nested too deep.
+    """
     _check_depth(text)
     joined = re.sub(r"\}[ \t\r]*\n\s*\{", "}, {", text)
     whole = text if joined == text else f"[{joined}]"
@@ -136,7 +141,10 @@ def _is_notebook(data: Any) -> bool:
 
 
 def _table_of_json(data: Any) -> str:
-    """Write records, or lists with the names of their columns, as a table; other values become ``#`` lines."""
+    """Write records, or lists with the names of their columns, as a table.
+
+    Other values become ``#`` lines.
+    """
     named = data if isinstance(data, dict) else {}
     tables = [name for name, value in named.items() if _are_records(value)]
     if len(tables) > 1:
@@ -202,7 +210,10 @@ def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
 
 
 def _have_equal_keys(columns: list[Any]) -> bool:
-    """Return whether columns have the same number of cells; those that are objects, the same keys too."""
+    """Return whether columns have the same number of cells.
+
+    Those that are objects, the same keys too.
+    """
     keys = {tuple(one) for one in columns if isinstance(one, dict)}
     return len({len(one) for one in columns}) == 1 and len(keys) < 2
 

@@ -1,6 +1,9 @@
-"""The roles: what a column of a log can measure, one record each; and the other keys that a log can give.
+"""The roles: what a column of a log can measure, one record each.
 
-A new role is one record in `vocabulary.toml`, with its names there; readers, hints and fill-down use these records.
+And the other keys that a log can give.
+
+A new role is one record in `vocabulary.toml`, with its names there; readers, hints and
+fill-down use these records.
 """
 
 from __future__ import annotations
@@ -30,7 +33,8 @@ class Role(Struct, frozen=True):
     kind: str
     """Kind of quantity, a key of `gyrodata.units.SI`."""
     part: Literal["", "load", "spin", "count", "timing"] = ""
-    """Part of a run that it measures: what turns the rod, the spin, how far the rod turned, and how long that took."""
+    """Part of a run that it measures: what turns the rod, the spin, how far the rod
+    turned, and how long that took."""
     bound: Literal[
         "", "above zero", "not zero", "not below zero", "below 90 degrees"
     ] = ""
@@ -44,9 +48,11 @@ class Role(Struct, frozen=True):
     instead: str = ""
     """What can replace it, for hints."""
     derived_from: tuple[str, ...] = ()
-    """Sets of roles, each separated by blanks; if all of one set are there, this role is only compared."""
+    """Sets of roles, each separated by blanks; if all of one set are there, this role
+    is only compared."""
     by_unit_without: tuple[str, ...] = ()
-    """Roles; if none of them is there, a column without a known name can have this role by its unit."""
+    """Roles; if none of them is there, a column without a known name can have this role
+    by its unit."""
     u_of: str = ""
     """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 
@@ -77,7 +83,8 @@ LOADS, COUNTS, TIMINGS = (
     tuple(r.name for r in TABLE if r.part == part)
     for part in ("load", "count", "timing")
 )
-"""Roles by the part of a run that they measure; of several timings, the first is used."""
+"""Roles by the part of a run that they measure; of several timings, the first is used.
+"""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
 _SPIN_SETS = "spin, spin_start spin_end, spin_period, spin_period_start spin_period_end, spin_time spin_turns"
@@ -104,8 +111,8 @@ ORIGIN_LENGTHS = {
     "surface": ("ball_diameter", 0.5, "surface_unknown"),
     "tip": ("rod_length", 1.0, "tip_unknown"),
 }
-"""Origins of positions: the length that says where the centre is, the share of it that is between both, and the name of
-the message if it is not given."""
+"""Origins of positions: the length that says where the centre is, the share of it that
+is between both, and the name of the message if it is not given."""
 OTHER_KEYS = tuple(vocabulary.LINES)
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""
@@ -135,7 +142,10 @@ def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
 
 
 def stated_u(role: str, stated: Mapping[str, Uncertainty]) -> Uncertainty | None:
-    """Return the uncertainty that a log states for every reading of a role; None if it states none."""
+    """Return the uncertainty that a log states for every reading of a role.
+
+    None if it states none.
+    """
     return next(
         (as_u_of(role, key, stated[key]) for key in u_keys(role) if key in stated), None
     )
@@ -158,7 +168,10 @@ def derived_roles(there: set[str]) -> set[str]:
 
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
-    """Return what is wrong with an impossible number, and what to type; two empty texts if the number is possible."""
+    """Return what is wrong with an impossible number, and what to type.
+
+    Two empty texts if the number is possible.
+    """
     known, kind = BY_NAME.get(role), kind_of_role(role)
     steep = abs(value) >= math.pi / 2
     broken = {
@@ -187,7 +200,10 @@ _MARKS = units.Letters(
 
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
-    """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots; upper and lower case are kept."""
+    """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots.
+
+    Upper and lower case are kept.
+    """
     letters = text
     if not text.isascii():
         # A dot above means a rate ("φ̇"); other accents depend on the keyboard.
@@ -216,13 +232,13 @@ START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(
 )
 THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
 MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = map(_words, ("mean", "scale", "counter"))
-"""Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments; and
-words for a turn that may also number the runs."""
+"""Words for calculated values, repeats of one setting, the centre of the ball, means,
+and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
 NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
-"""Words next to a quantity in a title that is not an added weight, its position, or a measured spin; and words behind a
-length that is not a position."""
+"""Words next to a quantity in a title that is not an added weight, its position, or a
+measured spin; and words behind a length that is not a position."""
 PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 
 NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
@@ -263,7 +279,8 @@ _ALTERED, _USUAL, CORRECTED = (
     ).replace("HALF", _HALF)
     for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
-"""Patterns of a note that says that a reading is not what is typed; of usual notes; and of notes that correct it."""
+"""Patterns of a note that says that a reading is not what is typed; of usual notes; and
+of notes that correct it."""
 ALTERED = {
     role: vocabulary.pattern(f"altered_{role}")
     for role in ("spin", "turns", "mass", "position")
@@ -272,7 +289,10 @@ ALTERED = {
 
 
 def altered_role(note: str) -> str:
-    """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
+    """Find the reading that a note says is twice, half, without or minus something.
+
+    "" if there is none.
+    """
     for role, words in ALTERED.items():
         if re.search(words, note) and not re.search(CORRECTED, note):
             return role
@@ -303,9 +323,11 @@ def altered_role(note: str) -> str:
 
 
 _FIRST_SIGN = "\u2e80"
-"""Letters from this one on are signs of Chinese, Japanese or Korean, which are words."""
+"""Letters from this one on are signs of Chinese, Japanese or Korean, which are words.
+"""
 MAX_HEADER = 200
-"""Characters of the longest header that is read: the work grows with the cube of the length."""
+"""Characters of the longest header that is read: the work grows with the cube of the
+length."""
 
 
 class Header(Struct, frozen=True):
@@ -428,7 +450,8 @@ def parse_header(text: str) -> Header:
         found = ("spin",)  # "Kreisfrequenz der Kugel (rad/s)"
     elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
         found = ("position",)
-    # Roles that the unit cannot measure are left out, unless it fits none: then the unit is wrong.
+    # Roles that the unit cannot measure are left out, unless it fits none: then the
+    # unit is wrong.
     kept = tuple(role for role in found if _measures(unit, role))
     if kinds == {"angle"} and (name.strip().lower() in _SWEPT or found == ("turns",)):
         kept = ("angle",)
@@ -523,7 +546,10 @@ def _measures(unit: str, role: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def split_unit(text: str) -> tuple[str, str | None]:
-    """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; "rpm" alone is the spin."""
+    """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g".
+
+    "rpm" alone is the spin.
+    """
     if len(text) > MAX_HEADER:
         return text, None
     if match := re.fullmatch(_BRACKET, text):
@@ -653,7 +679,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         ]  # "RPM ball"
     rest = " ".join(tokens)
     is_rate = kinds_of(rest) == {"rate"}
-    # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
+    # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is
+    # not an uncertainty.
     parts = [
         (
             text[: match.start()].strip(" _/,;"),
@@ -822,7 +849,8 @@ def suggest_role(header: str) -> str:
 AND, _FILLERS, _PARTS = (
     tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part")
 )
-"""Words between two numbers of one count, "one and a half"; between a count and "turn"; and "part of" one turn."""
+"""Words between two numbers of one count, "one and a half"; between a count and "turn";
+and "part of" one turn."""
 _NUMBERS = dict(
     number.split("=")
     for number in _squeezed(",".join(vocabulary.words("number").split()))
@@ -862,7 +890,8 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 @lru_cache(maxsize=4096)
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
-    # Nearly all texts are units, numbers and known names, and the patterns below take 20 ms to compile.
+    # Nearly all texts are units, numbers and known names, and the patterns below take
+    # 20 ms to compile.
     if (header.isalpha() and kinds_of(header)) or not re.search(
         r"[^\W\d_]|[°º˚]", header
     ):
@@ -944,7 +973,8 @@ def is_of_turns(word: str) -> bool:
 def words_of_turns(text: str, whole: bool = False) -> str:
     """Read the last words before "turn": "one third of a" is 1/3, "zwei" 2, "one and a half" 3/2; "" for no number.
 
-    With `whole` the text contains nothing else, as in a cell, and digits count: "5 half" is 5/2.
+    With `whole` the text contains nothing else, as in a cell, and digits count: "5
+    half" is 5/2.
     """
     tokens = filter(None, _TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
     words = [
@@ -988,7 +1018,8 @@ _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
     """Return whether the cells of a column with an unknown name count turns: "how far" above 1/3, 2/3, 1.
 
-    Fractions and words such as "one third" are enough; for other numbers the name must contain a word for a turn.
+    Fractions and words such as "one third" are enough; for other numbers the name must
+    contain a word for a turn.
     """
     texts = [text for text in map(quantities.fold_number, texts) if text]
     parts = [

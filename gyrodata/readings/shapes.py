@@ -38,7 +38,8 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     Grid
         The same one if the table has the usual shape.
     tuple of Fall
-        What a second table, of time and spin, says of the spin-down; empty if there is none.
+        What a second table, of time and spin, says of the spin-down; empty if there is
+        none.
     """
     grid = _uncrossed(_stacked(grid, faults), faults)
     _weigh(grid, faults)
@@ -62,7 +63,8 @@ _IN_HEADER = (
     rf"(?i)[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
     rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
-"""A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
+"""A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m
+= 20 g"."""
 _CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
 """Marks between the names of rows and columns in the corner of a table."""
 
@@ -70,7 +72,8 @@ _CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
 def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     """Make a row of each cell of a table of times whose header contains a quantity of each run.
 
-    Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass (g)", or behind it.
+    Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass
+    (g)", or behind it.
     """
     for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
         groups: dict[tuple[str, str], dict[int, str]] = {}
@@ -287,7 +290,10 @@ def _weigh(grid: Grid, faults: Faults) -> None:
 
 
 def _turned_blocks(grid: Grid, faults: Faults) -> list[Row]:
-    """Turn each of several tables with the same names at the side, below their captions; none if there are not two."""
+    """Turn each of several tables with the same names at the side, below their captions.
+
+    None if there are not two.
+    """
     parts = groupby(
         grid.rows,
         lambda row: (
@@ -342,7 +348,8 @@ _SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
 def _rows_of_sentences(grid: Grid) -> list[Row]:
     """Make a table of lines such as "20.1 g, 400 rpm: one turn took 12.3 s", or of one line for each quantity.
 
-    A line with a spin and a time is a run. Other lines are captions of the runs below them.
+    A line with a spin and a time is a run. Other lines are captions of the runs below
+    them.
     """
     parts: list[tuple[int, str, layout.Given]] = []
     block: list[tuple[int, str, layout.Given]] = []
@@ -419,7 +426,10 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
 
 
 def _runs_in(line: str) -> list[str]:
-    """Split a line of several runs: "M1 = 40 g: (184 rpm; 9.0 s), (390 rpm; 19.3 s)" is a caption and two runs."""
+    """Split a line of several runs: "M1 = 40 g: (184 rpm; 9.0 s), (390 rpm.
+
+    19.3 s)" is a caption and two runs.
+    """
     found = [
         (match.start(), kinds_of(match[2] or match[3]))
         for match in re.finditer(layout.QUANTITY, line)

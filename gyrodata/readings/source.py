@@ -1,4 +1,7 @@
-"""Read a log from a file, bytes, a DataFrame or a workbook; the result is its text, and rows of cells."""
+"""Read a log from a file, bytes, a DataFrame or a workbook.
+
+The result is its text, and rows of cells.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,8 @@ MAX_NOTES = 10_000
 MAX_TEXT_ROWS = 5_000
 """Rows without a digit; a long log has one header, and a few captions."""
 MAX_PROSE = 300_000
-"""Characters in lines that begin with #, in rows without a digit and in cells that are longer than any header."""
+"""Characters in lines that begin with #, in rows without a digit and in cells that are
+longer than any header."""
 
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
@@ -64,7 +68,8 @@ _PROGRAM = r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|
 """The beginning of a list, of rows or of a long string in a program."""
 _CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"
 _CODE_PAGES += " koi8_r iso8859_2 mac_roman"
-"""Encodings of spreadsheets and editors that do not write UTF-8; of several that fit equally, the first is used."""
+"""Encodings of spreadsheets and editors that do not write UTF-8; of several that fit
+equally, the first is used."""
 
 
 def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
@@ -133,7 +138,10 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
 
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
-    """Return the name and the bytes of a source; of an endless one, only a little more than the limit is read."""
+    """Return the name and the bytes of a source.
+
+    Of an endless one, only a little more than the limit is read.
+    """
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
     if isinstance(source, str) and source == "-":
@@ -173,7 +181,10 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
-    """Decode by byte-order mark, as UTF-8, or in the code page with most known words; return the text and that page."""
+    """Decode by byte-order mark, as UTF-8, or in the code page with most known words.
+
+    Return the text and that page.
+    """
     page = ""
     try:
         text = data.decode(
@@ -191,7 +202,10 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 
 
 def _known_letters(text: str) -> int:
-    """Count the letters beyond ASCII in words of the vocabulary; a single letter of an alphabet is not a word."""
+    """Count the letters beyond ASCII in words of the vocabulary.
+
+    A single letter of an alphabet is not a word.
+    """
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
     words = {
         word
@@ -206,7 +220,7 @@ def _known_letters(text: str) -> int:
     return sum(map(len, known)) - 5 * text[:-1].count("\ufffd")
 
 
-# --- tables that are not text: web pages, DataFrames, workbooks --------------------------------------------------
+# --- tables that are not text: web pages, DataFrames, workbooks ---
 
 
 def _text_of_page(page: str) -> str:
@@ -306,7 +320,10 @@ def value_text(value: Any) -> str:
 
 
 def _load_workbook(data: bytes, shown: str) -> Faults:
-    """Read a workbook as text, with its faults so far; raise InputError if a formula has no value."""
+    """Read a workbook as text, with its faults so far.
+
+    Raise InputError if a formula has no value.
+    """
     sheets = _sheets_of(data, Faults(shown))
     faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
     hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
@@ -336,12 +353,18 @@ def _load_workbook(data: bytes, shown: str) -> Faults:
 def workbook_text(
     data: bytes, faults: Faults
 ) -> tuple[str, tuple[tuple[int, str], ...]]:
-    """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
+    """Write the filled sheets of a workbook as tab-separated text.
+
+    Return the line above each and its name too.
+    """
     return _text_of_sheets(_sheets_of(data, faults), faults)
 
 
 def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
-    """Return the rows of each sheet of a workbook, with cells as they were typed; ValueError if it cannot be read."""
+    """Return the rows of each sheet of a workbook, with cells as they were typed.
+
+    ValueError if it cannot be read.
+    """
     return {sheet.title: sheet.rows for sheet in workbook.read_sheets(data)}
 
 
@@ -378,7 +401,7 @@ def _text_of_sheets(
     return "\n".join(lines) + "\n", tuple(places)
 
 
-# --- from text to rows of cells: delimiter, quotes, # lines and limits -------------------------------------------
+# --- from text to rows of cells: delimiter, quotes, # lines and limits ---
 
 
 class Row(Struct, frozen=True):
@@ -387,7 +410,8 @@ class Row(Struct, frozen=True):
     line: int
     """Line of the file in which it begins."""
     texts: list[str]
-    """Its cells, without quotes and without blanks around them; blank ones at the end are cut off."""
+    """Its cells, without quotes and without blanks around them; blank ones at the end
+    are cut off."""
     origin: tuple[int, ...] = ()
     """Number of each cell in the file, if the cells are not those of this line."""
 
@@ -411,24 +435,28 @@ class Grid(Struct, frozen=True):
     comments: list[Text]
     """``#`` lines without a ``key: value``."""
     floats: frozenset[int] = frozenset()
-    """Columns of floats of a DataFrame: floats do not contain the digits that were read."""
+    """Columns of floats of a DataFrame: floats do not contain the digits that were
+    read."""
     sha256: str = ""
     """Hash of the bytes that were read."""
     dittos: set[int] = field(default_factory=set)
-    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say that the value above is valid."""
+    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say
+    that the value above is valid."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
         return Text(row.texts[at], find_place(self.lines, self.delimiter, row.spot(at)))
 
 
-# Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
+# Marks of order and width that a copy from a web page or a chat brings along, and that
+# no editor shows.
 _UNSEEN = (
     "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 )
 _WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
 _EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
-"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a word processor."""
+"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a
+word processor."""
 _FOOTNOTES = ("*", "†", "‡")
 _FOOTNOTE = re.compile(r"(?<=[0-9]) ?[*†‡]+$")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
@@ -518,7 +546,10 @@ def _grid(
 
 
 def _check_prose(grid: Grid, faults: Faults) -> None:
-    """Refuse a file with more text than a log has; the time to understand a sentence grows with its length."""
+    """Refuse a file with more text than a log has.
+
+    The time to understand a sentence grows with its length.
+    """
     notes = [text.text for text in grid.comments] + [
         f"{key}: {text.text}" for key, text in grid.metadata
     ]
@@ -547,7 +578,8 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
 
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
-"""The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
+"""The end of a row of LaTeX, its commands, and signs that it does not print; units keep
+their names."""
 _WRITTEN = {
     "\\pm": "±",
     "\\per": "/",
@@ -567,7 +599,10 @@ _WRITTEN |= {
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
-    """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and captions."""
+    """Keep only the text of a table in LaTeX, at its place if possible.
+
+    Return the indices of its rows and captions.
+    """
     for index in body:
         line = lines[index].replace("{,}", ",")
         for way, usual in vocabulary.WAYS["latex"]:
@@ -650,12 +685,16 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
         for match in numbers
         if match and (len(match[2]) != 3 or match[0][0] == "0")
     }
-    # If a spreadsheet separates the cells with semicolons, the comma is the decimal sign.
+    # If a spreadsheet separates the cells with semicolons, the comma is the decimal
+    # sign.
     return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
 def _find_delimiter(lines: list[str], body: list[int]) -> str:
-    """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
+    """Return the delimiter that gives most lines the same number of cells.
+
+    Aligned blanks become a tab.
+    """
     bare = [
         re.sub(r'"(?:[^\S\t]|[,;|])*+[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL])
         for i in body[:30]
@@ -704,7 +743,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
             for i, row in cells.items():
                 text, at, end = "", 0, 0
                 for number, cell in enumerate(row):
-                    # Of a row with blank cells, each cell belongs to the column above or below it.
+                    # Of a row with blank cells, each cell belongs to the column above
+                    # or below it.
                     far = [
                         max(start - cell.end(), cell.start() - stop)
                         for start, stop in spans
@@ -739,7 +779,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
-        # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
+        # Ditto marks: no text in quotes has its quotes alone in the cells of a whole
+        # row.
         if (
             '"' in grid.lines[index]
             and (bare := lone.sub(r"\1〃", grid.lines[index]))

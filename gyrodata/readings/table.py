@@ -45,7 +45,8 @@ _SMALL_DOUBT = 0.002
 _LAP = 0.15
 """Largest difference of laps that count as equal [1]."""
 _SAME = 0.01
-"""Largest difference of two columns of one quantity that makes no difference to the answer, as a share."""
+"""Largest difference of two columns of one quantity that makes no difference to the
+answer, as a share."""
 _PLUS, _ARM = (
     rf"\s*{quantities.PLUS}\s*",
     r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b",
@@ -75,8 +76,8 @@ def read_log(
     name : str, optional
         Name to show instead of the source's own.
     settings : mapping
-        ``--set``: values for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``; text, a quantity of
-        pint or a number of uncertainties.
+        ``--set``: values for the whole log, such as ``{"turns": "1", "g": "9.803
+        m/s^2"}``; text, a quantity of pint or a number of uncertainties.
     mapping : mapping of str to str
         ``--map``: role to header as written.
     config : path, optional
@@ -85,9 +86,9 @@ def read_log(
     Returns
     -------
     Readings
-        With all diagnostics. If none is an error, every run has a time with its turns or angle (or a
-        precession period or rate), a spin (or what gives one), and a load (mass and position, force and
-        position, or torque).
+        With all diagnostics. If none is an error, every run has a time with its turns
+        or angle (or a precession period or rate), a spin (or what gives one), and a
+        load (mass and position, force and position, or torque).
 
     Raises
     ------
@@ -172,7 +173,8 @@ def read_log(
     return replace(log, diagnostics=faults.all_told())
 
 
-# From cells to readings -------------------------------------------------------------------------------------------
+# From cells to readings
+# -------------------------------------------------------------------------------------------
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
@@ -202,7 +204,10 @@ def said_otherwise(text: str, role: str) -> str:
 
 
 def fraction_of_date(text: str) -> str:
-    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01. Mrz"; "" for other texts."""
+    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01.
+
+    Mrz"; "" for other texts.
+    """
     pair = quantities.date_pair(text)
     if pair is None or not (min(pair) == 1 or sorted(pair) == [2, 3]) or max(pair) > 12:
         return ""
@@ -212,14 +217,16 @@ def fraction_of_date(text: str) -> str:
 def rounded_turns(text: str) -> tuple[str, float]:
     """Return the fraction that was rounded to 0.33 or 0.7, and half of the rounding's width; ("", 0) for others.
 
-    The screws of the ball are a third of a turn apart; a run without a weight takes a twelfth.
+    The screws of the ball are a third of a turn apart; a run without a weight takes a
+    twelfth.
     """
     # Whole turns, however many, are meant as written.
     if not quantities.PLAIN.fullmatch(text) or quantities.last_place(text) >= 0:
         return "", 0.0
     value, step = to_float(text), float(f"1e{quantities.last_place(text)}")
     twelfths = round(value * 12)
-    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong by nearly a whole step.
+    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
+    # by nearly a whole step.
     if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
         return "", 0.0
     return str(Fraction(twelfths, 12)), step / math.sqrt(3)
@@ -285,7 +292,8 @@ class TableReader:
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
         """Return the log with its readings, and the runs in which the rod did not move."""
         times, is_run = self._read_times()
-        # The load is the first: it shows which cells are filled down, and whether the rod may rest.
+        # The load is the first: it shows which cells are filled down, and whether the
+        # rod may rest.
         for role in sorted(self.choice.used, key=_PULLS.__contains__, reverse=True):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
@@ -371,7 +379,10 @@ class TableReader:
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
     def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
-        """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
+        """Check the lengths of the rows and read the times.
+
+        Return them, and whether each row is a timed run.
+        """
         width, notes = len(self.table.cells), self.choice.used.get("note")
         noted = notes is not None and notes[0].at == width - 1
         for row in self.rows:
@@ -387,12 +398,14 @@ class TableReader:
                 and layout.is_number(row.texts[-1])
                 and not re.search(r"[^\W\d]", row.texts[-1])
             ):
-                # A decimal comma that splits a number moves all that follows to the right.
+                # A decimal comma that splits a number moves all that follows to the
+                # right.
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1))
         used, times = self.choice.used, self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
-            # A time without turns is useless; its repeats would count one period several times.
+            # A time without turns is useless; its repeats would count one period
+            # several times.
             why = (
                 f"is not used: its turns are not given; {min(periods)} is read instead"
             )
@@ -484,7 +497,9 @@ class TableReader:
                 and roles.parse_header(used.header).unit
             )
             if choices.may_number(header) or by_clock:
-                continue  # "n" may number the runs, and "Time" next to "time [s]" may be that of the day
+                # "n" may number the runs, and "Time" next to "time [s]" may be that of
+                # the day
+                continue
             pairs = zip(used.readings, other.readings, strict=True)
             run = next((run for run, pair in enumerate(pairs) if _differ(*pair)), None)
             if run is not None:
@@ -500,7 +515,10 @@ class TableReader:
                 self.faults.add("two_columns", other.cell(run), **values)
 
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
-        """Read one column, with the value of the whole log in blank cells; None if it cannot be used."""
+        """Read one column, with the value of the whole log in blank cells.
+
+        None if it cannot be used.
+        """
         role, kind, given = (
             chosen.role,
             kind_of_role(chosen.role),
@@ -541,7 +559,8 @@ class TableReader:
         spreads = self._spreads(role, chosen, unit, faults)
         spots = [row.spot(chosen.at) for row in self.rows]
         unit = unit or next((one.unit for one in read.values()), "")
-        # A spreadsheet drops zeros at the end: the finest digit in the column shows how all were read.
+        # A spreadsheet drops zeros at the end: the finest digit in the column shows how
+        # all were read.
         finest: dict[str, float] = {}
         for one in read.values():
             if one.step is not None:
@@ -594,7 +613,8 @@ class TableReader:
             )
             return [pair[chosen.part] for pair in pairs if pair]
         if chosen.role == "mass":
-            # A dash without a position means "no weight"; in many rows it means "as above".
+            # A dash without a position means "no weight"; in many rows it means "as
+            # above".
             places = self.choice.used.get("position")
             positions = [row.texts[places[0].at] if places else "" for row in self.rows]
             places_blank = [position in BLANKS for position in positions]
@@ -674,7 +694,10 @@ class TableReader:
     def _without_colons(
         self, chosen: Chosen, texts: list[str], faults: Faults
     ) -> dict[str, str]:
-        """Read 10:06 as 10.06 s if another row shows that it is not a clock time; below a header in s only, ask."""
+        """Read 10:06 as 10.06 s if another row shows that it is not a clock time.
+
+        Below a header in s only, ask.
+        """
         header = chosen.header.text
         meant = {
             text: ".".join(text.rsplit(":", 1))
@@ -725,7 +748,8 @@ class TableReader:
         for text in dict.fromkeys(texts):
             if text in BLANKS:
                 continue
-            # A comma or a point may separate thousands if the table's other numbers have the other sign.
+            # A comma or a point may separate thousands if the table's other numbers
+            # have the other sign.
             ask = bool(_THOUSANDS.fullmatch(text))
             ask = ask and (
                 self.expected_signs != {","} if "," in text else self.signs == {","}
@@ -785,7 +809,8 @@ class TableReader:
             if role in _COUNTS
             else ""
         )
-        # Below "half turns" or "turns (half)" a whole number counts halves; fractions are turns already.
+        # Below "half turns" or "turns (half)" a whole number counts halves; fractions
+        # are turns already.
         if (
             read
             and re.fullmatch("1/[2-9]|2/3|3/4", said)
@@ -927,9 +952,12 @@ class TableReader:
     def _fill_down(
         self, column: Column, at: int, is_run: list[bool], strict: bool
     ) -> Column:
-        """Give blank cells the value above; never upwards, across a run without a weight, or from its turns.
+        """Give blank cells the value above.
 
-        A position is valid for another weight only if the log states no other one. A cell such as "?" is not blank.
+        Never upwards, across a run without a weight, or from its turns.
+
+        A position is valid for another weight only if the log states no other one. A
+        cell such as "?" is not blank.
         """
         role, spots = column.role, list(column.spots)
         weights = self.columns["mass"].values if "mass" in self.columns else None
@@ -973,7 +1001,8 @@ class TableReader:
                 above[i] = last  # but without a weight the rod turns less
             elif first is None and is_run[i]:
                 early.append(i)
-        # An unreadable value above is reported once: the blank cells below it lack nothing.
+        # An unreadable value above is reported once: the blank cells below it lack
+        # nothing.
         filled = [
             i for i, j in above.items() if is_run[i] and column.values[j] is not None
         ]
@@ -1004,7 +1033,9 @@ class TableReader:
     def _ask_for_unknown(
         self, column: Column, at: int, is_run: list[bool], faults: Faults
     ) -> Column:
-        """Report the cells of runs that contain "?" or "n/a"; return the column, with such cells of other rows blank.
+        """Report the cells of runs that contain "?" or "n/a".
+
+        Return the column, with such cells of other rows blank.
 
         Without a weight no position is needed.
         """
@@ -1045,7 +1076,8 @@ class TableReader:
     def _compare_with_line(self, column: Column, given: lablog.Given) -> None:
         """Ask which is right, if a line of the log gives another value than a whole column.
 
-        A column with the name of the quantity itself replaces a line, and so does any column for a file of the bench.
+        A column with the name of the quantity itself replaces a line, and so does any
+        column for a file of the bench.
         """
         stated = given.reading(None)
         run = next(
@@ -1123,7 +1155,10 @@ class TableReader:
                 self.faults.add("note", note=line, role=role)
 
     def _count(self, turns: str, cell: Text | None) -> float | None:
-        """Read the turns that a line or a header states; None, with an error, for an impossible number."""
+        """Read the turns that a line or a header states.
+
+        None, with an error, for an impossible number.
+        """
         try:
             count = read_cell(turns, "number", "").value
             fault, hint = roles.check_value("turns", count)
@@ -1137,7 +1172,10 @@ class TableReader:
     def _add_stated_turns(
         self, columns: dict[str, Column], timed: list[Chosen], count: int
     ) -> None:
-        """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
+        """Give each time the turns that its header states.
+
+        Report other turns of a column, and rounded turns.
+        """
         for role, many in self.stating.items():
             ones = timed if role == "turns" else many[:1] * count
             if not ones:
@@ -1228,8 +1266,8 @@ class TableReader:
     def _count_from_centre(self, columns: dict[str, Column]) -> float:
         """Make positions count from the centre of the ball, if the log says that they count from elsewhere.
 
-        The function returns the standard uncertainty of the distance between the two [m]. It reports a text that gives
-        another position.
+        The function returns the standard uncertainty of the distance between the two
+        [m]. It reports a text that gives another position.
         """
         position, stated = (
             columns.get("position"),
@@ -1344,7 +1382,10 @@ class TableReader:
     def _note_unused(
         self, columns: dict[str, Column], rows: list[int]
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Name each uncertainty without a reading; return header and cells of the columns that were not read."""
+        """Name each uncertainty without a reading.
+
+        Return header and cells of the columns that were not read.
+        """
         heard = {key for role in columns for key in roles.u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
@@ -1359,7 +1400,8 @@ class TableReader:
             if role in there or role[:2] == "u_"
             for one in many
         }
-        # A second column of a role is only compared, but a second text says something else than the first.
+        # A second column of a role is only compared, but a second text says something
+        # else than the first.
         others = [
             one
             for one in self.choice.others
@@ -1390,13 +1432,17 @@ class TableReader:
         return tuple(labels)
 
 
-# What is missing or contradicts itself ----------------------------------------------------------------------------
+# What is missing or contradicts itself
+# ----------------------------------------------------------------------------
 
 
 def check_meaning(
     log: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool
 ) -> None:
-    """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
+    """Add a fault for everything that is missing or contradicts itself.
+
+    `is_told`: --map names the period.
+    """
     said = any(
         diagnostic.code == diagnostics.VALUE_BELOW_ITS_FIRST_ROW
         for diagnostic in faults.found
@@ -1431,7 +1477,8 @@ def check_meaning(
         and not said
     ):
         columns, lacking = log.columns, dict[str, list[int]]()
-        # A run with every cell filled lacks nothing. A cell that could not be read is reported already.
+        # A run with every cell filled lacks nothing. A cell that could not be read is
+        # reported already.
         blanks = (
             run
             for column in columns.values()

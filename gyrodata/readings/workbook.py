@@ -23,7 +23,8 @@ MAX_CELLS = 200_000
 MAX_TEXT = 10 * 1000 * 1000
 """Characters in all cells of a workbook."""
 _ROWS, _COLUMNS = MAX_ROWS + 10, MAX_COLUMNS + 10
-"""Rows and columns that are read: so a file over the limits is refused, and one far cell is not."""
+"""Rows and columns that are read: so a file over the limits is refused, and one far
+cell is not."""
 _MAX_UNPACKED = 100 * 1000 * 1000
 _MAX_SHEETS = 100
 _MAX_SHEET_BYTES = 10 * 1000 * 1000
@@ -84,7 +85,10 @@ def read_sheets(data: bytes) -> list[Sheet]:
 
 
 def write_formulas(sheet: Sheet) -> None:
-    """Write each formula without a value into its cell; forget those of rows that are taken out with #."""
+    """Write each formula without a value into its cell.
+
+    Forget those of rows that are taken out with #.
+    """
     for row, column in list(sheet.without_value):
         while len(sheet.rows) < row:
             sheet.rows.append([])
@@ -169,7 +173,10 @@ def _check_size(cells: Iterable[Any]) -> None:
 
 
 def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
-    """Raise TooLargeError if a part of a workbook unpacks to more bytes than are read; a part may be missing."""
+    """Raise TooLargeError if a part of a workbook unpacks to more bytes than are read.
+
+    A part may be missing.
+    """
     if part in archive.namelist() and archive.getinfo(part).file_size > most:
         size = archive.getinfo(part).file_size / 1e6
         raise TooLargeError(
@@ -204,7 +211,7 @@ def _spread(
                 content.formulas.append(Formula(cell, f"{{{formula.text}}}", value))
 
 
-# --- Excel ---------------------------------------------------------------------------------------------------------
+# --- Excel ---
 
 
 def _excel_sheets(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
@@ -312,7 +319,8 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
                 text if float(text) == value else value
             )  # digits that the sheet does not show were typed too
         elif isinstance(value, time) and value.hour and not in_minutes:
-            value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
+            # "3:36" typed: three hours, or three minutes?
+            value = f"{value:%H:%M:%S} (a time of the day)"
         elif isinstance(value, time | timedelta):
             # Excel stores 03:36.26 as a time of the day.
             if isinstance(value, time):
@@ -369,7 +377,10 @@ def _add_cell(
     content: Content,
     masters: dict[str, tuple[str, str]],
 ) -> None:
-    """Add the number and the formula of a cell; `masters` has the first cell of each shared formula."""
+    """Add the number and the formula of a cell.
+
+    `masters` has the first cell of each shared formula.
+    """
     parts = {part.tag.rpartition("}")[2]: part for part in element}
     kind, value = element.get("t", "n"), parts["v"].text if "v" in parts else None
     if kind == "str" and "v" in parts:
@@ -433,7 +444,7 @@ def _as_number(text: str | None) -> float | None:
         return None
 
 
-# --- OpenDocument --------------------------------------------------------------------------------------------------
+# --- OpenDocument ---
 
 
 def _name(space: str, name: str) -> str:
@@ -474,7 +485,10 @@ def _opendocument_sheets(archive: zipfile.ZipFile) -> list[Sheet]:
 def _add_rows(
     table: ElementTree.Element, sheet: Sheet, content: Content, left: int
 ) -> int:
-    """Add the rows of a table to a sheet; return how many more filled cells may be in the workbook."""
+    """Add the rows of a table to a sheet.
+
+    Return how many more filled cells may be in the workbook.
+    """
     column = 1
     for element in table.iter(_COLUMN):
         end = min(column + int(element.get(_REPEATED, "1")), _COLUMNS + 1)
@@ -519,7 +533,10 @@ def _cells_of_row(
 
 
 def _shown(cell: ElementTree.Element) -> str:
-    """Return the text of a cell; a number is the text that the sheet shows, if this contains all its digits."""
+    """Return the text of a cell.
+
+    A number is the text that the sheet shows, if this contains all its digits.
+    """
     # The paragraphs of a remark are inside of another element.
     shown = " ".join("".join(part.itertext()) for part in cell.findall(_PARAGRAPH))
     number = cell.get(_name("office", "value"), "")

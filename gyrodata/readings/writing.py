@@ -39,9 +39,9 @@ def write_log(readings: Readings) -> str:
     Returns
     -------
     str
-        CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
-        headers are those of the new file). Columns that were not understood (`Readings.unread`) are behind the others,
-        as they were written.
+        CSV text; `read_log` gives the same runs, columns, constants and uncertainties
+        for it (places, lines and headers are those of the new file). Columns that were
+        not understood (`Readings.unread`) are behind the others, as they were written.
     """
     readings = _joined(readings)
     head, columns = _parts(readings)
@@ -59,8 +59,9 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     Returns
     -------
     text : str
-        CSV text like that of `write_log`. A cell that could not be read is ``?``. If the log contains an error,
-        ``#`` lines that were not understood are as in the file.
+        CSV text like that of `write_log`. A cell that could not be read is ``?``. If
+        the log contains an error, ``#`` lines that were not understood are as in the
+        file.
     left : tuple of str
         What the author of the log has to correct; empty if the log contains no error.
     """
@@ -150,7 +151,8 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
                 for spot, text in zip(column.spots, texts, strict=True)
             ]
         elif part == "load" or (part == "spin" and 2 * once.count("") >= len(texts)):
-            # One cell becomes one cell again; if nearly every run has its own spin, a blank one is an error.
+            # One cell becomes one cell again; if nearly every run has its own spin, a
+            # blank one is an error.
             texts = once
         columns += (
             [(header_of(role, column.unit), texts)]
@@ -206,7 +208,8 @@ def _head(readings: Readings) -> list[str]:
         "balanced": words[readings.balanced],
         "position_from": readings.position_from,
     }
-    # The digits with which the length is written say how well it is known, and they are lost above.
+    # The digits with which the length is written say how well it is known, and they are
+    # lost above.
     key, share, _ = ORIGIN_LENGTHS.get(readings.position_from or "", ("", 1.0, ""))
     if readings.origin_u and f"u_{key}" not in lines:
         lines[f"u_{key}"] = f"{readings.origin_u / share!r} m"
@@ -255,7 +258,10 @@ def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
 
 
 def _cell_text(column: Column, run: int) -> str:
-    """Return what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
+    """Return what was typed, with a decimal point.
+
+    A number without a text (from a simulation) is written in full.
+    """
     value, text = column.readings[run].value, column.readings[run].text
     if value is None:
         return "?" if text else ""

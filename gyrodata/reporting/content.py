@@ -41,7 +41,8 @@ FEW = 3
 """The terminal names at most this many runs."""
 
 UNSEEN_BALANCE = 0.3
-"""If the balance has a larger share of u² than this, the runs do not determine it [1]."""
+"""If the balance has a larger share of u² than this, the runs do not determine it [1].
+"""
 
 FIT_NAMES = questions.WORDS["fits"]
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
@@ -121,7 +122,7 @@ def report(analysis: Analysis) -> elements.Report:
     )
 
 
-# --- the first screen --------------------------------------------------------------------------------------------
+# --- the first screen ---
 
 
 def _read_as(n: Numbers) -> Sentence:
@@ -312,7 +313,8 @@ def _largest_part(n: Numbers) -> Sentence:
                 share.source in ("time", "unexplained_scatter")
                 and {"time", "unexplained_scatter"} <= shares.keys()
             ):
-                # The scatter above the stated uncertainties is most likely that of the hand.
+                # The scatter above the stated uncertainties is most likely that of the
+                # hand.
                 name = "stopwatch readings with their unexplained scatter"
                 both = 100 * (shares["time"] + shares["unexplained_scatter"])
                 said = say(
@@ -363,7 +365,7 @@ def _fit_quality(n: Numbers) -> Sentence:
     )
 
 
-# --- runs, uncertainty, advice -----------------------------------------------------------------------------------
+# --- runs, uncertainty, advice ---
 
 
 def _runs(n: Numbers) -> Iterator[elements.Block]:
@@ -486,7 +488,7 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
     )
 
 
-# --- details -----------------------------------------------------------------------------------------------------
+# --- details ---
 
 
 def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:

@@ -32,7 +32,8 @@ RUN_UNITS |= dict.fromkeys(("time", "period", "residual", "residual_u"), "s")
 
 
 _FORMULA = r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])"
-"""Places where a spreadsheet expects a formula: the start of a cell, also with the delimiters of other countries."""
+"""Places where a spreadsheet expects a formula: the start of a cell, also with the
+delimiters of other countries."""
 
 
 _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
@@ -54,7 +55,10 @@ def templates(folder: Path) -> Environment:
 
 
 def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
-    """Write a result as JSON, on one line if `indent` is None; not-a-number is an error of the tool."""
+    """Write a result as JSON, on one line if `indent` is None.
+
+    Not-a-number is an error of the tool.
+    """
     return json.dumps(document, indent=indent, allow_nan=False) + "\n"
 
 
@@ -133,13 +137,15 @@ _LOG_COLUMNS = (
     "sha256",
     "diagnostics",
 )
-"""Columns of the table of logs: the names in the JSON, joined if one contains the other."""
+"""Columns of the table of logs: the names in the JSON, joined if one contains the
+other."""
 
 
 def csv_cell(value: object) -> str:
     """Write one cell of a table that a spreadsheet may open: nothing for None, the digits of the JSON for a number.
 
-    A text gets a ' where a spreadsheet would read a formula, and pictures of control characters.
+    A text gets a ' where a spreadsheet would read a formula, and pictures of control
+    characters.
     """
     if value is None or value == "":
         return ""

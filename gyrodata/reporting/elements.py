@@ -1,6 +1,9 @@
-"""The elements of a report: numbers, sentences, tables, figures and sections. Each format has its own writer.
+"""The elements of a report: numbers, sentences, tables, figures and sections.
 
-The text in them is plain, whatever it contains: each writer escapes it. Each number names its place in results.json.
+Each format has its own writer.
+
+The text in them is plain, whatever it contains: each writer escapes it. Each number
+names its place in results.json.
 """
 
 from __future__ import annotations
@@ -19,12 +22,16 @@ from gyrodata.results import Analysis
 
 
 class Number(Struct, frozen=True):
-    """A number of results.json as it is shown: a value, a value ± u, or an interval; or a name from the log."""
+    """A number of results.json as it is shown: a value, a value ± u, or an interval.
+
+    Or a name from the log.
+    """
 
     shown: tuple[str, ...]
     """The digits: one text, or two for ± and for an interval."""
     places: tuple[str, ...]
-    """Place of each in results.json, below "result"; a place with a leading "/" starts at the top."""
+    """Place of each in results.json, below "result"; a place with a leading "/" starts
+    at the top."""
     scale: Scale = NUMBER
     size: float = 1.0
     """The value of a displayed 1 in the unit of results.json."""
@@ -79,7 +86,10 @@ Cell = Number | Sentence | None
 
 
 def say(words: str, *parts: Part | Sentence) -> Sentence:
-    """Return a sentence with the parts in the places of "{}"; a text from a log is always a part."""
+    """Return a sentence with the parts in the places of "{}".
+
+    A text from a log is always a part.
+    """
     first, *others = words.split("{}")
     sentence: list[Part] = [first]
     for part, text in zip(parts, others, strict=True):
@@ -97,7 +107,10 @@ def join(
     escape: Callable[[str], str],
     write: Callable[[Part], str | None],
 ) -> str:
-    """Write a sentence: `write` gives the markup of a part, or None for text; text is escaped up to the next markup."""
+    """Write a sentence: `write` gives the markup of a part, or None for text.
+
+    Text is escaped up to the next markup.
+    """
     done, text = "", ""
     for part in (*sentence, None):
         markup = "" if part is None else write(part)
@@ -120,9 +133,11 @@ class Head(Struct, frozen=True):
     scale: Scale | None = None
     """Unit of the numbers in the column; None for a column of texts."""
     wrap: float = 0.0
-    """Part of the line that a column of long texts may use; 0 for a column as wide as its cells."""
+    """Part of the line that a column of long texts may use; 0 for a column as wide as
+    its cells."""
     dots: tuple[tuple[float, float] | None, ...] = ()
-    """Value and u of each row, drawn on the page next to the column; without `band` the values are bars from 0 to 1."""
+    """Value and u of each row, drawn on the page next to the column; without `band` the
+    values are bars from 0 to 1."""
     band: tuple[float, float] | None = None
     """The interval that is drawn behind all dots."""
     page_only: bool = False
@@ -155,7 +170,10 @@ def table(
     main: int | None = None,
     odd: Sequence[int] = (),
 ) -> Table:
-    """Return a table without the columns that are empty in every row; the head of a column contains the unit."""
+    """Return a table without the columns that are empty in every row.
+
+    The head of a column contains the unit.
+    """
     columns = [
         column
         for column in zip(heads, *rows, strict=True)
@@ -183,7 +201,8 @@ class Text(Struct, frozen=True):
 
     sentences: tuple[Sentence, ...]
     kind: str = ""
-    """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task"."""
+    """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task".
+    """
 
     @property
     def is_list(self) -> bool:

@@ -45,7 +45,8 @@ _STYLES = {"code": "texttt", "strong": "textbf", "warn": "textbf"}
 def latex_report(analysis: Analysis) -> str:
     r"""Write the report as a LaTeX document.
 
-    The macro ``\Izz`` contains the answer. Text from the log is escaped: TeX executes nothing in it.
+    The macro ``\Izz`` contains the answer. Text from the log is escaped: TeX executes
+    nothing in it.
     """
     whole = report(analysis)
     answer = next(_quantity(part) for part in whole.answer if isinstance(part, Number))
@@ -151,7 +152,7 @@ def _head(head: Head) -> str:
     return rf"\shortstack[r]{{{escape(head.words)}\\{{[}}{power}\unit{{{head.scale.siunitx}}}]}}"
 
 
-# --- text from the tool and from the log ------------------------------------------------------------------------------
+# --- text from the tool and from the log ---
 
 _SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -199,13 +200,15 @@ _FORMULA = (
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
     rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
 )
-"""Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz ψ̇ / (M + M0"""
+"""Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz
+ψ̇ / (M + M0"""
 
 
 def escape(text: str) -> str:
     r"""Write text as one line of LaTeX that contains no command of its own.
 
-    Symbols of quantities and mathematical signs become formulas: "φ̇ψ̇ ∝ M" is ``$\dot\varphi\dot\psi \propto M$``.
+    Symbols of quantities and mathematical signs become formulas: "φ̇ψ̇ ∝ M" is
+    ``$\dot\varphi\dot\psi \propto M$``.
     """
     text = "".join(" " if one.isspace() else one for one in shown(text))
     done, end = "", 0

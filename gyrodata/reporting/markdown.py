@@ -13,7 +13,8 @@ from gyrodata.results import Analysis
 _ACTIVE = re.compile(
     r"[\\`*{}\[\]<>#|~$&!@^]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])|:(?=[\w+-]+:)"
 )
-"""What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a picture."""
+"""What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a
+picture."""
 
 _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 """What would begin a list or underline a heading at the beginning of a line."""

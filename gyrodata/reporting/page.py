@@ -1,7 +1,8 @@
 """The report as one HTML page that needs nothing else, and the files of a report.
 
-A number becomes ``<data value="0.00444" data-from="inertia.value" data-size="0.001">4.44</data>``: the value in
-results.json, its place there, and the value of a displayed 1.
+A number becomes ``<data value="0.00444" data-from="inertia.value"
+data-size="0.001">4.44</data>``: the value in results.json, its place there, and the
+value of a displayed 1.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
 
 FARTHEST = 5.0
-"""A drawn value is cut off if it is further from the band than this many widths of the band."""
+"""A drawn value is cut off if it is further from the band than this many widths of the
+band."""
 
 
 def report_page(
@@ -71,7 +73,8 @@ def report_page(
     Returns
     -------
     str
-        Text from the log is escaped; there is no clock time and no name of a folder in it.
+        Text from the log is escaped; there is no clock time and no name of a folder in
+        it.
     """
     write, whole = _Writer(analysis, looks), content.report(analysis)
     room = templates(Path(__file__).parent)
@@ -208,7 +211,8 @@ def _draw(head: Head) -> list[Markup]:
     return drawn
 
 
-# The files of a report, made in memory ----------------------------------------------------------------------------
+# The files of a report, made in memory
+# ----------------------------------------------------------------------------
 
 
 def report_files(
@@ -230,7 +234,8 @@ def report_files(
     document : str
         Name of a document that ends in .md or .tex, if there is one.
     faults : dict, optional
-        Receives why figures cannot be drawn, by their names; words take their places. Without it, an error is raised.
+        Receives why figures cannot be drawn, by their names; words take their places.
+        Without it, an error is raised.
 
     Returns
     -------

@@ -25,10 +25,12 @@ from gyrodata.results import is_wide
 from gyrodata.tables import UNLIKELY, turn_words
 
 AGREES = 2.0
-"""Two numbers agree if they differ by at most this many standard uncertainties of their difference."""
+"""Two numbers agree if they differ by at most this many standard uncertainties of their
+difference."""
 
 BORED = 0.2
-"""The bore of a ball explains no larger relative difference from a solid ball than this [1]."""
+"""The bore of a ball explains no larger relative difference from a solid ball than this
+[1]."""
 
 WORDS = tomllib.loads(
     Path(__file__).with_name("words.toml").read_text(encoding="utf-8")

@@ -27,7 +27,8 @@ _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of missing runs of a single weight."""
 
 _SAID_ELSEWHERE = {OUTLIER, SINGLE_TORQUE}
-"""Codes that repeat what is said of the runs of a weight, or of the number of torques."""
+"""Codes that repeat what is said of the runs of a weight, or of the number of torques.
+"""
 
 
 def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
@@ -37,7 +38,8 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     ----------
     analysis : Analysis
     verbose : bool
-        True for the full report: everything up to the diagnostics, which are printed elsewhere, but no figures.
+        True for the full report: everything up to the diagnostics, which are printed
+        elsewhere, but no figures.
     rest : str
         Last line of the short form, which says where the rest is.
 
@@ -90,7 +92,7 @@ def _block(block: Block) -> list[str]:
     return [plain(line) for line in block.sentences]
 
 
-# --- during the lab ------------------------------------------------------------------------------------------
+# --- during the lab ---
 
 
 def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
@@ -203,7 +205,7 @@ def _advice(found: Diagnostic) -> str:
     )
 
 
-# --- what a check has found, and the table of codes ---------------------------------------------------------------
+# --- what a check has found, and the table of codes ---
 
 
 def check_text(

@@ -78,7 +78,8 @@ def inertia_scale(value: float, u: float | None) -> Scale:
 def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
     """Write a value rounded to its uncertainty, in units of `factor`: "4.44 ± 0.06".
 
-    u has two significant digits, the value ends at the same place (GUM 7.2.6); without u it has four digits.
+    u has two significant digits, the value ends at the same place (GUM 7.2.6); without
+    u it has four digits.
     """
     if u is None or u == 0 or not math.isfinite(u):
         return reading_text(value, factor)
@@ -104,7 +105,10 @@ def uncertainty_text(u: float, factor: float = 1.0) -> str:
 
 @lru_cache(maxsize=1024)  # the pages of a class repeat their references
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
-    """Round a value to its uncertainty: ("4.441", "0.023", 0); the last is a common exponent of ten."""
+    """Round a value to its uncertainty: ("4.441", "0.023", 0).
+
+    The last is a common exponent of ten.
+    """
     from uncertainties import ufloat
 
     text = f"{ufloat(value / factor, u / factor):.2u}"
@@ -208,7 +212,10 @@ def factor_text(factor: float) -> str:
 def in_columns(
     rows: Sequence[Sequence[str]], right: Collection[int] = ()
 ) -> Iterator[str]:
-    """Set cells under each other, two blanks between; columns of numbers, by their place, end at the right."""
+    """Set cells under each other, two blanks between.
+
+    Columns of numbers, by their place, end at the right.
+    """
     widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         blanks = [

@@ -1,7 +1,8 @@
 """Simulated logs whose truth is known.
 
-`Truth` contains the true properties of the gyroscope, and `Design` the runs of the lab. `truth` computes the duration
-of each run, `noise` adds the errors of the readings, and `typed_log` writes the log.
+`Truth` contains the true properties of the gyroscope, and `Design` the runs of the lab.
+`truth` computes the duration of each run, `noise` adds the errors of the readings, and
+`typed_log` writes the log.
 """
 
 from gyrodata.simulation.noise import EXACT, TYPICAL, read_noise

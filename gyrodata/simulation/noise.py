@@ -19,7 +19,8 @@ from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.toml_table import TomlFile, nearest
 from gyrodata.units import Uncertainty, UnitError
 
-# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows from the digits.
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows
+# from the digits.
 TYPICAL: Mapping[str, Uncertainty] = {
     f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
     for key in (
@@ -42,7 +43,8 @@ TYPICAL: Mapping[str, Uncertainty] = {
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {
     "u_spin": Uncertainty(0.0, 1e-12)
 }
-"""Almost no errors: without any, a run without a torque would have an infinite weight."""
+"""Almost no errors: without any, a run without a torque would have an infinite weight.
+"""
 
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """The uncertainties that a simulated log can have."""
@@ -64,7 +66,8 @@ _ERRORS = (
     "g",
     "turns",
 )
-"""The kinds of errors, in the order in which they are drawn. Readings of one weight or position share an error."""
+"""The kinds of errors, in the order in which they are drawn. Readings of one weight or
+position share an error."""
 
 
 def put_errors(
@@ -74,7 +77,8 @@ def put_errors(
 ) -> dict[str, Floats]:
     """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 
-    The random numbers do not depend on the noise, so that a different noise only scales the same errors.
+    The random numbers do not depend on the noise, so that a different noise only scales
+    the same errors.
     """
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
     for key in _ERRORS:
@@ -98,12 +102,15 @@ def put_errors(
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
+    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log.
+
+    The others are `TYPICAL`.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or does not state any uncertainty of a simulated log.
+        If the file cannot be read, or does not state any uncertainty of a simulated
+        log.
     """
     name, hint = (
         str(path),

@@ -1,7 +1,8 @@
 """The true gyroscope, the design of the measurement, and the time that each run then takes.
 
-In steady precession the rod follows the slow root of eq. (8) at every moment while the spin falls. A rod that is
-released from rest keeps its spin and follows its exact motion.
+In steady precession the rod follows the slow root of eq. (8) at every moment while the
+spin falls. A rod that is released from rest keeps its spin and follows its exact
+motion.
 """
 
 from __future__ import annotations
@@ -40,17 +41,19 @@ class Truth(Struct, frozen=True):
     inertia: float = 4.44e-3
     """I_zz about the rod [kg*m^2]; the default is a 4-inch steel ball."""
     transverse_inertia: float | None = None
-    """I about an axis across the rod through the fixed point, weight included [kg*m^2]; None: 1.3 I_zz, as for a ball
-    with a light rod, plus m x² of the weight."""
+    """I about an axis across the rod through the fixed point, weight included [kg*m^2];
+    None: 1.3 I_zz, as for a ball with a light rod, plus m x² of the weight."""
     imbalance: float | None = None
-    """M0, the residual torque without a weight [N*m]; positive: like a weight at a positive position. None: drawn from
-    ``u_imbalance`` if the noise contains it, else 0."""
+    """M0, the residual torque without a weight [N*m]; positive: like a weight at a
+    positive position. None: drawn from ``u_imbalance`` if the noise contains it, else
+    0."""
     timing_bias: float | None = None
     """b, by which all times are too long [s]; None: drawn from ``u_time_bias``."""
     g: float = physics.STANDARD_GRAVITY
     """Gravitational acceleration [m/s^2]."""
     motion: Motion = "steady"
-    """"steady": eq. (8); "released": the exact motion of a rod that is released from rest."""
+    """"steady": eq. (8); "released": the exact motion of a rod that is released from
+    rest."""
     decay: Decay | None = None
     """None: the spin is constant."""
 
@@ -221,7 +224,10 @@ _PLACES, _SHARES = (_PLACES + 1) / 2, _SHARES / 2
 
 
 def _steady(truth: Truth, runs: Runs) -> Runs:
-    """Time runs in steady precession, eq. (8), which is eq. (9) for a level rod; the spin may fall."""
+    """Time runs in steady precession, eq. (8), which is eq. (9) for a level rod.
+
+    The spin may fall.
+    """
 
     def rate(spin: Floats) -> Floats:
         fields = runs.torque, runs.transverse_inertia, runs.pitch
@@ -239,7 +245,8 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     )
     slow = np.flatnonzero(~np.isfinite(at_start))
     if len(slow):
-        # The message names the run that needs the fastest spin: this spin is enough for all runs.
+        # The message names the run that needs the fastest spin: this spin is enough for
+        # all runs.
         i = slow[np.argmax(least[slow])]
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
         raise InputError.named("simulated_not_steady", run=_run(runs, i), rpm=rpm)
@@ -259,7 +266,8 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         time = angle / mean_rate(fall)
     else:
         constant = cast(float, decay.time_constant)
-        # The precession becomes faster as the spin falls, so a run is never longer than at the first rate.
+        # The precession becomes faster as the spin falls, so a run is never longer than
+        # at the first rate.
         time = motion.find_crossing(
             lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
         )

@@ -27,7 +27,8 @@ SIMULATED = "Simulated, not measured"
 """What the first line of every simulated log says."""
 
 UNKNOWN_BIAS_U = 30.0
-"""Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
+"""Uncertainty of the timing bias [s] that the log states if the truth has a bias and
+the noise does not contain one."""
 
 
 class Simulation(Struct, frozen=True, dict=True):
@@ -71,7 +72,9 @@ def simulate(
     noise: Mapping[str, Uncertainty] = TYPICAL,
     seed: int | None = 1,
 ) -> Simulation:
-    """Simulate a log whose truth is known; by default of a balanced 4-inch steel ball, three weights and three spins.
+    """Simulate a log whose truth is known.
+
+    By default of a balanced 4-inch steel ball, three weights and three spins.
 
     Parameters
     ----------
@@ -82,8 +85,8 @@ def simulate(
     noise : mapping of str to Uncertainty
         Standard uncertainties by their ``u_…`` keys; others are zero.
     seed : int or None
-        Seed of the random numbers; the same seed gives the same log. None: the readings have no errors, and the log
-        still states the uncertainties.
+        Seed of the random numbers; the same seed gives the same log. None: the readings
+        have no errors, and the log still states the uncertainties.
 
     Returns
     -------
@@ -108,7 +111,8 @@ def simulate(
     runs = happen(truth, design)
     true = _columns(truth, runs)
     read = put_errors(true, noise, random) if seed is not None else dict(true)
-    # A mark that is sighted too far along makes the time too long; whole turns end at the mark where they began.
+    # A mark that is sighted too far along makes the time too long; whole turns end at
+    # the mark where they began.
     sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
     read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
     stated = _stated(truth, noise, runs, set(read))
@@ -252,7 +256,8 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
         unit,
         kind,
     )
-    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is still true.
+    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is
+    # still true.
     digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
     texts = []
     for i, value in enumerate(values):

@@ -1,1 +1,3 @@
-"""Whole classes of simulated students: what those lose who worked well, and what is found of the rest."""
+"""Whole classes of simulated students: what those lose who worked well, and what is
+found of the rest.
+"""

@@ -1,4 +1,5 @@
-"""What a class gets that worked well, and what is found of the rest: ``python tests/classes`` prints the table.
+"""What a class gets that worked well, and what is found of the rest: ``python
+tests/classes`` prints the table.
 
 A line for each cell: measured, its bound, whether it is kept. 1 if one is not.
 """

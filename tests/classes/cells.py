@@ -1,4 +1,6 @@
-"""The table: what each cell measures, and its bound. Classes of students, from drawing to what is told of them."""
+"""The table: what each cell measures, and its bound. Classes of students, from drawing
+to what is told of them.
+"""
 
 import itertools
 import json
@@ -23,7 +25,8 @@ from classes.drawn import FITS, ROUTES, STATIONS, USUAL, Student, by_route, draw
 from gyrodata.cli import app
 
 OTHERWISE = 0.5
-"""Points of the arithmetic (of 6) that steps of three digits, or a right fit that is none of the accepted, may cost."""
+"""Points of the arithmetic (of 6) that steps of three digits, or a right fit that is
+none of the accepted, may cost."""
 
 
 class Number(Struct, frozen=True):
@@ -90,7 +93,7 @@ def counted(counts: Mapping[str, int]) -> str:
     )
 
 
-# --- honest classes -----------------------------------------------------------------------------------------
+# --- honest classes ---
 
 
 def careful(size: int, seed: int) -> dict[Student, str]:
@@ -148,7 +151,9 @@ LOSSES = ("unjust loss", "loss for the bench's scatter", "slips or flags")
 
 
 def lost(student: Mapping[str, Any]) -> dict[str, float]:
-    """Points that a student did not get, by criterion; those that nobody judged are left out."""
+    """Points that a student did not get, by criterion; those that nobody judged are
+    left out.
+    """
     marks = [mark for mark in student["marks"] if mark.get("points") is not None]
     return {mark["criterion"]: mark["out_of"] - mark["points"] for mark in marks}
 
@@ -201,14 +206,16 @@ def honest(name: str, size: int, seed: int) -> tuple[Number, Number, Number]:
     return judge(list(logs), grade(canvas(logs)))
 
 
-# --- copies -------------------------------------------------------------------------------------------------
+# --- copies ---
 
 
 @cache
 def searched(
     size: int, seed: int, step: float
 ) -> tuple[Mapping[str, list[frozenset[str]]], list[frozenset[str]]]:
-    """D: a class with a tachometer read to so many rpm, with copies: the pairs by disguise, and what is flagged."""
+    """D: a class with a tachometer read to so many rpm, with copies: the pairs by
+    disguise, and what is flagged.
+    """
     students, pairs = plant(
         [draw(i, seed + 5, replace(USUAL, rpm_step=step)) for i in range(size)],
         seed,
@@ -261,7 +268,7 @@ def false_pairs(size: int, seed: int) -> Number:
     )
 
 
-# --- the table ----------------------------------------------------------------------------------------------
+# --- the table ---
 
 
 CELLS: dict[str, Cell] = {

@@ -67,10 +67,11 @@ DISGUISES = {**JITTERED, **KNOWN}
 def plant(
     honest: list[Student], seed: int, each: int
 ) -> tuple[list[Student], dict[str, list[frozenset[str]]]]:
-    """Add copiers to a class, so many of each disguise: all students, and the pairs by disguise.
+    """Add copiers to a class, so many of each disguise: all students, and the pairs by
+    disguise.
 
-    A copier works at the station of the one copied, and never are two copies made of one log.
-    """
+    A copier works at the station of the one copied, and never are two copies made of
+    one log."""
     students, pairs = list(honest), {kind: [] for kind in DISGUISES}
     for at, kind in enumerate(np.repeat(list(DISGUISES), each).tolist()):
         source = honest[at]

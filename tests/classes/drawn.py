@@ -1,8 +1,9 @@
-"""Students at their benches: logs of a known truth, and what each works out from the numbers typed.
+"""Students at their benches: logs of a known truth, and what each works out from the
+numbers typed.
 
-The truth is worked out here by a few formulas of its own, M τ = 2π f I_zz ψ̇ with a residual torque, so that a mistake
-of the package cannot be in both. The same seed gives the same class.
-"""
+The truth is worked out here by a few formulas of its own, M τ = 2π f I_zz ψ̇ with a
+residual torque, so that a mistake of the package cannot be in both. The same seed gives
+the same class."""
 
 import math
 
@@ -110,7 +111,8 @@ def draw(number: int, seed: int, bench: Bench = USUAL) -> Student:
     runs = [(mass, spin) for mass in bench.masses for spin in bench.spins]
     (mass, aimed), n = np.array(runs, dtype=float).T, len(runs)
     turns = np.array([THIRDS.get(int(m), 1.0) if bench.thirds else 1.0 for m in mass])
-    # The ruler is read to a millimetre, and the tachometer is off by a factor of its own.
+    # The ruler is read to a millimetre, and the tachometer is off by a factor of its
+    # own.
     arm = 0.15 + 5e-4 * random.standard_normal()
     spin = aimed * (1 + bench.missed * random.standard_normal(n))
     torque = 1e-3 * np.array([weights[int(m)] for m in mass]) * G * arm + residual
@@ -148,7 +150,7 @@ def with_rows(student: Student, rows: Sheet, number: int) -> Student:
     )
 
 
-# --- the ways to I_zz that are right ------------------------------------------------------------------------
+# --- the ways to I_zz that are right ---
 
 ROUTES = ("mean", "line", "periods", "swapped axes", "logarithms", "median", "weighted")
 

@@ -1,4 +1,6 @@
-"""Every cell keeps its bound for a small class that is always the same; ``python tests/classes`` has larger ones."""
+"""Every cell keeps its bound for a small class that is always the same; ``python
+tests/classes`` has larger ones.
+"""
 
 import pytest
 

@@ -27,7 +27,9 @@ UNITS = {
 
 
 def fixed(value: float, u: float, digits: int) -> tuple[str, str]:
-    """Write u with so many digits and the value to the same place, without powers of ten."""
+    """Write u with so many digits and the value to the same place, without powers of
+    ten.
+    """
     places = digits - 1 - math.floor(math.log10(u))
     return (
         f"{round(value, places):.{max(places, 0)}f}",
@@ -49,7 +51,7 @@ def plain(value: float, u: float) -> str:
     return in_unit(value, u, "kg m^2", 2)
 
 
-# --- where the answer is ------------------------------------------------------------------------------------
+# --- where the answer is ---
 
 Habit = Callable[[Student, str], Files]
 

@@ -1,4 +1,6 @@
-"""The table: what each cell asks of the 95 % interval, and what it is, in labs of `gates.labs` and worse ones."""
+"""The table: what each cell asks of the 95 % interval, and what it is, in labs of
+`gates.labs` and worse ones.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +27,14 @@ OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
 
 
 class Scene(NamedTuple):
-    """A bench, and what else is wrong: each lab draws an error of its own, of these widths.
+    """A bench, and what else is wrong: each lab draws an error of its own, of these
+    widths.
 
-    M0 is drawn from a Cauchy distribution, as a share of the lightest torque, or from a normal one [N*m]; the hand and
-    the reading of the spin are late [s]. M0 drifts by a share of the lightest torque from the middle of the session to
-    its end; the spin loses the part `fall` by dry friction, read at start and end. Runs are done in `order`.
-    """
+    M0 is drawn from a Cauchy distribution, as a share of the lightest torque, or from a
+    normal one [N*m]; the hand and the reading of the spin are late [s]. M0 drifts by a
+    share of the lightest torque from the middle of the session to its end; the spin
+    loses the part `fall` by dry friction, read at start and end. Runs are done in
+    `order`."""
 
     bench: Bench = Bench()
     cauchy: float = 0.0
@@ -74,7 +78,8 @@ class Scene(NamedTuple):
         )
         torque = 1e-3 * table.mass * G * ARM
         there = torque + self.drift * self.lightest * np.linspace(-1, 1, len(torque))
-        # The time of a spin that falls evenly is that of the logarithmic mean of its ends.
+        # The time of a spin that falls evenly is that of the logarithmic mean of its
+        # ends.
         slower = 1 + self.fall / math.log(1 - self.fall) if self.fall else 0.0
         true = (
             2
@@ -104,7 +109,8 @@ class Scene(NamedTuple):
         design = measure(read_log(log.encode(), name="design.csv"))
         for table in drawn:
             end = np.round(table.spin * kept)
-            # What the analyst takes it for: the harmonic mean in time of a viscous fall.
+            # What the analyst takes it for: the harmonic mean in time of a viscous
+            # fall.
             mean = (
                 table.spin * end * np.log(table.spin / end) / (table.spin - end)
                 if self.fall
@@ -121,7 +127,9 @@ class Scene(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Ends of the 68.3 % and the 95 % interval and I_zz of many labs, over the true I_zz."""
+    """Ends of the 68.3 % and the 95 % interval and I_zz of many labs, over the true
+    I_zz.
+    """
 
     low: np.ndarray
     value: np.ndarray
@@ -140,7 +148,9 @@ class Outcome(NamedTuple):
 
 @cache
 def fitted(scene: Scene, labs: int, lines: str | None = None) -> Outcome:
-    """Fit labs of a scene as the analyst does whose log has these lines, or the scene's."""
+    """Fit labs of a scene as the analyst does whose log has these lines, or the
+    scene's.
+    """
     found = [fit(lab).inertia for lab in scene.measured(labs, lines)]
     low, value, high = (
         np.array(
@@ -153,7 +163,9 @@ def fitted(scene: Scene, labs: int, lines: str | None = None) -> Outcome:
 
 @cache
 def plain(scene: Scene, labs: int, lines: str) -> Outcome:
-    """The same by plain least squares at the stated widths, with an M0 that may be as large as it likes."""
+    """The same by plain least squares at the stated widths, with an M0 that may be as
+    large as it likes.
+    """
     value, u = (
         np.array([_least_squares(lab) for lab in scene.measured(labs, lines)]).T
         / INERTIA
@@ -198,7 +210,9 @@ def _least_squares(lab: Measurements) -> tuple[float, float]:
 
 
 class Number(NamedTuple):
-    """One number of the table, what it is asked to be, and its standard error by chance."""
+    """One number of the table, what it is asked to be, and its standard error by
+    chance.
+    """
 
     value: float
     low: float = -math.inf
@@ -263,7 +277,9 @@ Way = tuple[Callable[..., Outcome], str]
 
 
 def ratio(name: str, scene: Scene, one: Way, other: Way, high: float) -> Cell:
-    """Make a cell of one mean length of the 95 % interval over another, of the same labs."""
+    """Make a cell of one mean length of the 95 % interval over another, of the same
+    labs.
+    """
 
     def judge(labs: int) -> Number:
         outcomes = [way(scene, labs, lines) for way, lines in (one, other)]
@@ -324,7 +340,8 @@ def cells() -> Iterator[Cell]:
 
 def _lengths() -> Iterator[Cell]:
     usual, knowing = (plain, OLD), (fitted, "# u_time: 0.5 s\n")
-    # The new defaults are longer, because they contain a zero of the ruler that is off by 1 mm and a late reading.
+    # The new defaults are longer, because they contain a zero of the ruler that is off
+    # by 1 mm and a late reading.
     for (runs, scene), most, wide in zip(USUAL, (1.3, 1.15), (1.45, 1.55), strict=True):
         far, near = scene.but(hand=0.5), scene.but(hand=0.05)
         for name, labs, one, other, high in (
@@ -377,7 +394,8 @@ def _balances() -> Iterator[Cell]:
     )
     for runs, scene, least in scenes:
         for share in (0.0, 0.01, 0.03, 0.05, 0.1, 0.2):
-            # Three nearly equal weights cannot show so large a M0; statistics.md says so.
+            # Three nearly equal weights cannot show so large a M0; statistics.md says
+            # so.
             low = 78 if scene is HEAVY and share == 0.2 else least
             yield covering(
                 f"{runs}, M0 {100 * share:g} %", scene.but(imbalance=share), low

@@ -1,9 +1,9 @@
-"""The most telling cells of the table, with fewer labs; ``python tests/coverage`` checks all of them.
+"""The most telling cells of the table, with fewer labs; ``python tests/coverage``
+checks all of them.
 
-The labs are always the same, so that a cell fails only if the fit changes. Hand and balance are misstated as in the
-published logs: there the plain fit, whose intervals this table is to tell from true ones, holds the truth in half of
-them.
-"""
+The labs are always the same, so that a cell fails only if the fit changes. Hand and
+balance are misstated as in the published logs: there the plain fit, whose intervals
+this table is to tell from true ones, holds the truth in half of them."""
 
 from __future__ import annotations
 

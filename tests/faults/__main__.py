@@ -1,4 +1,6 @@
-"""Let every call to the system fail in turn: ``python tests/faults``; or ``--kills 200``: kill runs at random times."""
+"""Let every call to the system fail in turn: ``python tests/faults``; or ``--kills
+200``: kill runs at random times.
+"""
 
 import argparse
 import secrets

@@ -1,4 +1,6 @@
-"""Every call to the system counted, and one of them, or all from one on, made to fail; or the process ended there."""
+"""Every call to the system counted, and one of them, or all from one on, made to fail;
+or the process ended there.
+"""
 
 import _posixsubprocess
 import builtins
@@ -30,7 +32,9 @@ _WRITING = {"create", "mkdir", "replace", "rename", "fsync", "write"}
 
 
 class Calls:
-    """Counts the calls of this process, and lets the n-th fail; `lasting`: and all that write from there on."""
+    """Counts the calls of this process, and lets the n-th fail; `lasting`: and all that
+    write from there on.
+    """
 
     def __init__(self, at: int = 0, way: str = "EIO", lasting: bool = False) -> None:
         self.at, self.way, self.lasting = at, way, lasting
@@ -42,7 +46,9 @@ class Calls:
         about: object = None,
         before: Callable[[], object] = lambda: None,
     ) -> None:
-        """Count a call; if it is the one, do `before`, which is the half of it, and fail."""
+        """Count a call; if it is the one, do `before`, which is the half of it, and
+        fail.
+        """
         self.seen.append(f"{what} {about}")
         later = (
             self.lasting and self.at and len(self.seen) > self.at and what in _WRITING
@@ -58,8 +64,8 @@ class Calls:
     def install(self) -> None:
         """Count from now on, in a process that ends soon, for nothing is put back.
 
-        Pipes between processes are left alone: they break with a process, and give no error while both live.
-        """
+        Pipes between processes are left alone: they break with a process, and give no
+        error while both live."""
         for place, name in [
             *((os, name) for name in _NAMED),
             (_posixsubprocess, "fork_exec"),

@@ -1,4 +1,6 @@
-"""What is run while calls fail or it is killed: nothing may be torn or lost, and the next run makes it whole."""
+"""What is run while calls fail or it is killed: nothing may be torn or lost, and the
+next run makes it whole.
+"""
 
 import contextlib
 import io
@@ -39,7 +41,9 @@ GRADE = ("grade", "class", "-o", "grades", "--workers", "0", "--exit-zero")
 
 
 class Done(NamedTuple):
-    """How a run ended: its exit code, negative if it was killed, what it said, and its calls."""
+    """How a run ended: its exit code, negative if it was killed, what it said, and its
+    calls.
+    """
 
     code: int
     told: str
@@ -106,7 +110,9 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def a_log(home: Path) -> None:
-    """Write one log, and the report of an earlier state of it with a file of the student's own."""
+    """Write one log, and the report of an earlier state of it with a file of the
+    student's own.
+    """
     (home / "log-report").mkdir(parents=True)
     shutil.copy(SAMPLES / "air_gyroscope.csv", home / "log.csv")
     for name, data in (
@@ -125,7 +131,9 @@ def a_class(home: Path, size: int = 4) -> None:
 
 
 def a_graded_class(home: Path) -> None:
-    """Write a class that was graded; one log has changed since, and a person has changed the table and a page."""
+    """Write a class that was graded; one log has changed since, and a person has
+    changed the table and a page.
+    """
     a_class(home)
     done = run(GRADE, home, Calls())
     assert done.code == 0, done.told
@@ -164,7 +172,8 @@ class Promise:
         self.room = room
         self.words, make, self.folder = SCENES[name]
         make(room / "before")
-        # The first run is in this process: each child then has the code and fonts that it loads.
+        # The first run is in this process: each child then has the code and fonts that
+        # it loads.
         shutil.copytree(room / "before", room / "first")
         with contextlib.chdir(room / "first"):
             assert CliRunner().invoke(app, self.words).exit_code == 0
@@ -277,7 +286,9 @@ def start(home: Path) -> contextlib.AbstractContextManager[subprocess.Popen[byte
 
 
 def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
-    """Kill runs with workers, so many in all, and give what is wrong after the next run."""
+    """Kill runs with workers, so many in all, and give what is wrong after the next
+    run.
+    """
     draw = random.Random(seed)
     a_class(room / "whole", 20)
     begun = time.perf_counter()

@@ -1,4 +1,6 @@
-"""Calls to the system that fail, and kills: some of each command here, all of them by ``python tests/faults``."""
+"""Calls to the system that fail, and kills: some of each command here, all of them by
+``python tests/faults``.
+"""
 
 import os
 from pathlib import Path

@@ -1,8 +1,9 @@
-"""Try very many inputs: ``python tests/fuzz --count 100000``; every fault is shown with the seed that repeats it.
+"""Try very many inputs: ``python tests/fuzz --count 100000``; every fault is shown with
+the seed that repeats it.
 
-``--door NAME`` tries another door than the analysis, and ``--door all`` all of them, as many each; ``clean`` draws logs
-without a slip, whose truth is known. ``--seed S --only`` tries one and shows the log.
-"""
+``--door NAME`` tries another door than the analysis, and ``--door all`` all of them, as
+many each; ``clean`` draws logs without a slip, whose truth is known. ``--seed S
+--only`` tries one and shows the log."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ from fuzz.doors import DOORS
 
 
 def analysis(seed: int) -> str:
-    """Analyse the log of a seed; an answer must be near the truth or come with a warning."""
+    """Analyse the log of a seed; an answer must be near the truth or come with a
+    warning.
+    """
     end, wrong, *_ = attempt(seed)
     assert not wrong, wrong
     return end

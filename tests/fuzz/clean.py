@@ -1,4 +1,6 @@
-"""Logs without any slip, of any length and order, whose truth is known: the answer holds it, or there is none."""
+"""Logs without any slip, of any length and order, whose truth is known: the answer
+holds it, or there is none.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ G = 9.803
 
 
 def draw_clean(seed: int) -> str:
-    """Draw a log of 3 to 3000 runs, its weights in any order, every error as the defaults say."""
+    """Draw a log of 3 to 3000 runs, its weights in any order, every error as the
+    defaults say.
+    """
     random = np.random.default_rng(seed)
     runs, kinds = (
         int(np.exp(random.uniform(math.log(3), math.log(3000)))),
@@ -32,7 +36,8 @@ def draw_clean(seed: int) -> str:
     which = orders[random.integers(4)]
     # One torque alone tells M0 from I_zz by what is assumed of it.
     which[:2] = 0, kinds - 1
-    # Errors that runs share, none so far out that one log in ten thousand is off by 5 u by chance.
+    # Errors that runs share, none so far out that one log in ten thousand is off by 5 u
+    # by chance.
     shared = np.clip(random.standard_normal(kinds + 3), -3.5, 3.5)
     true_mass, arm = masses * (1 + 0.002 * shared[3:]), 150 + 0.5 * shared[0]
     bias, tachometer = 0.05 * shared[1], 1 + 0.001 * shared[2]
@@ -68,7 +73,9 @@ def draw_clean(seed: int) -> str:
 
 
 def try_clean(seed: int) -> str:
-    """Analyse one; the answer has to hold the truth within 5 u, or to be refused in words."""
+    """Analyse one; the answer has to hold the truth within 5 u, or to be refused in
+    words.
+    """
     text = draw_clean(seed)
     try:
         lab = analyze_briefly(text.encode())

@@ -1,8 +1,8 @@
-"""Every other door at which something comes in: what is given to the command, and what must be true of what it writes.
+"""Every other door at which something comes in: what is given to the command, and what
+must be true of what it writes.
 
-A door is a function of a seed. It gives what became of the input, "taken" or "refused"; it raises if something is
-wrong, and lets any other fault of the tool through.
-"""
+A door is a function of a seed. It gives what became of the input, "taken" or "refused";
+it raises if something is wrong, and lets any other fault of the tool through."""
 
 from __future__ import annotations
 
@@ -136,7 +136,9 @@ def folder() -> Iterator[None]:
 
 
 def gyro(*words: str) -> int:
-    """Give words to the command: an exit code that is promised, no traceback, nothing that a terminal obeys."""
+    """Give words to the command: an exit code that is promised, no traceback, nothing
+    that a terminal obeys.
+    """
     line = [one.encode("utf-8", "replace").decode() for one in words]
     done = CliRunner().invoke(app, line, input=LOG)
     said = shlex.join(line)
@@ -151,7 +153,9 @@ def gyro(*words: str) -> int:
 
 
 def graded(*words: str) -> str:
-    """Grade the class, and look at all that is written: no formula in a cell, nothing from elsewhere in a page."""
+    """Grade the class, and look at all that is written: no formula in a cell, nothing
+    from elsewhere in a page.
+    """
     code = gyro("grade", *words, "--workers", "0", "--out", "out")
     for path in Path("out").rglob("*.*") if Path("out").exists() else ():
         if path.suffix in (".csv", ".html", ".md", ".json"):
@@ -178,11 +182,13 @@ def rubric_text(kind: str) -> str:
     return "\n".join(line for line in whole if line and not line.startswith("#"))
 
 
-# --- the doors ----------------------------------------------------------------------------------------------
+# --- the doors ---
 
 
 def reader(seed: int) -> str:
-    """A log, as text or packed: read twice it is the same, and what is written of it is read without an error."""
+    """A log, as text or packed: read twice it is the same, and what is written of it is
+    read without an error.
+    """
     rng = random.Random(seed)
     data = draw_input(seed)[0]
     if rng.random() < 0.1:
@@ -253,7 +259,9 @@ PATHS = (
 
 
 def zips(seed: int) -> str:
-    """The zip of a class: names that climb out or are none, links, bytes that are damaged."""
+    """The zip of a class: names that climb out or are none, links, bytes that are
+    damaged.
+    """
     rng = random.Random(seed)
     out = io.BytesIO()
     with (

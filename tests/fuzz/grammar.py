@@ -1,4 +1,6 @@
-"""Logs by a grammar: what students type, what they get wrong, and what nobody would ever write."""
+"""Logs by a grammar: what students type, what they get wrong, and what nobody would
+ever write.
+"""
 
 from __future__ import annotations
 
@@ -112,7 +114,9 @@ JUNK = (
 
 
 class Lab(Struct, frozen=True):
-    """A table of what was read, SI, with its columns in the order in which they are written."""
+    """A table of what was read, SI, with its columns in the order in which they are
+    written.
+    """
 
     columns: dict[str, list[float]]
     counts: list[str]
@@ -192,7 +196,9 @@ def _number(text: str) -> float:
 
 
 def slipped(lab: Lab, random: np.random.Generator) -> Lab:
-    """Make one slip that a whole log has: a column in another unit than written, one count for all, two exchanged."""
+    """Make one slip that a whole log has: a column in another unit than written, one
+    count for all, two exchanged.
+    """
     columns = {name: list(values) for name, values in lab.columns.items()}
     kind = random.random()
     name = str(random.choice(list(columns)))
@@ -211,7 +217,9 @@ def slipped(lab: Lab, random: np.random.Generator) -> Lab:
 
 
 def write(lab: Lab, random: np.random.Generator | None = None, digits: int = 6) -> str:
-    """Write a lab as a log; with a generator in any of the units and separators that the reader promises."""
+    """Write a lab as a log; with a generator in any of the units and separators that
+    the reader promises.
+    """
 
     def pick(options: Sequence[Any]) -> Any:
         return (
@@ -242,7 +250,9 @@ def write(lab: Lab, random: np.random.Generator | None = None, digits: int = 6) 
 
 
 def spoiled(text: str, random: np.random.Generator) -> bytes:
-    """Do to a text what editors, spreadsheets and tired hands do: cells, lines, encodings."""
+    """Do to a text what editors, spreadsheets and tired hands do: cells, lines,
+    encodings.
+    """
     lines = text.splitlines()
     delimiter = next((d for d in ("\t", ";", ",") if d in lines[-1]), ",")
     for _ in range(int(random.integers(0, 4))):
@@ -280,7 +290,9 @@ def spoiled(text: str, random: np.random.Generator) -> bytes:
 
 
 def draw_input(seed: int) -> tuple[bytes, str]:
-    """Draw one log: as it should be, with a slip, or spoiled; and the model it is analysed with."""
+    """Draw one log: as it should be, with a slip, or spoiled; and the model it is
+    analysed with.
+    """
     random = np.random.default_rng(seed)
     lab = draw_lab(random)
     if random.random() < 0.4:

@@ -1,1 +1,3 @@
-"""Does the tool still behave the same, seen from outside? ``python tests/gates`` answers in a few minutes."""
+"""Does the tool still behave the same, seen from outside? ``python tests/gates``
+answers in a few minutes.
+"""

@@ -1,12 +1,15 @@
-"""Does the tool still behave the same, seen from outside? ``python tests/gates`` prints a line for each gate.
+"""Does the tool still behave the same, seen from outside? ``python tests/gates`` prints
+a line for each gate.
 
-A line has the name of the gate, what was measured, what is required, and ok or DIFFERS; below a gate that differs are
-the differences, as it was | as it is. The exit code is 1 if a gate differs. ``--only NAME`` runs one gate. ``--accept``
-stores what is found now as what is expected from now on: read the differences first. ``--details`` shows all that a
-gate has to say. Times go to standard error, so that standard output is the same in each run.
+A line has the name of the gate, what was measured, what is required, and ok or DIFFERS;
+below a gate that differs are the differences, as it was | as it is. The exit code is 1
+if a gate differs. ``--only NAME`` runs one gate. ``--accept`` stores what is found now
+as what is expected from now on: read the differences first. ``--details`` shows all
+that a gate has to say. Times go to standard error, so that standard output is the same
+in each run.
 
-The gates use the command line and the public names of the package alone, so that they survive a redesign of its inside.
-"""
+The gates use the command line and the public names of the package alone, so that they
+survive a redesign of its inside."""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
 """Gate 4: a class of 60 students, as Canvas hands it out, is graded as before.
 
-Of the sixty 37 work right, each with an answer typed in another way; 14 make one known mistake on the way from their
-readings to I_zz; 5 hand in a neighbour's rows, more or less changed; 4 hand in what cannot be graded. `grades.txt`
-contains what is printed, grades.csv and flags.csv, and short digests of all other files. The class is graded a second
-time with a rubric of all criteria, decisions of a person, late students, and the sheets of two platforms. Whatever is
-stored, every mistake must be named and no copy overlooked, and nobody who worked right may be accused or lose points
-for the answer.
+Of the sixty 37 work right, each with an answer typed in another way; 14 make one known
+mistake on the way from their readings to I_zz; 5 hand in a neighbour's rows, more or
+less changed; 4 hand in what cannot be graded. `grades.txt` contains what is printed,
+grades.csv and flags.csv, and short digests of all other files. The class is graded a
+second time with a rubric of all criteria, decisions of a person, late students, and the
+sheets of two platforms. Whatever is stored, every mistake must be named and no copy
+overlooked, and nobody who worked right may be accused or lose points for the answer.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ MISTAKES: dict[str, dict[str, float]] = {
     "exponent_lost": {"answer": 1e3},
     "power_of_ten": {"answer": 0.1},
 }
-"""By what each mistake multiplies a quantity on the way; ``turns``: all turns are taken for one."""
+"""By what each mistake multiplies a quantity on the way; ``turns``: all turns are taken
+for one."""
 WAYS = (
     "# reported_inertia: {v}e{p} ± {u}e{p} kg m^2",
     "# I_zz = ({v} ± {u})e{p} kg*m^2",
@@ -140,7 +142,9 @@ def digest(text: str) -> str:
 
 
 def digests(folder: Path) -> str:
-    """Write a line for each file but those that contain all digits of a fit; for a page, one for each of its parts."""
+    """Write a line for each file but those that contain all digits of a fit; for a
+    page, one for each of its parts.
+    """
     lines, students = [], []
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
@@ -278,7 +282,8 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             + "\n"
             + digests(home / "grades")
         )
-        # The worksheet that was filled is filled again; JSON is compared to five digits.
+        # The worksheet that was filled is filled again; JSON is compared to five
+        # digits.
         (home / "moodle.csv").write_bytes((home / "grades" / "moodle.csv").read_bytes())
         options = options.replace("csv --attempts", "csv --dry-run --attempts").replace(
             "--format csv", "--format json"

@@ -1,12 +1,15 @@
-"""Gate 7: of 5,000 fuzzed and mutated logs none ends in a traceback, and none is wrong by a factor of 3 in silence.
+"""Gate 7: of 5,000 fuzzed and mutated logs none ends in a traceback, and none is wrong
+by a factor of 3 in silence.
 
-Four of five logs come from the grammar of `tests/fuzz`, which knows the truth: any design, unit, count and statement,
-often with a slip of a whole column or with spoiled cells, lines and bytes. The others are ordinary logs of a known
-truth and the logs of the repository, spoiled in the same way. An answer that is wrong by a factor of 3 must come with a
-warning, a doubt or a run that is flagged. A slip of a whole column without anything in the log to compare with cannot
-be seen; such logs must only not break the tool. The number of faults may only fall. `fuzzed.csv` contains a digest of
-the answers and codes of forty logs each, to show whether a change reaches logs that nobody wrote by hand.
-"""
+Four of five logs come from the grammar of `tests/fuzz`, which knows the truth: any
+design, unit, count and statement, often with a slip of a whole column or with spoiled
+cells, lines and bytes. The others are ordinary logs of a known truth and the logs of
+the repository, spoiled in the same way. An answer that is wrong by a factor of 3 must
+come with a warning, a doubt or a run that is flagged. A slip of a whole column without
+anything in the log to compare with cannot be seen; such logs must only not break the
+tool. The number of faults may only fall. `fuzzed.csv` contains a digest of the answers
+and codes of forty logs each, to show whether a change reaches logs that nobody wrote by
+hand."""
 
 from __future__ import annotations
 
@@ -42,7 +45,9 @@ def known() -> list[str]:
 
 
 def draw(seed: int) -> tuple[bytes, str, float | None]:
-    """Draw a log, the model it is analysed with, and the true I_zz if anybody could know it."""
+    """Draw a log, the model it is analysed with, and the true I_zz if anybody could
+    know it.
+    """
     random = np.random.default_rng(seed)
     if seed % 10 == 0:
         return grammar.spoiled(known()[seed // 10 % len(known())], random), "auto", None
@@ -76,7 +81,9 @@ def draw(seed: int) -> tuple[bytes, str, float | None]:
 
 
 def attempt(seed: int) -> tuple[str, str, str]:
-    """Analyse one log: refused, answered, or what is wrong with the answer; codes, I_zz and u to three digits."""
+    """Analyse one log: refused, answered, or what is wrong with the answer; codes, I_zz
+    and u to three digits.
+    """
     data, model, truth = draw(seed)
     try:
         with warnings.catch_warnings():

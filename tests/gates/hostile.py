@@ -1,8 +1,9 @@
-"""Gate 8: hostile files end within five seconds, with the right exit code and a message that a terminal can show.
+"""Gate 8: hostile files end within five seconds, with the right exit code and a message
+that a terminal can show.
 
-Each file is given to the command in a process of its own: archives that unpack to gigabytes, bytes that are no text,
-files over the limits, units that would take for ever to work out, cells that a terminal obeys.
-"""
+Each file is given to the command in a process of its own: archives that unpack to
+gigabytes, bytes that are no text, files over the limits, units that would take for ever
+to work out, cells that a terminal obeys."""
 
 from __future__ import annotations
 
@@ -39,7 +40,9 @@ def packed(name: str, data: bytes) -> bytes:
 
 @functools.cache
 def cases() -> dict[str, tuple[str, bytes | str, int]]:
-    """Make what is given to the command, and the exit code: 1 is an error in the log, 2 a file that cannot be read."""
+    """Make what is given to the command, and the exit code: 1 is an error in the log, 2
+    a file that cannot be read.
+    """
     zeros = b"0" * 120_000_000
     return {
         "workbook that unpacks to 120 MB": (

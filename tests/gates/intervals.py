@@ -1,9 +1,10 @@
-"""Gate 6: the 95 % interval contains the true I_zz in 92 to 99 % of the labs, in each of 12 cells.
+"""Gate 6: the 95 % interval contains the true I_zz in 92 to 99 % of the labs, in each
+of 12 cells.
 
-The labs are drawn by `gates.labs`, which uses no code of the package, typed as logs and given to `gyrodata.analyze`. In
-most cells something is worse than the log says: a bad hand, a bad balance, a late reading of the spin, a false balance
-test. The same labs are drawn in each run, so the counts change only if the answers do.
-"""
+The labs are drawn by `gates.labs`, which uses no code of the package, typed as logs and
+given to `gyrodata.analyze`. In most cells something is worse than the log says: a bad
+hand, a bad balance, a late reading of the spin, a false balance test. The same labs are
+drawn in each run, so the counts change only if the answers do."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ LABS, MORE = 150, 1000
 """Labs of a cell, and those of a cell whose share is outside."""
 STATED = "# u_time: 0.14 s\n"
 DRAWN = "# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
-"""Of the errors that `Bench` draws: with the larger defaults the interval would be too wide."""
+"""Of the errors that `Bench` draws: with the larger defaults the interval would be too
+wide."""
 OLD = "# u_time_bias: 0.05 s\n" + DRAWN
 CELLS = {
     "9 runs, as stated": Bench(lines=STATED + OLD),
@@ -44,7 +46,9 @@ CELLS = {
 
 
 def inside(job: tuple[Bench, int]) -> bool:
-    """Whether the interval of one lab contains the truth; that of a lab that is refused does not."""
+    """Whether the interval of one lab contains the truth; that of a lab that is refused
+    does not.
+    """
     try:
         interval = gyrodata.analyze(typed(*job)).inertia.interval_95
     except gyrodata.GyroError:

@@ -1,7 +1,8 @@
-"""Labs of a known truth: T = 2π f I_zz ψ̇/(M + M0) + b with errors that runs share, typed as a student types them.
+"""Labs of a known truth: T = 2π f I_zz ψ̇/(M + M0) + b with errors that runs share,
+typed as a student types them.
 
-Only numpy, and nothing of the package: a mistake of the package cannot be in the truth too.
-"""
+Only numpy, and nothing of the package: a mistake of the package cannot be in the truth
+too."""
 
 from __future__ import annotations
 
@@ -18,11 +19,12 @@ THIRDS = {20: "1/3", 40: "2/3", 60: "1"}
 class Bench(NamedTuple):
     """How a lab is done, what is wrong in it, and what its log states.
 
-    Weights [g] with each spin [rpm], `repeats` times, a whole turn or `THIRDS`. The hand errs by `hand` [s] and by a
-    part of the time, normally or with Student's t of `tails` degrees of freedom, and is late by `late` ± 0.05 s. M0 is
-    a share of the lightest torque, `sighting` the error of the angle [deg], `pitch` the rod above the horizontal [deg].
-    The spin falls with a time constant [s] and is read `delay` [s] after half time.
-    """
+    Weights [g] with each spin [rpm], `repeats` times, a whole turn or `THIRDS`. The
+    hand errs by `hand` [s] and by a part of the time, normally or with Student's t of
+    `tails` degrees of freedom, and is late by `late` ± 0.05 s. M0 is a share of the
+    lightest torque, `sighting` the error of the angle [deg], `pitch` the rod above the
+    horizontal [deg]. The spin falls with a time constant [s] and is read `delay` [s]
+    after half time."""
 
     masses: tuple[int, ...] = (20, 40, 60)
     spins: tuple[int, ...] = (200, 400, 600)
@@ -41,7 +43,9 @@ class Bench(NamedTuple):
 
 
 class Table(NamedTuple):
-    """What is written down: g, rpm, s, and turns as text; I across the rod [kg*m^2]. One entry for each run."""
+    """What is written down: g, rpm, s, and turns as text; I across the rod [kg*m^2].
+    One entry for each run.
+    """
 
     mass: np.ndarray
     spin: np.ndarray
@@ -80,7 +84,8 @@ def draw(bench: Bench, seed: int, inertia: float = INERTIA) -> Table:
     )
     spin = RPM * (aimed + random.uniform(-8, 8, n))
     across, up = 1.3 * inertia + 1e-3 * mass * ARM**2, np.sin(np.radians(bench.pitch))
-    # The slow root of (I_zz - I) sin(pitch) rate² + I_zz spin rate = torque, which is eq. (8).
+    # The slow root of (I_zz - I) sin(pitch) rate² + I_zz spin rate = torque, which is
+    # eq. (8).
     slowness = np.sqrt(1 + 4 * (inertia - across) * up * torque / (inertia * spin) ** 2)
     rate = 2 * torque / (inertia * spin * (1 + slowness))
     time = (

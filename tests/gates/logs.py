@@ -1,11 +1,13 @@
-"""Gate 1: every log in the repository has the same outcome, the same first code, the same I_zz and the same u.
+"""Gate 1: every log in the repository has the same outcome, the same first code, the
+same I_zz and the same u.
 
-The logs are those of `logs.txt` (layouts, stated errors, published tables, habits, unfinished logs), the files in
-`sample_data` and `tests/fuzz/corpus`, the habits of `tests/sheets.py` before and after the remedy, slips of unit and
-column, and the example of each diagnostic code. `texts.csv` contains a thousand headers, cells, lines and options, each
-put into the same log. A reader that is rebuilt must read all of them as before, or this gate shows which not. The
-answers are in `logs.csv` and `texts.csv`, with a digest of all that is said of each log.
-"""
+The logs are those of `logs.txt` (layouts, stated errors, published tables, habits,
+unfinished logs), the files in `sample_data` and `tests/fuzz/corpus`, the habits of
+`tests/sheets.py` before and after the remedy, slips of unit and column, and the example
+of each diagnostic code. `texts.csv` contains a thousand headers, cells, lines and
+options, each put into the same log. A reader that is rebuilt must read all of them as
+before, or this gate shows which not. The answers are in `logs.csv` and `texts.csv`,
+with a digest of all that is said of each log."""
 
 from __future__ import annotations
 
@@ -50,7 +52,8 @@ SLIPS = (
     (TURNS, 3, TURNS),
     (TURNS, 360, TURNS),
 )
-"""Column, the factor on its numbers, and the header that is written over it; SPIN over TIME exchanges the two."""
+"""Column, the factor on its numbers, and the header that is written over it; SPIN over
+TIME exchanges the two."""
 
 
 class Log(NamedTuple):
@@ -129,7 +132,9 @@ ROLES = ("mass", "position", "spin", "time", "turns")
 
 
 def usual(place: str, text: str) -> Log:
-    """Put a text into a log of three runs: into the second run, the header, a line above, or an option."""
+    """Put a text into a log of three runs: into the second run, the header, a line
+    above, or an option.
+    """
     if place in ("set", "map"):
         return given(usual("", "").data, f"--{place} {shlex.quote(text)}")
     text = text.replace("⇥", "\t")
@@ -146,7 +151,8 @@ def usual(place: str, text: str) -> Log:
 
 
 def outcome(log: Log) -> str:
-    """Analyse a log: answer, warned, refused (an error in the log) or unreadable; code; I_zz, u; all that is said.
+    """Analyse a log: answer, warned, refused (an error in the log) or unreadable; code;
+    I_zz, u; all that is said.
 
     The last cell is a digest of all diagnostics with their places.
     """

@@ -1,9 +1,10 @@
-"""Gate 10: what the tool costs beside what cannot be avoided. Printed to standard error, and never a failure.
+"""Gate 10: what the tool costs beside what cannot be avoided. Printed to standard
+error, and never a failure.
 
-Each ratio compares processes that run in turn, and takes the shortest of several runs: start-up (``gyro --help`` over
-``python -c pass``), one log (``gyro analyze --format json`` over importing numpy), and the CPU of a class of 200 in one
-process, for each log beyond the first four.
-"""
+Each ratio compares processes that run in turn, and takes the shortest of several runs:
+start-up (``gyro --help`` over ``python -c pass``), one log (``gyro analyze --format
+json`` over importing numpy), and the CPU of a class of 200 in one process, for each log
+beyond the first four."""
 
 from __future__ import annotations
 

@@ -1,11 +1,13 @@
-"""Gates 2 and 3: what `gyro analyze` says of a log, as JSON to 8 digits and as it is printed.
+"""Gates 2 and 3: what `gyro analyze` says of a log, as JSON to 8 digits and as it is
+printed.
 
-`numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits, budget, effects, sensitivity,
-torques, power laws, codes and places of diagnostics, advice; and a digest of each of the other parts. `printed.txt`
-contains what ``gyro analyze -v`` prints for one log, and ``gyro check`` for eight. A short digest of each section is
-stored for other texts, Markdown and LaTeX: their numbers are those of the JSON, and their words those of the text; and
-for what other commands print, and for what ``gyro check --fix`` writes of one log in eight.
-"""
+`numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits,
+budget, effects, sensitivity, torques, power laws, codes and places of diagnostics,
+advice; and a digest of each of the other parts. `printed.txt` contains what ``gyro
+analyze -v`` prints for one log, and ``gyro check`` for eight. A short digest of each
+section is stored for other texts, Markdown and LaTeX: their numbers are those of the
+JSON, and their words those of the text; and for what other commands print, and for what
+``gyro check --fix`` writes of one log in eight."""
 
 from __future__ import annotations
 
@@ -81,7 +83,9 @@ DIGESTED = "if_balanced constants exponent constancy ball runs patterns uncertai
 
 
 def kept(part: Any, fields: str, digits: int = 8, zero: float = 1e-13) -> Any:
-    """Keep some fields of a record, or of each of a list, with eight digits; zero but for rounding is 0."""
+    """Keep some fields of a record, or of each of a list, with eight digits; zero but
+    for rounding is 0.
+    """
     if isinstance(part, list):
         return [kept(one, fields, digits, zero) for one in part]
     if isinstance(part, float):
@@ -180,8 +184,8 @@ OTHERS = (
 def digests(text: str, parts: str) -> str:
     """Write a line with the digest of each part of a text, and how it begins.
 
-    Numbers with many digits are rounded first, because another processor gives other last digits.
-    """
+    Numbers with many digits are rounded first, because another processor gives other
+    last digits."""
     text = re.sub(
         r"\d+\.\d{9,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", text
     )
@@ -193,7 +197,9 @@ def digests(text: str, parts: str) -> str:
 
 
 def mended(path: Path, log: Log) -> str:
-    """Give four letters of a digest of what ``gyro check --fix`` writes of a log; "none" if it writes nothing."""
+    """Give four letters of a digest of what ``gyro check --fix`` writes of a log;
+    "none" if it writes nothing.
+    """
     path.write_bytes(log.data)
     new = path.with_name("log-fixed.csv")
     new.unlink(missing_ok=True)
@@ -202,10 +208,11 @@ def mended(path: Path, log: Log) -> str:
 
 
 def gate_printed(accept: bool = False, part: bool = False) -> Found:
-    """Compare text, Markdown, LaTeX and the words of ``gyro check`` for eight logs, or for two; and other commands.
+    """Compare text, Markdown, LaTeX and the words of ``gyro check`` for eight logs, or
+    for two; and other commands.
 
-    Of other texts than the first, of Markdown, LaTeX and other commands a digest of each section is stored.
-    """
+    Of other texts than the first, of Markdown, LaTeX and other commands a digest of
+    each section is stored."""
     known, table = every_log(), {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"

@@ -1,8 +1,9 @@
-"""What the command gave last time, kept in text files beside this one, and how it differs from today's.
+"""What the command gave last time, kept in text files beside this one, and how it
+differs from today's.
 
-A stored file is a table from a key to a text. Two texts agree if their words are the same and their numbers agree to
-seven digits, or to 1e-14, because an effect that should be zero is 1e-12: another processor rounds in another way.
-"""
+A stored file is a table from a key to a text. Two texts agree if their words are the
+same and their numbers agree to seven digits, or to 1e-14, because an effect that should
+be zero is 1e-12: another processor rounds in another way."""
 
 from __future__ import annotations
 
@@ -21,7 +22,9 @@ NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 class Found(NamedTuple):
-    """What one gate found; each difference is a line: what was stored | what is found now."""
+    """What one gate found; each difference is a line: what was stored | what is found
+    now.
+    """
 
     measured: str
     required: str
@@ -37,7 +40,9 @@ def line_of(*cells: str) -> str:
 
 
 def read(name: str) -> dict[str, str]:
-    """Read a stored file: CSV with the key in its first column, or blocks below ``== key``."""
+    """Read a stored file: CSV with the key in its first column, or blocks below ``==
+    key``.
+    """
     text = (HERE / name).read_text(encoding="utf-8") if (HERE / name).is_file() else ""
     if name.endswith(".csv"):
         return {
@@ -60,7 +65,9 @@ def write(name: str, table: dict[str, str], head: str = "") -> None:
 
 
 def agree(old: str, new: str) -> bool:
-    """Whether two texts have the same words, and the same numbers to seven digits or to 1e-14."""
+    """Whether two texts have the same words, and the same numbers to seven digits or to
+    1e-14.
+    """
     if NUMBER.sub("#", old) != NUMBER.sub("#", new):
         return False
     pairs = zip(
@@ -85,7 +92,9 @@ def digest(text: str) -> str:
 def compare(
     name: str, new: dict[str, str], accept: bool, part: bool = False, head: str = ""
 ) -> list[str]:
-    """List the differences from a stored file, or store the new table; `part`: the table is a part of the whole."""
+    """List the differences from a stored file, or store the new table; `part`: the
+    table is a part of the whole.
+    """
     if accept:
         write(name, new, head)
     old, found = read(name), []
@@ -106,7 +115,8 @@ def compare(
 def at_best(
     name: str, number: int, measured: str, accept: bool, differences: list[str]
 ) -> Found:
-    """Compare a number that is not yet as it should be with the best one so far, in `best.csv`: it may only rise.
+    """Compare a number that is not yet as it should be with the best one so far, in
+    `best.csv`: it may only rise.
 
     A number of faults is given with a minus sign.
     """

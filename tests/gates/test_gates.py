@@ -1,4 +1,6 @@
-"""A small part of each gate, in each run of the suite; ``python tests/gates`` has all of it."""
+"""A small part of each gate, in each run of the suite; ``python tests/gates`` has all
+of it.
+"""
 
 from __future__ import annotations
 

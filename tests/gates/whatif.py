@@ -1,9 +1,10 @@
-"""Gate 9: what a report says of a changed log is what `gyro analyze` says if the file is changed in this way.
+"""Gate 9: what a report says of a changed log is what `gyro analyze` says if the file
+is changed in this way.
 
-A report contains answers to "what would I_zz be if …?": without each weight, the hand 0.1 s late or early, times twice
-as uncertain, a ball that is balanced or not, one more digit, a balance test, three times the turns. Here each change is
-made in the file and the file is analysed: the value must agree within 0.03 u, and u within 3 %.
-"""
+A report contains answers to "what would I_zz be if …?": without each weight, the hand
+0.1 s late or early, times twice as uncertain, a ball that is balanced or not, one more
+digit, a balance test, three times the turns. Here each change is made in the file and
+the file is analysed: the value must agree within 0.03 u, and u within 3 %."""
 
 from __future__ import annotations
 
@@ -36,8 +37,8 @@ KNOWN = (
 class Told(NamedTuple):
     """One answer of a report, and the text of the file that it is about.
 
-    The value is I_zz [kg*m^2], or None if the report tells u over I_zz only; `half` is half of the last digit printed.
-    """
+    The value is I_zz [kg*m^2], or None if the report tells u over I_zz only; `half` is
+    half of the last digit printed."""
 
     change: str
     text: str
@@ -47,7 +48,9 @@ class Told(NamedTuple):
 
 
 def edited(text: str, header: str, change: Callable[[str, int], str]) -> str:
-    """Change the cells of a column, or the line in its place: `change` takes a cell and the number of its line."""
+    """Change the cells of a column, or the line in its place: `change` takes a cell and
+    the number of its line.
+    """
     lines = text.splitlines()
     top = next(i for i, line in enumerate(lines) if not line.startswith("#"))
     column = next(
@@ -171,7 +174,9 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
 def off(
     one: Told, analyze: Callable[[bytes], gyrodata.Analysis] = gyrodata.analyze
 ) -> tuple[float, float]:
-    """Analyse the changed file: how far the report's value is off in u, and its u over the right one, minus 1."""
+    """Analyse the changed file: how far the report's value is off in u, and its u over
+    the right one, minus 1.
+    """
     try:
         right = analyze(one.text.encode()).inertia
     except gyrodata.GyroError:

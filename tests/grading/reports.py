@@ -1,4 +1,6 @@
-"""Students on paper: logs as text, and what each works out from the numbers in them, with slips or without."""
+"""Students on paper: logs as text, and what each works out from the numbers in them,
+with slips or without.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,9 @@ class Sheet(Struct, frozen=True):
 def sheet(
     random: np.random.Generator, turns: float | str = 1.0, **changes: object
 ) -> Sheet:
-    """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the three weights."""
+    """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the
+    three weights.
+    """
     measured = lab(random, turns=1.0 if turns == "mixed" else turns, **changes)  # type: ignore[arg-type]
     part = measured.turns
     time = measured.time
@@ -145,7 +149,9 @@ SLIPS: dict[str, Formula] = {
 def reported_line(
     value: float, u: float | None, digits: int = 2, unit: str = " kg m^2"
 ) -> str:
-    """Write a report as a careful student does: u with some digits, the value to the same place."""
+    """Write a report as a careful student does: u with some digits, the value to the
+    same place.
+    """
     if u is None:
         return f"# reported_inertia: {value:.6g}{unit}"
     power = math.floor(math.log10(abs(value)))
@@ -164,7 +170,8 @@ STATED = default_rubric_text().replace(
     '[reference]\nfrom = "class"',
     '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"',
 )
-"""The rubric with a reference of its own, by which a grade does not wait for the class."""
+"""The rubric with a reference of its own, by which a grade does not wait for the class.
+"""
 
 
 def three_logs() -> dict[str, str]:

@@ -1,4 +1,6 @@
-"""Reported values from the log and from files next to it; data/prose.toml has lines of reports."""
+"""Reported values from the log and from files next to it; data/prose.toml has lines of
+reports.
+"""
 
 import tomllib
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""A class is listed with care and read file by file; what is not safe is refused, and nothing is written anywhere."""
+"""A class is listed with care and read file by file; what is not safe is refused, and
+nothing is written anywhere.
+"""
 
 import stat
 import struct
@@ -118,7 +120,8 @@ def test_zip_that_is_not_safe_or_damaged_is_refused(
 
 
 def test_ten_gigabytes_of_zeros_are_not_read(tmp_path: Path) -> None:
-    # 12 MB are enough of them: the zip says of itself that it has four thousand million.
+    # 12 MB are enough of them: the zip says of itself that it has four thousand
+    # million.
     data = packed({"a/lab.csv": LOG, "b/lab.csv": bytes(12_000_000)})
     data = data.replace(struct.pack("<L", 12_000_000), struct.pack("<L", 4_000_000_000))
     (tmp_path / "class.zip").write_bytes(data)

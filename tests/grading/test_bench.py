@@ -1,4 +1,6 @@
-"""How well a bench measures, where a log does not say: by the rubric, or by how far the class scatters."""
+"""How well a bench measures, where a log does not say: by the rubric, or by how far the
+class scatters.
+"""
 
 import re
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""The page of a class and the desk: all that waits for a person is said, and what a person decides stays.
+"""The page of a class and the desk: all that waits for a person is said, and what a
+person decides stays.
 
 The page is whole and escaped, and says what the grades say.
 """
@@ -180,7 +181,7 @@ def test_names_and_reasons_stay_text(full: Lab) -> None:
     )
 
 
-# --- what waits for a person, and what is decided -----------------------------------------------------------
+# --- what waits for a person, and what is decided ---
 
 
 def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
@@ -329,7 +330,7 @@ def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
     assert "grades.csv changes for 4; " in told
 
 
-# --- in a browser -------------------------------------------------------------------------------------------
+# --- in a browser ---
 
 
 PROBE = (Path(__file__).parent / "data" / "probe.html").read_text(encoding="utf-8")

@@ -1,4 +1,6 @@
-"""Grades go back to students and platforms: only what should change changes, and no text from outside is obeyed."""
+"""Grades go back to students and platforms: only what should change changes, and no
+text from outside is obeyed.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,7 @@ from gyrodata.grading.submissions import find_submissions
 Rows = list[list[str]]
 
 
-# --- feedback ---------------------------------------------------------------------------------------------
+# --- feedback ---
 
 EXPECTED = Path(__file__).parent / "expected"
 GRADES = three_grades()
@@ -125,12 +127,13 @@ def test_markdown_obeys_nothing_from_outside() -> None:
     assert bare.count("|") == before.replace(r"\|", "").count("|")
 
 
-# --- sheets of somebody else's ------------------------------------------------------------------------------
+# --- sheets of somebody else's ---
 
 BOOKS: dict[str, dict[str, Any]] = tomllib.loads(
     (EXPECTED.parent / "data" / "books.toml").read_text("utf-8")
 )
-"""Sheets; who is filled; what was there before; and why somebody is skipped; a student w... is not graded."""
+"""Sheets; who is filled; what was there before; and why somebody is skipped; a student
+w... is not graded."""
 
 
 def rows_of(text: str, part: str = ",") -> Rows:
@@ -213,7 +216,7 @@ def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> No
     }
 
 
-# --- Gradescope ---------------------------------------------------------------------------------------------
+# --- Gradescope ---
 
 RUBRIC = read_rubric(STATED.encode())
 TEST = {
@@ -250,7 +253,9 @@ METADATA = """{"id": 123456, "created_at": "2018-07-01T14:22:32.365935-07:00", "
 
 
 def results_of(text: str) -> tuple[dict[str, Any], str, str]:
-    """Compare results with what Gradescope takes; give also what a student sees before the due date, and after it."""
+    """Compare results with what Gradescope takes; give also what a student sees before
+    the due date, and after it.
+    """
     results: dict[str, Any] = json.loads(text, parse_constant=pytest.fail)
     assert set(results) <= RESULTS
     assert all(set(test) <= TEST for test in results["tests"])

@@ -1,4 +1,6 @@
-"""Classes through ``gyro grade``: no correct answer is punished, no decision is lost or given to another student."""
+"""Classes through ``gyro grade``: no correct answer is punished, no decision is lost or
+given to another student.
+"""
 
 import csv
 import json

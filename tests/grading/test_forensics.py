@@ -1,4 +1,6 @@
-"""Copied, edited and invented logs are flagged with their evidence; honest ones hardly ever are."""
+"""Copied, edited and invented logs are flagged with their evidence; honest ones hardly
+ever are.
+"""
 
 import tracemalloc
 
@@ -62,7 +64,9 @@ def in_tenths(student: Student) -> Student:
 
 
 def converted(student: Student) -> str:
-    """The same table in other units, rounded on the way, with its columns in another order."""
+    """The same table in other units, rounded on the way, with its columns in another
+    order.
+    """
     rows = (
         (t, float(s) * RPM, f, 10 * float(x), float(m) / 1000)
         for m, x, s, t, f in student.cells()
@@ -137,7 +141,9 @@ def test_thousands_of_equal_logs_are_one_flag_in_little_memory(
 def test_copies_are_joined_but_for_partners(
     logs: dict[str, Student], prints: Prints
 ) -> None:
-    """Three copies of a log, two of them by partners, and a log with some of its rows: one flag of five pairs."""
+    """Three copies of a log, two of them by partners, and a log with some of its rows:
+    one flag of five pairs.
+    """
     copy, part = (
         print_of(logs["1004"].log()),
         print_of(changed(logs["1004"], 2, 5).log()),
@@ -199,7 +205,9 @@ def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> No
 
 
 def test_chance_of_a_small_scatter_agrees_with_chi_square(prints: Prints) -> None:
-    """Times worked out from the formula, as is, and with a scatter of few milliseconds: no hand does that."""
+    """Times worked out from the formula, as is, and with a scatter of few milliseconds:
+    no hand does that.
+    """
     student, random = draw(5, 2), np.random.default_rng(6)
     rows = student.rows
     exact = (

@@ -1,4 +1,6 @@
-"""From a submission to points: what is judged, what cannot be, and that nothing a student writes stops it."""
+"""From a submission to points: what is judged, what cannot be, and that nothing a
+student writes stops it.
+"""
 
 import json
 import math
@@ -218,7 +220,8 @@ def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
         assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(
             RIGHT.inertia(ROWS, fit)[0], rel=0.03
         )
-        # "rpm or no g": undone with the better of the two, it is right within their difference.
+        # "rpm or no g": undone with the better of the two, it is right within their
+        # difference.
         assert points(found) == {**ALL, "inertia": pytest.approx(3, abs=1.2)}
 
 

@@ -1,4 +1,6 @@
-"""`gyro check --hand-in`: what a student is told is what the grader reads, and advice that is followed is enough."""
+"""`gyro check --hand-in`: what a student is told is what the grader reads, and advice
+that is followed is enough.
+"""
 
 from __future__ import annotations
 

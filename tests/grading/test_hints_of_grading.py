@@ -1,7 +1,8 @@
-"""Hints of the commands and of a class are promises: each is carried out as it is written, and what comes out is right.
+"""Hints of the commands and of a class are promises: each is carried out as it is
+written, and what comes out is right.
 
-A class of three is graded; ann and bob made no mistake, and cat misspelt a key of her log.
-"""
+A class of three is graded; ann and bob made no mistake, and cat misspelt a key of her
+log."""
 
 from __future__ import annotations
 
@@ -71,7 +72,7 @@ def test_the_hint_of_every_code_is_followed() -> None:
     assert all(explanations()[code].remedy for code in here)
 
 
-# --- options of a command ------------------------------------------------------------------------------------
+# --- options of a command ---
 
 SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
 
@@ -86,7 +87,9 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def assert_fine(words: list[str]) -> None:
-    """See that a command is done, and that a log gives its own truth, where it has weights and times."""
+    """See that a command is done, and that a log gives its own truth, where it has
+    weights and times.
+    """
     done = gyro(*words)
     assert (done.exit_code, done.stderr) == (0, "")
     if words[0] == "simulate" and "0g" not in words:
@@ -164,7 +167,7 @@ def test_a_stream_that_cannot_be_used(lab: Path) -> None:
     assert "9 runs" in shell(f"gyro check {typed}")
 
 
-# --- a class ---------------------------------------------------------------------------------------------------
+# --- a class ---
 
 
 PEOPLE = {"ann": a_log(1), "bob": a_log(5), "cat": a_log(3, "# u_tme: 0.2 s")}
@@ -271,7 +274,7 @@ def test_a_rubric_mended_by_a_person(
     read_rubric(text(right or part))
 
 
-# --- what is graded ------------------------------------------------------------------------------------------
+# --- what is graded ---
 
 
 ZIP = packed(CLASS)
@@ -457,7 +460,8 @@ CASES: list[Any] = [
         BOB,
     ),
 ]
-"""Code, words, files, what the hint says; and what a person makes of that: words, files, and points unless `POINTS`."""
+"""Code, words, files, what the hint says; and what a person makes of that: words,
+files, and points unless `POINTS`."""
 
 
 @pytest.mark.parametrize("case", CASES, ids=[f"{case[0]} {case[1]}" for case in CASES])
@@ -557,7 +561,7 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 BOOK = ("column", "book", "named", "faulty")
-# --- gradebooks -----------------------------------------------------------------------------------------------
+# --- gradebooks ---
 
 
 @pytest.mark.parametrize("lms", HINTS["books"])
@@ -600,7 +604,9 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
 def test_a_figure_is_drawn_once_matplotlib_can_draw_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """To install matplotlib again is not carried out: only its fault is planted, and taken away."""
+    """To install matplotlib again is not carried out: only its fault is planted, and
+    taken away.
+    """
     (tmp_path / "log.csv").write_text(LOG, encoding="utf-8")
     words = ("analyze", tmp_path / "log.csv", "--out", tmp_path / "report")
     with monkeypatch.context() as damaged:

@@ -1,4 +1,6 @@
-"""Submissions that stop or break a program cost only their own student, and are never opened in the main process."""
+"""Submissions that stop or break a program cost only their own student, and are never
+opened in the main process.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Classes as they are: zips and Word files, partners, absent students, and all words of the desk."""
+"""Classes as they are: zips and Word files, partners, absent students, and all words of
+the desk.
+"""
 
 from __future__ import annotations
 
@@ -100,7 +102,9 @@ ROSTER = "student;name;email\n" + "".join(
 
 
 class Room:
-    """A class with a roster: two partners with one log, a third student, and one who is absent."""
+    """A class with a roster: two partners with one log, a third student, and one who is
+    absent.
+    """
 
     def __init__(self, folder: Path) -> None:
         partners = {
@@ -413,7 +417,8 @@ def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     }
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     assert item.read()[0].position_from == "surface"
-    # Without the diameter the log is refused rather than read as if the positions counted from the centre.
+    # Without the diameter the log is refused rather than read as if the positions
+    # counted from the centre.
     files["ann/notes.txt"] = "The position is measured from the surface of the ball."
     (item,) = find_submissions(make_folder(tmp_path / "other", files)).items
     assert [

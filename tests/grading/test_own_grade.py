@@ -1,4 +1,6 @@
-"""A student cannot raise the own grade: not by unseen text, a second answer, statements, or somebody else's log."""
+"""A student cannot raise the own grade: not by unseen text, a second answer,
+statements, or somebody else's log.
+"""
 
 import io
 import json
@@ -164,7 +166,9 @@ UNSEEN: dict[str, tuple[str, str | bytes]] = {
 
 @pytest.fixture(scope="module")
 def hidden() -> dict[str, Any]:
-    """Everybody's grade in a class with each way to hide the answer, beside a wrong one and, if it is text, alone."""
+    """Everybody's grade in a class with each way to hide the answer, beside a wrong one
+    and, if it is text, alone.
+    """
     files: dict[str, str | bytes] = {
         "wrong/lab.csv": STUDENT.log(),
         "wrong/report.txt": WRONG,
@@ -328,7 +332,7 @@ def test_answers_that_agree_are_no_question() -> None:
     assert alone("report.txt", near)["look"] == []
 
 
-# --- statements of the log ---------------------------------------------------------------------------------------
+# --- statements of the log ---
 
 
 def with_columns(titles: str, cells: Callable[[list[str]], list[str]]) -> str:
@@ -397,7 +401,9 @@ WIDE = {
 
 @pytest.fixture(scope="module")
 def stated() -> dict[str, Any]:
-    """The grades of wrong answers, from logs without and with a statement for each source of error."""
+    """The grades of wrong answers, from logs without and with a statement for each
+    source of error.
+    """
     files: dict[str, str | bytes] = {}
     for key in SOURCES:
         log = BY_SOURCE.get(key, STUDENT.log())
@@ -502,7 +508,7 @@ def test_usual_uncertainty_is_that_of_the_bench(
     assert any("u_time" in look for look in student["look"]) == asks
 
 
-# --- logs of somebody else -----------------------------------------------------------------------------------------
+# --- logs of somebody else ---
 
 
 def simulated() -> str:
@@ -578,7 +584,7 @@ def test_honest_classes_do_not_look_like_examples() -> None:
         assert [flag for flag in flags if flag["previous"]] == []
 
 
-# --- digits, and mistakes ------------------------------------------------------------------------------------------
+# --- digits, and mistakes ---
 
 
 def points(student: Mapping[str, Any]) -> dict[str, float]:

@@ -1,4 +1,6 @@
-"""The roster: names, sections, stations and partners reach table and page, and so do those who handed in nothing."""
+"""The roster: names, sections, stations and partners reach table and page, and so do
+those who handed in nothing.
+"""
 
 import csv
 import io

@@ -1,4 +1,6 @@
-"""The rubric: what it means, and every fault in it told with its line and what to write."""
+"""The rubric: what it means, and every fault in it told with its line and what to
+write.
+"""
 
 import json
 import math
@@ -44,7 +46,9 @@ def faults(text: str) -> list[str]:
 
 
 def unfit(text: str) -> list[str]:
-    """What the schema has against a rubric; a time is a text, as editors of TOML take it."""
+    """What the schema has against a rubric; a time is a text, as editors of TOML take
+    it.
+    """
     values = json.loads(json.dumps(tomllib.loads(text), default=str))
     return [
         error.message
@@ -152,7 +156,8 @@ def test_station_with_few_logs_has_the_class_as_reference() -> None:
         "a": ("the median of the 5 logs of station a", 4.47e-3),
         "all": ("the median of all 10 logs", pytest.approx(4.415e-3)),
     }
-    # 1.4826 is the scatter of normal values over their median absolute deviation, 1.2533 as their median is worse.
+    # 1.4826 is the scatter of normal values over their median absolute deviation,
+    # 1.2533 as their median is worse.
     assert found["a"].u == pytest.approx(
         1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4
     )

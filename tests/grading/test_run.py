@@ -1,4 +1,6 @@
-"""A class through worker processes: one submission does nothing to another, and nothing is graded twice."""
+"""A class through worker processes: one submission does nothing to another, and nothing
+is graded twice.
+"""
 
 import os
 import re
@@ -59,7 +61,9 @@ def work(task: str) -> Any:
 def test_each_work_that_breaks_is_one_answer_with_its_reason(
     workers: int, others: int
 ) -> None:
-    """Many tasks are sent several at a time; a task that breaks does nothing to those sent with it."""
+    """Many tasks are sent several at a time; a task that breaks does nothing to those
+    sent with it.
+    """
     more = [f"fine {number}" for number in range(others)]
     done = dict(in_workers(work, [*BREAKING, *more], workers, limit=1.5))
     assert {

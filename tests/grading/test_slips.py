@@ -1,4 +1,6 @@
-"""Known mistakes: each is found in reports that students would write, and no honest report is ever given one."""
+"""Known mistakes: each is found in reports that students would write, and no honest
+report is ever given one.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""The nutation of a rod let go from rest, of any size and at any tilt, against eqs. (7) integrated."""
+"""The nutation of a rod let go from rest, of any size and at any tilt, against eqs. (7)
+integrated.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ INERTIA, RPM = 4.44e-3, math.pi / 30
 
 
 def integrated(top: Top, spin: float, pitch: float) -> Nutation:
-    """From rest to the next turning point, half a nutation, by θ and φ and the means of both."""
+    """From rest to the next turning point, half a nutation, by θ and φ and the means of
+    both.
+    """
     own, start = top.inertia * spin, math.pi / 2 - pitch
     upwards = own * math.cos(start)
 
@@ -113,7 +117,8 @@ def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
     "short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6]
 )
 def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> None:
-    # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from 1e-5 on the start is rounded.
+    # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from
+    # 1e-5 on the start is rounded.
     pitch = math.pi / 2 - short
     with mpmath.workdps(40):
         away = mpmath.pi / 2 - mpmath.mpf(pitch)

@@ -1,4 +1,6 @@
-"""The motion of a released rod, and an integrator at its tightest, against Taylor series with more digits."""
+"""The motion of a released rod, and an integrator at its tightest, against Taylor
+series with more digits.
+"""
 
 from __future__ import annotations
 
@@ -45,11 +47,12 @@ def taylor(
     momentum: NDArray[np.float64],
     time: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """e3 and H after a time, to more digits than a float has, by Taylor series in whole numbers.
+    """e3 and H after a time, to more digits than a float has, by Taylor series in whole
+    numbers.
 
-    ė3 = (H × e3)/I and Ḣ = M Z × e3 are products of two unknowns at most, so each coefficient of the series follows
-    from the earlier ones. No angles, energies or elliptic functions are used.
-    """
+    ė3 = (H × e3)/I and Ḣ = M Z × e3 are products of two unknowns at most, so each
+    coefficient of the series follows from the earlier ones. No angles, energies or
+    elliptic functions are used."""
     rate = float(np.linalg.norm(momentum)) / transverse + 4 * float(
         np.sqrt(abs(torque) / transverse)
     )
@@ -205,7 +208,8 @@ def test_tachometer_that_follows_a_released_rod_reads_more_than_the_total_spin()
 
 
 def test_published_bias_of_a_released_rod() -> None:
-    # By elliptic integrals: 0.08827 % at 20 g and 1.014 % at 60 g, 200 rpm, k = 1.39 and 1.60, m g x for 150 mm.
+    # By elliptic integrals: 0.08827 % at 20 g and 1.014 % at 60 g, 200 rpm, k = 1.39
+    # and 1.60, m g x for 150 mm.
     for mass, ratio, percent in ((0.02, 1.39, 0.08827), (0.06, 1.60, 1.014)):
         torque = mass * 9.8031 * 0.15
         rate = mean_precession_rate(Top(INERTIA, ratio * INERTIA, torque), 200 * RPM)

@@ -1,4 +1,6 @@
-"""The splitting methods: their order, what they keep, and the coefficients by their conditions."""
+"""The splitting methods: their order, what they keep, and the coefficients by their
+conditions.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,8 @@ def test_a_method_has_the_order_that_it_is_known_for(
 
 
 def test_a_weak_torque_brings_out_the_eighth_order() -> None:
-    # The error is ε dt⁸ and ε² dt⁴: a torque a hundred thousand times weaker hides the latter.
+    # The error is ε dt⁸ and ε² dt⁴: a torque a hundred thousand times weaker hides the
+    # latter.
     weak = Top(INERTIA, 1.49 * INERTIA, 1e-5 * TORQUE)
     assert np.log2(far(weak, 12, "aba84") / far(weak, 24, "aba84")) > 7
 

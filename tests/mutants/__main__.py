@@ -1,16 +1,18 @@
-"""The tests of the tests: ``python tests/mutants`` changes one thing in the package at a time, and sees who notices.
+"""The tests of the tests: ``python tests/mutants`` changes one thing in the package at
+a time, and sees who notices.
 
-Each mutant is one changed node of a syntax tree: a comparison, a sum, a product, a number, an ``and``, a ``not``, a
-condition. A comparison is negated and a number of at least ten is doubled, because no test checks the last digit of a
-limit. First the tests that reach the line of the mutant run, those of its room before the others, the quickest first;
-then the gates run. A mutant that passes all of them has survived, and is printed with its place. ``--count 300``
-draws so many from all rooms together, in proportion to their number; ``--room measurements`` draws from some rooms
-only, ``--seed`` draws others. The exit code is 1 if the share that was killed is below ``--least``. Some survivors do
-the same as the package: 100 % cannot be reached.
+Each mutant is one changed node of a syntax tree: a comparison, a sum, a product, a
+number, an ``and``, a ``not``, a condition. A comparison is negated and a number of at
+least ten is doubled, because no test checks the last digit of a limit. First the tests
+that reach the line of the mutant run, those of its room before the others, the quickest
+first; then the gates run. A mutant that passes all of them has survived, and is printed
+with its place. ``--count 300`` draws so many from all rooms together, in proportion to
+their number; ``--room measurements`` draws from some rooms only, ``--seed`` draws
+others. The exit code is 1 if the share that was killed is below ``--least``. Some
+survivors do the same as the package: 100 % cannot be reached.
 
-All tests run once at the beginning, which shows which lines each of them reaches. Every mutant is then a process forked
-from one in which all libraries are loaded.
-"""
+All tests run once at the beginning, which shows which lines each of them reaches. Every
+mutant is then a process forked from one in which all libraries are loaded."""
 
 from __future__ import annotations
 
@@ -128,7 +130,9 @@ def changed(node: ast.AST) -> ast.expr | None:
 
 
 def is_quiet(node: ast.AST) -> bool:
-    """Whether a node and all in it change nothing: what is raised, formats of a text, lengths of what is zipped."""
+    """Whether a node and all in it change nothing: what is raised, formats of a text,
+    lengths of what is zipped.
+    """
     said = isinstance(node, ast.Raise | ast.JoinedStr | ast.FormattedValue | ast.Assert)
     return said or ast.unparse(node).startswith(("strict=", "if TYPE_CHECKING:"))
 
@@ -142,7 +146,8 @@ def mutants(room: str) -> Iterator[Mutant]:
                 isinstance(parent, ast.FunctionDef | ast.Lambda) and name == "body"
             )
             for node in value if isinstance(value, list) else [value]:
-                # Annotations, decorators and what a class is declared as ("frozen=True") change nothing either.
+                # Annotations, decorators and what a class is declared as
+                # ("frozen=True") change nothing either.
                 declares = name in ("annotation", "returns", "decorator_list")
                 declares |= name == "keywords" and isinstance(parent, ast.ClassDef)
                 if declares or not isinstance(node, ast.AST):
@@ -172,7 +177,9 @@ def mutants(room: str) -> Iterator[Mutant]:
 
 
 def written(path: Path, mutant: Mutant, at: int) -> None:
-    """Write a module with one node in the place of another, and with a time of its own: its byte code is not kept."""
+    """Write a module with one node in the place of another, and with a time of its own:
+    its byte code is not kept.
+    """
     whole, node = path.read_bytes(), mutant.node
     lines = whole.splitlines(keepends=True)
     start, end = (
@@ -194,7 +201,9 @@ class Chosen(list[str]):
 
 
 class Traced:
-    """A plugin of pytest: it notes the time of each test, and the lines of the package that it reaches."""
+    """A plugin of pytest: it notes the time of each test, and the lines of the package
+    that it reaches.
+    """
 
     def __init__(self) -> None:
         from coverage import Coverage
@@ -218,7 +227,9 @@ class Traced:
 
 
 def forked(work: Callable[[], bool], limit: float) -> bool:
-    """What a process of its own finds out, for which the package and the tests are new; False if it does not end."""
+    """What a process of its own finds out, for which the package and the tests are new;
+    False if it does not end.
+    """
     child = os.fork()
     if child == 0:
         os.setsid()

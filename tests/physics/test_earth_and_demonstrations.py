@@ -79,8 +79,9 @@ def test_the_earths_bias_from_a_turning_lab(rate: float) -> None:
 
 
 def test_normal_gravity_is_the_published_one() -> None:
-    # WGS 84 (NIMA TR8350.2): equator and pole. GRS 80 (Moritz, J. Geod. 74, 128, 2000) has 9.806199203 at 45 degrees,
-    # and is above it by 1.4e-6 at the equator and at the pole.
+    # WGS 84 (NIMA TR8350.2): equator and pole. GRS 80 (Moritz, J. Geod. 74, 128, 2000)
+    # has 9.806199203 at 45 degrees, and is above it by 1.4e-6 at the equator and at the
+    # pole.
     assert physics.normal_gravity(0.0) == pytest.approx(9.7803253359, rel=1e-12)
     assert physics.normal_gravity(np.radians([-90.0, 90.0])) == pytest.approx(
         [9.8321849378] * 2, rel=1e-10

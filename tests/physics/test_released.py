@@ -17,14 +17,18 @@ RPM = math.pi / 30
 
 
 class Nutation(NamedTuple):
-    """From the level to the lowest point u1 and back, by the conserved energy and momenta."""
+    """From the level to the lowest point u1 and back, by the conserved energy and
+    momenta.
+    """
 
     torque: float
     spin: float
     across: float
 
     def period(self, what: str = "1") -> mpmath.mpf:
-        """Integral over a nutation of 1, φ̇ or φ̇ cosθ: u = u1 cos²x takes the singular ends away."""
+        """Integral over a nutation of 1, φ̇ or φ̇ cosθ: u = u1 cos²x takes the singular
+        ends away.
+        """
         own, across, torque = (
             mpmath.mpf(INERTIA) * self.spin,
             mpmath.mpf(self.across),

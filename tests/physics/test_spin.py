@@ -21,7 +21,9 @@ EXPONENTS = [-1.0, 0.0, 0.5, 1.0, 1.5, 2.0]
 
 
 def spin_at(share: mpmath.mpf, start: float, end: float, exponent: float) -> mpmath.mpf:
-    """Spin after a share of the time, by drag of one exponent between start and end; sizes."""
+    """Spin after a share of the time, by drag of one exponent between start and end;
+    sizes.
+    """
     with mpmath.workdps(40):
         a, b, rest = (
             mpmath.mpf(abs(start)),
@@ -81,7 +83,8 @@ def test_simpson_needs_no_law_and_bears_noise(fall: float) -> None:
     assert physics.simpson_mean_spin(start, half, end) == pytest.approx(
         true, rel=1e-12 + decay**4 / 2000
     )
-    # A reading at half time above the first leaves the exponent of the law without an answer, not this.
+    # A reading at half time above the first leaves the exponent of the law without an
+    # answer, not this.
     assert physics.simpson_mean_spin(start, 1.002 * start, end) == pytest.approx(
         true, rel=0.004 + fall
     )

@@ -1,4 +1,6 @@
-"""Both roots of eq. (8) against 250 digits, the upright rod against the linearised motion."""
+"""Both roots of eq. (8) against 250 digits, the upright rod against the linearised
+motion.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ EPSILON = np.finfo(float).eps
 def exact_roots(
     torque: float, spin: float, inertia: float, transverse: float, pitch: float
 ) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Slow and fast root of eq. (8) by the plain formula, in digits enough for what it loses."""
+    """Slow and fast root of eq. (8) by the plain formula, in digits enough for what it
+    loses.
+    """
     with mpmath.workdps(250):
         a = (mpmath.mpf(inertia) - mpmath.mpf(transverse)) * mpmath.sin(
             mpmath.mpf(pitch)

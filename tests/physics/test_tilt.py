@@ -1,4 +1,6 @@
-"""What a tilt does to I_zz, against the answer worked out from the exact root of eq. (8), and in digits."""
+"""What a tilt does to I_zz, against the answer worked out from the exact root of eq.
+(8), and in digits.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Logs in the forms that students write: each gives the right answer as it is, without an option."""
+"""Logs in the forms that students write: each gives the right answer as it is, without
+an option.
+"""
 
 from __future__ import annotations
 

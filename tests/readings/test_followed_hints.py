@@ -1,4 +1,5 @@
-"""A log in an unusual form, what gyro says of it, and what a student who does just that gets: the truth.
+"""A log in an unusual form, what gyro says of it, and what a student who does just that
+gets: the truth.
 
 What a hint prints to copy is copied from the hint.
 """
@@ -111,7 +112,8 @@ def test_a_radius_beside_the_arm() -> None:
     assert gives_truth(text, mapping={"position": "d (cm)"})
 
 
-# Notes that gyro does not apply -----------------------------------------------------------------------------------
+# Notes that gyro does not apply
+# -----------------------------------------------------------------------------------
 
 TWICE = log(HEAD, lambda m, s, t: plain(m, 2 * s, t))
 
@@ -177,7 +179,8 @@ def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note}")) == []
 
 
-# Cells and names that are missing or wrong ---------------------------------------------------------------------------
+# Cells and names that are missing or wrong
+# ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -253,7 +256,8 @@ def test_misspelt_name_is_replaced_as_the_hint_says(name: str, typed: str) -> No
     assert gives_truth(text.replace(typed, found('Write "([^"]+)" instead', hint), 1))
 
 
-# Texts that contradict the table, and cells of another script -------------------------------------------------------
+# Texts that contradict the table, and cells of another script
+# -------------------------------------------------------
 
 
 def doubts_of(text: str) -> list[str]:

@@ -1,7 +1,8 @@
-"""What people write instead of the plain log: the same runs, so the same I_zz, or a question.
+"""What people write instead of the plain log: the same runs, so the same I_zz, or a
+question.
 
-Each was once read as something else: half turns as whole ones, the number of a run as its turns.
-"""
+Each was once read as something else: half turns as whole ones, the number of a run as
+its turns."""
 
 from __future__ import annotations
 
@@ -26,7 +27,9 @@ CELLS = tomllib.loads(
 
 
 def log(template: str, turns: float = 1.0, slower: float = 1.0) -> bytes:
-    """Write the line with a * for each of nine runs, with its number, mass [g], spin [rpm] and time [s]."""
+    """Write the line with a * for each of nine runs, with its number, mass [g], spin
+    [rpm] and time [s].
+    """
     random = np.random.default_rng(5)
     head, star, row = template.partition("\n*")
     lines = [f"# g: {G} m/s^2", head]

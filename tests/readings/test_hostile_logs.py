@@ -1,4 +1,6 @@
-"""Logs as a hostile and as a tired user would write them: read, or refused in words and in a short time."""
+"""Logs as a hostile and as a tired user would write them: read, or refused in words and
+in a short time.
+"""
 
 import gzip
 import io

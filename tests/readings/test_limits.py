@@ -1,4 +1,6 @@
-"""Files over a limit: `gyro analyze` and `gyro check` name the limit, with little time and memory."""
+"""Files over a limit: `gyro analyze` and `gyro check` name the limit, with little time
+and memory.
+"""
 
 from __future__ import annotations
 
@@ -321,7 +323,9 @@ def all_entries() -> bytes:
 
 
 def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
-    """A pattern that takes time with the square of the length needs minutes for these logs."""
+    """A pattern that takes time with the square of the length needs minutes for these
+    logs.
+    """
     (tmp_path / "logs.txt").write_bytes(all_entries())
     code = (
         "import ast, pathlib\nfrom gyrodata.errors import GyroError\nfrom gyrodata.readings import read_log\n"

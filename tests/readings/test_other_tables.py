@@ -22,7 +22,9 @@ SPACES = " ".join(
 
 
 def cell(text: str) -> str:
-    """Write a cell: a number as the program that shows it with a decimal comma stores it."""
+    """Write a cell: a number as the program that shows it with a decimal comma stores
+    it.
+    """
     number = text.replace(".", "").isdigit()
     value = (
         f' office:value-type="float" office:value="{float(text)!r}"' if number else ""

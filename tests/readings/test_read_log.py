@@ -1,4 +1,6 @@
-"""What the reader understands, refuses, fills in and asks about, and every way in which a log comes to it."""
+"""What the reader understands, refuses, fills in and asks about, and every way in which
+a log comes to it.
+"""
 
 import gzip
 import io

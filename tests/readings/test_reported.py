@@ -1,4 +1,6 @@
-"""What a student reports in the log: read as it is written, graded by others, never an error of the log."""
+"""What a student reports in the log: read as it is written, graded by others, never an
+error of the log.
+"""
 
 import pytest
 from typer.testing import CliRunner

@@ -1,4 +1,6 @@
-"""Logs whose meaning is in a sentence, in a legend, or in the shape of the table: the truth, or a question."""
+"""Logs whose meaning is in a sentence, in a legend, or in the shape of the table: the
+truth, or a question.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def t(mass: str, spin: int, turns: float = 1.0, arm: str = "14.8") -> str:
 
 
 def runs(row: str, turns: float = 1.0, masses: Sequence[str] = MASSES) -> str:
-    """Write a row for each run; {d} is the mass, or blank below the same mass; {c} is the time in min:s."""
+    """Write a row for each run; {d} is the mass, or blank below the same mass; {c} is
+    the time in min:s.
+    """
     each = [(m, s, t(m, s, turns)) for m in masses for s in SPINS]
     of_runs = (
         {
@@ -706,7 +710,9 @@ def test_hint_about_one_wrong_row_leads_to_the_answer(case: str) -> None:
 
 @pytest.mark.parametrize("tau", [600.0, 2000.0])
 def test_spin_that_is_read_only_before_the_runs_gives_the_truth(tau: float) -> None:
-    """Simulated: I_zz = 4.44e-3 kg m^2, three turns in each run, a spin that falls by 1/e in tau, seed 1."""
+    """Simulated: I_zz = 4.44e-3 kg m^2, three turns in each run, a spin that falls by
+    1/e in tau, seed 1.
+    """
     random, inertia = np.random.default_rng(1), 4.44e-3
     log = "mass [g],position [cm],spin before [rpm],time [s],turns\n"
     for mass in (20.0, 40.0, 60.0):

@@ -1,4 +1,6 @@
-"""More than a hundred logs as students type them: read and right, or refused with a remedy that is right."""
+"""More than a hundred logs as students type them: read and right, or refused with a
+remedy that is right.
+"""
 
 import datetime
 import io

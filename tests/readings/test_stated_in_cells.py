@@ -1,4 +1,6 @@
-"""Constants in two cells, as in a workbook, or in a line without #, count as they do behind #."""
+"""Constants in two cells, as in a workbook, or in a line without #, count as they do
+behind #.
+"""
 
 import io
 

@@ -1,4 +1,6 @@
-"""What is not a number is asked about: texts in a load, impossible numbers of turns. Powers of ten are numbers."""
+"""What is not a number is asked about: texts in a load, impossible numbers of turns.
+Powers of ten are numbers.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,7 @@ def errors_of(log: Readings) -> list[gyrodata.Diagnostic]:
     return [one for one in log.diagnostics if one.severity == "error"]
 
 
-# --- texts in a load ------------------------------------------------------------------------------------------
+# --- texts in a load ---
 
 
 @pytest.mark.parametrize("word", WORDS)
@@ -105,7 +107,7 @@ def test_value_for_the_whole_log_does_not_answer_a_question_mark() -> None:
     assert errors_of(read_log("# position: 15 cm\n" + table(rows)))
 
 
-# --- blank cells ----------------------------------------------------------------------------------------------
+# --- blank cells ---
 
 
 def positions(cells: str) -> Readings:
@@ -142,7 +144,7 @@ def test_blank_position_of_another_weight_is_a_question(cells: str, line: int) -
     assert "position" in errors_of(found)[0].message
 
 
-# --- numbers of turns that are none -----------------------------------------------------------------------------
+# --- numbers of turns that are none ---
 
 IMPOSSIBLE = ("1/0", "0/0", "0/3", "3/0", "12/00", "1⁄0", "1 / 0")
 ODD = (
@@ -226,7 +228,7 @@ def test_line_with_an_impossible_number_of_turns_is_an_error_with_its_line(
     assert errors[0].line == 1
 
 
-# --- powers of ten ----------------------------------------------------------------------------------------------
+# --- powers of ten ---
 
 
 def power(number: str, form: str) -> str:

@@ -68,7 +68,9 @@ VALUES = {
 
 
 def with_column(log: str, header: str, cells: Sequence[str], place: int) -> str:
-    """Put a column into a log: in front of all others (0), between them (1), or behind them (2)."""
+    """Put a column into a log: in front of all others (0), between them (1), or behind
+    them (2).
+    """
     lines = [line for line in log.splitlines() if line[0] == "#"]
     rows = list(csv.reader(log.splitlines()[len(lines) :]))
     at = (0, 2, len(rows[0]))[place]
@@ -86,7 +88,9 @@ def without_column(log: str, header: str) -> str:
 
 
 def read_of(log: Readings) -> dict[str, list[tuple[float | None, float | None]]]:
-    """The readings that the analysis uses: a second column of a load or a period is only compared."""
+    """The readings that the analysis uses: a second column of a load or a period is
+    only compared.
+    """
     kept = {
         role: column
         for role, column in log.columns.items()
@@ -130,7 +134,8 @@ def test_unrelated_column_changes_no_answer(header: str) -> None:
         assert any(header in one.message for one in found.diagnostics)
 
 
-# The name or the symbol of a quantity, with any unit: such a column may change nothing, or gyro asks.
+# The name or the symbol of a quantity, with any unit: such a column may change nothing,
+# or gyro asks.
 NAMED = (
     "charge",
     "clock",

@@ -1,4 +1,6 @@
-"""Words of many languages that say that a number is not what it seems: read as meant, asked about, or a doubt."""
+"""Words of many languages that say that a number is not what it seems: read as meant,
+asked about, or a doubt.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ def log(
     off: float = 0.0,
     turns: float = 1.0,
 ) -> str:
-    """Write nine runs: a typed mass is the true one times `mass`, a typed position the true one minus `off` [cm]."""
+    """Write nine runs: a typed mass is the true one times `mass`, a typed position the
+    true one minus `off` [cm].
+    """
     random = np.random.default_rng(5)
     header = header or "mass (g);position (cm);spin (rpm);" + (
         "turns;time (s)" if turns == 1 else "T (s)"

@@ -1,4 +1,6 @@
-"""Workbooks with formulas, and with hidden rows: as programs write them, and as spreadsheet programs save them."""
+"""Workbooks with formulas, and with hidden rows: as programs write them, and as
+spreadsheet programs save them.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ TIMES = [
     (40.3, 400, 19.97),
     (60.2, 602, 20.12),
 ]
-"""Mass [g], spin [rpm] and time of one turn [s] at an arm of 14.8 cm, simulated with I_zz = 4.44e-3 kg·m²."""
+"""Mass [g], spin [rpm] and time of one turn [s] at an arm of 14.8 cm, simulated with
+I_zz = 4.44e-3 kg·m²."""
 TRUTH = 4.44e-3
 Rows = list[list[Any]]
 
@@ -97,7 +100,9 @@ def xlsx(
     asks: bool = False,
     sheet: str = "Sheet",
 ) -> bytes:
-    """Write sheets as XML; `asks`: the workbook says that its formulas have to be calculated when it is opened."""
+    """Write sheets as XML; `asks`: the workbook says that its formulas have to be
+    calculated when it is opened.
+    """
     book = openpyxl.Workbook()
     book.active.title = sheet
     for number in range(1, len(tables)):
@@ -124,7 +129,9 @@ def xlsx(
 
 
 def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
-    """Write a sheet as LibreOffice does; a formula without a value has no attribute office:value."""
+    """Write a sheet as LibreOffice does; a formula without a value has no attribute
+    office:value.
+    """
     spaces = ("office", "table", "text")
     names = " ".join(
         f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"'

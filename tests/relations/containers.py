@@ -1,4 +1,6 @@
-"""The same cells in another encoding, with other separators, or in a file of another kind."""
+"""The same cells in another encoding, with other separators, or in a file of another
+kind.
+"""
 
 from __future__ import annotations
 
@@ -145,7 +147,9 @@ def as_number(cell: str) -> float | int | str:
 
 
 def as_written_by(write: Callable[[Any], str], table: LogTable) -> LogTable:
-    """Give the log with the digits that are left of its numbers: 15.00 becomes 15.0 in JSON."""
+    """Give the log with the digits that are left of its numbers: 15.00 becomes 15.0 in
+    JSON.
+    """
     for role in table.roles:
         table = table.with_cells(role, lambda cell: str(write(as_number(cell))))
     return table
@@ -198,7 +202,9 @@ def json_columns_of_numbers(table: LogTable) -> Rewriting:
 
 @relation
 def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting | None:
-    """What `DataFrame.to_json()` writes: columns, each with its cells by the number of the row."""
+    """What `DataFrame.to_json()` writes: columns, each with its cells by the number of
+    the row.
+    """
     if NEEDED.intersection(dict(table.constants)):
         return None
     table = replace(table, constants=())
@@ -238,7 +244,9 @@ def workbook(
     *,
     with_formats: bool = False,
 ) -> bytes:
-    """Write sheets; with formats, a number is shown with the digits that it was typed with."""
+    """Write sheets; with formats, a number is shown with the digits that it was typed
+    with.
+    """
     import openpyxl
 
     book = openpyxl.Workbook()

@@ -1,4 +1,6 @@
-"""The same columns with other headers, and beside columns that are no part of the measurement."""
+"""The same columns with other headers, and beside columns that are no part of the
+measurement.
+"""
 
 from __future__ import annotations
 

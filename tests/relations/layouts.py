@@ -1,4 +1,6 @@
-"""The same table in another layout, with texts around it, or with cells that point to others."""
+"""The same table in another layout, with texts around it, or with cells that point to
+others.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""A log as a table that can be rewritten, the logs that are rewritten, and the list of relations.
+"""A log as a table that can be rewritten, the logs that are rewritten, and the list of
+relations.
 
-A relation is a function from a `LogTable` to a `Rewriting` of it that means the same, or to None if it does not apply.
-"""
+A relation is a function from a `LogTable` to a `Rewriting` of it that means the same,
+or to None if it does not apply."""
 
 from __future__ import annotations
 
@@ -31,7 +32,9 @@ class Heading(NamedTuple):
 
 @dataclass(frozen=True)
 class LogTable:
-    """A log: its ``# key: value`` lines, the headings of its columns, and its rows as they were typed."""
+    """A log: its ``# key: value`` lines, the headings of its columns, and its rows as
+    they were typed.
+    """
 
     constants: tuple[tuple[str, str], ...]
     headings: tuple[Heading, ...]
@@ -103,10 +106,11 @@ class LogTable:
 
 
 class Rewriting(NamedTuple):
-    """What a log became, and the log that means the same with the same digits, if it is not the log itself.
+    """What a log became, and the log that means the same with the same digits, if it is
+    not the log itself.
 
-    A tolerance is the largest relative difference that the digits explain, of I_zz and of u.
-    """
+    A tolerance is the largest relative difference that the digits explain, of I_zz and
+    of u."""
 
     log: Any
     same_as: LogTable | None = None
@@ -164,7 +168,9 @@ def shuffled(items: Iterable[Any], seed: int = 1) -> list[Any]:
 
 
 def parse(text: str) -> LogTable:
-    """Read a log of the plain form: lines with #, a header ``role [unit]``, rows with commas."""
+    """Read a log of the plain form: lines with #, a header ``role [unit]``, rows with
+    commas.
+    """
     lines = text.splitlines()
     said = [
         line.removeprefix("# ").split(": ", 1) for line in lines if line.startswith("#")

@@ -1,4 +1,6 @@
-"""Logs that mean the same give the same I_zz and u; ``python tests/gates --only relations`` takes more logs."""
+"""Logs that mean the same give the same I_zz and u; ``python tests/gates --only
+relations`` takes more logs.
+"""
 
 import pytest
 

@@ -1,4 +1,6 @@
-"""The same readings in another order, in other units, or as another quantity that means the same."""
+"""The same readings in another order, in other units, or as another quantity that means
+the same.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +78,9 @@ def constants_in_reverse_order(table: LogTable) -> str | None:
 
 
 def shifted(cell: str, power: int) -> str:
-    """Move the decimal point, with the same resolution: zeros that were not read go into the exponent."""
+    """Move the decimal point, with the same resolution: zeros that were not read go
+    into the exponent.
+    """
     mantissa, _, own = cell.partition("e")
     if own:
         return f"{mantissa}e{int(own) + power}"
@@ -105,7 +109,8 @@ by_powers_of_ten("torque", "mN*m", "N*m", -3)
 by_powers_of_ten("transverse_inertia", "kg*m^2", "g*cm^2", 7)
 
 
-# Other units: the numbers get so many digits, in both logs, that none of them is rounded
+# Other units: the numbers get so many digits, in both logs, that none of them is
+# rounded
 
 
 def exact(value: float) -> str:
@@ -161,7 +166,9 @@ by_factor("torque in g*cm", ("torque",), "mN*m", "gf*cm", 1 / 0.0980665)
 
 
 def as_period(role: str, period: str, seconds: float, unit: str, named_as: str) -> None:
-    """Write rates as the time of one turn; `seconds` is the time of one turn at a rate of 1."""
+    """Write rates as the time of one turn; `seconds` is the time of one turn at a rate
+    of 1.
+    """
 
     def rewritten(table: LogTable) -> Rewriting | None:
         used = [
@@ -322,7 +329,9 @@ def angle_as_turns(table: LogTable) -> Rewriting | None:
 
 @relation
 def masses_doubled_and_positions_halved(table: LogTable) -> Rewriting | None:
-    """The errors that runs share are stated as a part of the reading: only then do they mean the same."""
+    """The errors that runs share are stated as a part of the reading: only then do they
+    mean the same.
+    """
     if not {"mass", "position", "time"} <= set(table.roles):
         return None
     shares = {"u_mass": "0.2 %", "u_position": "0.1 %", "u_position_zero": "0.2 %"}

@@ -1,4 +1,6 @@
-"""Straight lines through the points (φ̇ψ̇, M), where ways to fit them fail and the recommended fit does not."""
+"""Straight lines through the points (φ̇ψ̇, M), where ways to fit them fail and the
+recommended fit does not.
+"""
 
 from __future__ import annotations
 

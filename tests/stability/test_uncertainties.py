@@ -1,4 +1,6 @@
-"""Uncertainties that are too small, or pull the value, and the recommended fit of the same labs."""
+"""Uncertainties that are too small, or pull the value, and the recommended fit of the
+same labs.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,8 @@ def test_peelle_shared_scale_errors_pull_a_plain_fit_down() -> None:
             means.append(weight @ ratio / weight.sum())
         return float(np.mean(means) / INERTIA - 1)
 
-    # The standard error of the mean of so many labs is 0.3 %; that of the difference is much less.
+    # The standard error of the mean of so many labs is 0.3 %; that of the difference is
+    # much less.
     assert bias(fitted=False) - bias(fitted=True) < -0.009
     assert (
         abs(np.mean([fit(measured).inertia.value for measured in labs]) / INERTIA - 1)
@@ -78,7 +81,9 @@ def test_a_hand_that_is_always_late_is_no_scatter() -> None:
 
 
 def long_log(runs: int, seed: int) -> str:
-    """Type a log in which only the times err, by 0.14 s; I_zz = 4.440e-3 kg*m^2, and the log states nothing."""
+    """Type a log in which only the times err, by 0.14 s; I_zz = 4.440e-3 kg*m^2, and
+    the log states nothing.
+    """
     index = np.arange(runs)
     mass, rpm = (
         np.array([20, 40, 60])[index % 3],

@@ -1,6 +1,7 @@
 """Write the grades of a class as CSV and as JSON, and compare two such tables.
 
-JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for each student.
+JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for each
+student.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from gyrodata.results import Tool, encode, to_json
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
 
-# --- ``grades.csv``, with the possible points in the first row, and ``flags.csv`` ---------------------------
+# --- ``grades.csv``, with the possible points in the first row, and ``flags.csv`` ---
 
 POINTS_ROW = "points possible"  # the text in the column of the students
 TOTAL, STATUS = "total", "status"
@@ -31,8 +32,8 @@ TOTAL, STATUS = "total", "status"
 def grades_csv(found: ClassGrades) -> str:
     """Write the grades of a class as CSV, with the students without a submission.
 
-    Points have two decimals; a cell is blank if nothing was judged. A text that a spreadsheet would run as a formula
-    has a ' in front.
+    Points have two decimals; a cell is blank if nothing was judged. A text that a
+    spreadsheet would run as a formula has a ' in front.
     """
     rows: dict[str, Mapping[str, str | float | None]] = {
         one.student: {
@@ -126,7 +127,7 @@ def flags_csv(flags: Iterable[Flag]) -> str:
     return head + csv_lines(map(csv_cell, row) for row in rows)
 
 
-# --- changes in ``grades.csv`` ------------------------------------------------------------------------------
+# --- changes in ``grades.csv`` ---
 
 
 class CellChange(Struct, frozen=True):
@@ -151,7 +152,10 @@ class Change(Struct, frozen=True):
 
 
 def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
-    """Compare two files of ``grades.csv``; return the changes by student, None if the old one is not such a table."""
+    """Compare two files of ``grades.csv``.
+
+    Return the changes by student, None if the old one is not such a table.
+    """
     old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
@@ -181,7 +185,10 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
 
 
 def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
-    """Read a table of grades, each student's cells by column; return None if these columns are missing."""
+    """Read a table of grades, each student's cells by column.
+
+    Return None if these columns are missing.
+    """
     try:
         lines = ledger.read_list(
             data, "grades.csv", "student", STATUS, TOTAL, lower=False
@@ -191,7 +198,7 @@ def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
         return None
 
 
-# --- JSON --------------------------------------------------------------------------------------------------
+# --- JSON ---
 
 
 class CriterionFigures(Struct, frozen=True):

@@ -1,12 +1,15 @@
 """Fill the sheets of grades that platforms export: single cells change, all other cells stay as they were.
 
-Canvas: a column keeps its ``(id)``, because without it Canvas makes a new assignment; scores are compared at two
-decimals; the last ``.`` or ``,`` of a number is its decimal mark, so ``1,234`` would be 1.234.
+Canvas: a column keeps its ``(id)``, because without it Canvas makes a new assignment;
+scores are compared at two decimals; the last ``.`` or ``,`` of a number is its decimal
+mark, so ``1,234`` would be 1.234.
 
-Blackboard: the same for the ``|id`` of a column; a sheet with commas has every cell in quotation marks.
+Blackboard: the same for the ``|id`` of a column; a sheet with commas has every cell in
+quotation marks.
 
-Moodle: its importer skips a row without a message if the grade is unchanged, above the maximum or locked; those rows
-are reported here instead. Headers are in the language of the site, so columns are found by their content.
+Moodle: its importer skips a row without a message if the grade is unchanged, above the
+maximum or locked; those rows are reported here instead. Headers are in the language of
+the site, so columns are found by their content.
 """
 
 from __future__ import annotations
@@ -27,7 +30,8 @@ from gyrodata.grading.submissions.names import PLATFORMS, Book
 from gyrodata.readings import listing
 
 Ours = Mapping[str, Collection[str] | None]
-"""Totals that each student ever had from gyro, as written; None if the student's total may be overwritten."""
+"""Totals that each student ever had from gyro, as written; None if the student's total
+may be overwritten."""
 
 
 class Filled(Struct):
@@ -54,7 +58,9 @@ class _Layout(Struct):
         tuple[str, str], list[int]
     ]  # rows by what names a student there, and the name in small letters
     top: int | None = (
-        None  # Moodle's column of the maximum; the next one says whether the grade can be changed
+        # Moodle's column of the maximum; the next one says whether the grade can be
+        # changed
+        None
     )
     comment: int | None = None  # column of the comments
 
@@ -70,9 +76,10 @@ def fill_book(
 ) -> Filled:
     """Write grades into the sheet that a platform exported.
 
-    `assignment`: Title or number of the column, if there are several. `ids`: `Submission.ids` of each student. `ours`:
-    Other totals stay, because a person has set them; None: all are overwritten. `comment`: Gives a plain text for the
-    student. Raises InputError for a sheet that cannot be filled.
+    `assignment`: Title or number of the column, if there are several. `ids`:
+    `Submission.ids` of each student. `ours`: Other totals stay, because a person has
+    set them; None: all are overwritten. `comment`: Gives a plain text for the student.
+    Raises InputError for a sheet that cannot be filled.
     """
     sheet = read_sheet(data, name)
     lms, book = _platform_of(sheet)
@@ -147,7 +154,8 @@ def fill_book(
                     )
                     cells = {}
                 if layout.comment is not None:
-                    # A spreadsheet does not read a text that begins with a tag as a formula.
+                    # A spreadsheet does not read a text that begins with a tag as a
+                    # formula.
                     told = re.sub(
                         r"\s*\n\s*\n\s*", "</p><p>", html.escape(comment(grade)).strip()
                     )
@@ -303,7 +311,8 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
 def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     """Find the grades in a sheet of Moodle: it has a row for each participant, with the maximum, a lock and comments.
 
-    Columns are found by their English name, or else by their content: one number in every row.
+    Columns are found by their English name, or else by their content: one number in
+    every row.
     """
     matches = {
         row: re.fullmatch(r"\D+(\d+)", sheet.value(row, 0))
@@ -352,7 +361,7 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     )
 
 
-# --- a CSV sheet in which only single cells may change ------------------------------------------------------
+# --- a CSV sheet in which only single cells may change ---
 
 
 class Sheet(Struct):

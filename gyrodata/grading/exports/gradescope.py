@@ -1,11 +1,13 @@
 """Grade one submission as Gradescope's autograder does, and write the files of the autograder.
 
-Formats: gradescope-autograders.readthedocs.io (specifications, metadata). Gradescope has no result "could not be
-graded": such a submission has no points in any test, and the student reads why. If gyro itself fails, nothing is
-written, and Gradescope reports that the autograder failed, which is not a zero.
+Formats: gradescope-autograders.readthedocs.io (specifications, metadata). Gradescope
+has no result "could not be graded": such a submission has no points in any test, and
+the student reads why. If gyro itself fails, nothing is written, and Gradescope reports
+that the autograder failed, which is not a zero.
 
-A student may submit again and again. So nothing that is shown before the due date contains the right I_zz, in words or
-through the size of the points: a mark that compares with the right value shows only whether the value is met.
+A student may submit again and again. So nothing that is shown before the due date
+contains the right I_zz, in words or through the size of the points: a mark that
+compares with the right value shows only whether the value is met.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
 from gyrodata.results import escape_controls
 
-# --- the autograder -----------------------------------------------------------------------------------------
+# --- the autograder ---
 
 
 def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
@@ -67,7 +69,10 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
 
 
 def grade_autograder(root: Path, rubric: Rubric) -> str:
-    """Grade the submission that a running autograder has below `root`; return the text of its results."""
+    """Grade the submission that a running autograder has below `root`.
+
+    Return the text of its results.
+    """
     from gyrodata.grading.classroom import grade_class
 
     try:
@@ -85,13 +90,17 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
     return results_json(grade_class(submissions, rubric).grades[0])
 
 
-# --- its results --------------------------------------------------------------------------------------------
+# --- its results ---
 
 
 def results_json(grade: Grade) -> str:
-    """Write the results of one submission; a mark that could not be judged is a test without points, not a failure."""
+    """Write the results of one submission.
+
+    A mark that could not be judged is a test without points, not a failure.
+    """
     judged = [mark for mark in grade.marks if mark.points is not None]
-    # Messages of these codes may contain the value of the runs, as findings of the fit do: only their titles are shown.
+    # Messages of these codes may contain the value of the runs, as findings of the fit
+    # do: only their titles are shown.
     codes = {code for code in explanations() if code.startswith("G4")}.difference(
         ASKS.values()
     )
@@ -141,7 +150,8 @@ def _test(mark: Mark) -> dict[str, Any]:
     return {
         "name": mark.title,
         "score": mark.points or 0.0,
-        # Points by hand are entered in Gradescope itself, next to the points of the autograder.
+        # Points by hand are entered in Gradescope itself, next to the points of the
+        # autograder.
         "max_score": 0.0 if mark.check == "manual" else mark.out_of,
         "output": output,
         "visibility": "after_due_date" if _compares(mark) else "visible",

@@ -67,7 +67,8 @@ def environment() -> Environment:
         "base64": base64.b64encode,
     }
     made.globals |= {"version": __version__, "FIGURES": FIGURES}
-    # Titles, rules and reasons are the same for many students, and numbers in the two pages of one student.
+    # Titles, rules and reasons are the same for many students, and numbers in the two
+    # pages of one student.
     made.filters |= {
         "md": lru_cache(512)(_markdown_safe),
         "sentence": lru_cache(512)(sentence),
@@ -92,7 +93,10 @@ def sentence(text: object) -> str:
 
 
 def _columns(text: str) -> str:
-    """Set the cells of lines with tabs under each other; the second and the third column are numbers."""
+    """Set the cells of lines with tabs under each other.
+
+    The second and the third column are numbers.
+    """
     rows = [line.split("\t") for line in text.strip("\n").split("\n")]
     return "".join(f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
 
@@ -108,7 +112,7 @@ def _markdown_safe(text: object) -> str:
     )
 
 
-# --- the feedback for a student ----------------------------------------------------------------------------
+# --- the feedback for a student ---
 
 
 def feedback_pages(
@@ -116,8 +120,9 @@ def feedback_pages(
 ) -> dict[str, str]:
     """Write the feedback for one student as one HTML page that needs nothing else, and as Markdown; by the ending.
 
-    `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
-    name, note and number from outside is escaped; no clock time.
+    `figures`: PNG file, and what it shows in words, by name: "period", "product",
+    "torque", "residuals". Gives: Every name, note and number from outside is escaped;
+    no clock time.
     """
     content, template = _content(grade), environment().get_template
     text = re.sub(
@@ -160,7 +165,7 @@ def _content(grade: Grade) -> dict[str, Any]:
     return {"grade": grade, "short": short, "slip_cost": cost, **told}
 
 
-# --- a class as a page ------------------------------------------------------------------------------------
+# --- a class as a page ---
 
 
 def class_page(
@@ -171,16 +176,20 @@ def class_page(
 ) -> str:
     """Write the page of a class.
 
-    `feedback`: Returns the path of a student's page below the folder of the class page. `offers`: What needs a
-    decision, grouped by reason. `folder`: The folder of the class page, for links to files to look into. All text from
-    outside is escaped; the page contains no clock time.
+    `feedback`: Returns the path of a student's page below the folder of the class page.
+    `offers`: What needs a decision, grouped by reason. `folder`: The folder of the
+    class page, for links to files to look into. All text from outside is escaped; the
+    page contains no clock time.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     items = {item.student: item for item in found.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
-        """Return the name and the address of each file besides the log; no address of a file in a zip."""
+        """Return the name and the address of each file besides the log.
+
+        No address of a file in a zip.
+        """
         item = items[student]
         base = (
             Path(os.path.relpath(item.source, folder)).as_posix()
@@ -215,7 +224,10 @@ def class_page(
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:
-    """Count the students with equal points, rounded to a step that gives up to 25 bars; no bars without students."""
+    """Count the students with equal points, rounded to a step that gives up to 25 bars.
+
+    No bars without students.
+    """
     steps = (size * 10.0**power for power in range(-3, 9) for size in (1, 2, 5))
     step = next(step for step in steps if out_of <= 25 * step)
     last = round(out_of / step)

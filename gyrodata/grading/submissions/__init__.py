@@ -1,7 +1,8 @@
 """Read a folder or zip of a class into `Submission`s, one for each student or group.
 
-`list_submissions` reads only names and the metadata of the platform. `choose` opens the files of one student, and can
-take any time and memory if they are made to: a class is graded in workers, where both are limited.
+`list_submissions` reads only names and the metadata of the platform. `choose` opens the
+files of one student, and can take any time and memory if they are made to: a class is
+graded in workers, where both are limited.
 """
 
 from __future__ import annotations
@@ -69,7 +70,8 @@ def list_submissions(
     Parameters
     ----------
     path : str or Path
-        A folder with a folder or file for each student, or the folder or zip that a platform gives.
+        A folder with a folder or file for each student, or the folder or zip that a
+        platform gives.
     lms : str
         The platform that named the files, of `names.PLATFORMS`; "auto" finds it.
     pattern : str, optional
@@ -80,7 +82,8 @@ def list_submissions(
     Returns
     -------
     Submissions
-        One for each student or group, with its files; `choose` finds the log among them.
+        One for each student or group, with its files; `choose` finds the log among
+        them.
 
     Raises
     ------
@@ -206,7 +209,10 @@ def list_submissions(
 
 
 def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, ...]]:
-    """Read files, or one folder or zip, as the submission of one student; also return notes on files left out."""
+    """Read files, or one folder or zip, as the submission of one student.
+
+    Also return notes on files left out.
+    """
     first = paths[0]
     if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
         if len(paths) > 1:
@@ -262,7 +268,9 @@ def _joined(
 
 
 def choose(item: Submission) -> tuple[Submission, list[Diagnostic]]:
-    """Open the files of a listed submission and choose the log among them; also return a note on the choice.
+    """Open the files of a listed submission and choose the log among them.
+
+    Also return a note on the choice.
 
     A log that is given already, such as one that a person corrected, is kept.
     """

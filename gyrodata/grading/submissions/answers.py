@@ -1,8 +1,9 @@
 """The answer in the texts of a student: all quantities that may be I_zz are found, and the best named one is taken.
 
-A text becomes sentences: lines without markup, and rows of tables as lines. A number in a sentence is a candidate if it
-has a unit of I_zz, or if the name of I_zz is directly in front of it. Words around it say whether it is another value,
-such as one of theory. Nothing is guessed: of two different candidates that are equally good, neither is taken.
+A text becomes sentences: lines without markup, and rows of tables as lines. A number in
+a sentence is a candidate if it has a unit of I_zz, or if the name of I_zz is directly
+in front of it. Words around it say whether it is another value, such as one of theory.
+Nothing is guessed: of two different candidates that are equally good, neither is taken.
 """
 
 from __future__ import annotations
@@ -54,7 +55,10 @@ class Answers(Struct, frozen=True):
 
 
 class _Candidate(Struct, frozen=True):
-    """A quantity that may be the answer; one with an uncertainty is better, then one that is called a result."""
+    """A quantity that may be the answer.
+
+    One with an uncertainty is better, then one that is called a result.
+    """
 
     rank: tuple[
         bool, bool, bool, bool
@@ -70,8 +74,8 @@ def read_answers(
 ) -> Answers:
     """Find the value that the log reports, or another text if the log reports none.
 
-    `reports` are names and bytes of the other texts, and `unseen` the hidden sheets of the log. Never raises: a value
-    that cannot be read has a fault.
+    `reports` are names and bytes of the other texts, and `unseen` the hidden sheets of
+    the log. Never raises: a value that cannot be read has a fault.
     """
     found = [
         one
@@ -80,7 +84,8 @@ def read_answers(
     ]
     if log is not None and "inertia" in log.reported and _is_seen(log, unseen):
         read = log.reported["inertia"]
-        # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
+        # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g
+        # m^2" in several cells.
         top = max(0, (read.line or 0) - 1)
         lines = _in_cells(
             readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW)
@@ -161,8 +166,11 @@ def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
     return ""
 
 
-WITHOUT_U = 0.05  # the uncertainty of another value that is reported without one, as a share of it
-SMALL = 0.2  # a smaller share of the answer, without an uncertainty, may be the uncertainty of the answer
+# the uncertainty of another value that is reported without one, as a share of it
+WITHOUT_U = 0.05
+# a smaller share of the answer, without an uncertainty, may be the uncertainty of the
+# answer
+SMALL = 0.2
 
 
 def _differ(read: Reported, other: Reported) -> bool:
@@ -202,7 +210,7 @@ def _agree(rounded: Reported, other: Reported) -> bool:
     )
 
 
-# --- the sentences of a file ---------------------------------------------------------------------------------
+# --- the sentences of a file ---
 
 
 def lines_of(name: str, data: bytes) -> list[str]:
@@ -250,7 +258,8 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
         text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is a remark.
+    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is
+    # a remark.
     comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
     for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
         text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
@@ -273,7 +282,10 @@ def _read_lines(name: str, data: bytes) -> list[str]:
 
 
 def hidden_sheets_of(name: str, data: bytes) -> Collection[str]:
-    """Return the hidden sheets of a workbook; none of another file, or of one that cannot be read."""
+    """Return the hidden sheets of a workbook.
+
+    None of another file, or of one that cannot be read.
+    """
     if ending(name) in WORKBOOKS:
         with suppress(
             zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError
@@ -311,7 +323,10 @@ def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
-    """Separate the cells of a table by ``|``; a line of prose, where a comma may be a decimal one, stays as it is."""
+    """Separate the cells of a table by ``|``.
+
+    A line of prose, where a comma may be a decimal one, stays as it is.
+    """
     sign, lines = (
         max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)),
         table[part],
@@ -474,7 +489,7 @@ def _unit_behind(text: str) -> str:
     )
 
 
-# --- the candidates ------------------------------------------------------------------------------------------
+# --- the candidates ---
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _OTHER_UNIT = r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^|\*\*)?[\d²³]?){1,3}"
@@ -516,7 +531,8 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             after = re.split(
                 rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:]
             )[0]
-            # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
+            # A person must look at two numbers; without its own u, a value behind a
+            # word of u is an uncertainty.
             bad = (
                 (_TWO_NUMBERS, before),
                 (SAYS["other"], f"{before}\n{after}"),
@@ -539,7 +555,8 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
                 )
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
-        # A heading is above all values below it; titles of a table are in its rows already.
+        # A heading is above all values below it; titles of a table are in its rows
+        # already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
         parts = re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])
@@ -559,7 +576,8 @@ def _cuts(text: str) -> Iterator[tuple[str, bool]]:
 def _value(text: str, before: str) -> tuple[str, int] | None:
     """Find a value at the beginning of a text, as `read_reported` reads it, and how long it is in the text.
 
-    It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in brackets.
+    It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in
+    brackets.
     """
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
@@ -582,7 +600,10 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 
 
 def _names_inertia(text: str, near: bool = False) -> bool:
-    """Return whether words name I_zz, with `near` the last of them; a single letter must be next to the value."""
+    """Return whether words name I_zz, with `near` the last of them.
+
+    A single letter must be next to the value.
+    """
     # Without brackets, and without a verb at the end.
     text = re.sub(rf"[\[(][^\])]*[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
@@ -616,7 +637,8 @@ def _with_u(
                 if both.fault == read.fault and 0 < u < abs(read.value or 0)
                 else read
             )
-    # The total uncertainty goes before its parts, and that of the mean before that of one run.
+    # The total uncertainty goes before its parts, and that of the mean before that of
+    # one run.
     for better in first:
         skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
         if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
@@ -650,7 +672,8 @@ def _with_u(
     for cut, whole in _cuts(number):
         text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
         both = read_reported("inertia", text, read.line)
-        # Without a unit of its own, the number may be of anything that is said in between.
+        # Without a unit of its own, the number may be of anything that is said in
+        # between.
         own = re.search(_UNIT, cut) and not any(name_roles(word)[0] for word in more)
         if (
             both.fault == read.fault

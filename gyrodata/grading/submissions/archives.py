@@ -1,8 +1,10 @@
-"""A class on disk: a folder or a zip, listed with care and read file by file; gyro never unpacks anything.
+"""A class on disk: a folder or a zip, listed with care and read file by file.
 
-A zip comes from strangers. Its members are read directly from it, each up to a limit, so that a path that leads out of
-the folder, or ten gigabytes of zeros, can do no harm. A zip with such a member is refused, because no platform writes
-one.
+Gyro never unpacks anything.
+
+A zip comes from strangers. Its members are read directly from it, each up to a limit,
+so that a path that leads out of the folder, or ten gigabytes of zeros, can do no harm.
+A zip with such a member is refused, because no platform writes one.
 """
 
 from __future__ import annotations
@@ -67,7 +69,8 @@ class Listing(Struct, frozen=True):
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out
 
 
-# Files that macOS, Windows and editors add: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
+# Files that macOS, Windows and editors add: ``__MACOSX/``, ``._lab.csv``,
+# ``~$lab.xlsx``.
 _STREWN = re.compile(
     r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)",
     re.IGNORECASE,
@@ -120,7 +123,10 @@ _FIRST = 65_536  # bytes of a file that are read first; few have more
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
-    """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
+    """Read one file of a class, of at most `most` bytes.
+
+    ``//`` follows a zip in the class. Raises InputError.
+    """
     data = read_start(root, name, most + 1)
     if len(data) <= most:
         return data
@@ -133,7 +139,10 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
 
 
 def read_start(root: Path, name: str, count: int) -> bytes:
-    """Read the first `count` bytes of a file of a class; the name as in `read_file`. Raises InputError."""
+    """Read the first `count` bytes of a file of a class.
+
+    The name as in `read_file`. Raises InputError.
+    """
     outer, _, inner = name.rpartition("//")
     plain = root / name
     file: IO[bytes] | None = None
@@ -172,7 +181,10 @@ def read_start(root: Path, name: str, count: int) -> bytes:
 
 
 def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
-    """Return the names of files of a class with their sizes [byte], without opening them; 0 for a file that is gone."""
+    """Return the names of files of a class with their sizes [byte], without opening them.
+
+    0 for a file that is gone.
+    """
     if root.is_file():
         members = _opened(root)[1]
         return [
@@ -234,7 +246,10 @@ def _opened(root: Path, name: str = "") -> _Contents:
 
 
 def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
-    """List the files of a zip in a submission, and of zips in it, by names for `read_file`. Raises InputError."""
+    """List the files of a zip in a submission, and of zips in it, by names for `read_file`.
+
+    Raises InputError.
+    """
     found = list[str]()
     for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
         packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
@@ -282,7 +297,10 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
-    """Decode a name, as UTF-8 if possible, because macOS does not mark UTF-8; refuse a name that leads elsewhere."""
+    """Decode a name, as UTF-8 if possible, because macOS does not mark UTF-8.
+
+    Refuse a name that leads elsewhere.
+    """
     name = info.orig_filename
     if not info.flag_bits & 0x800:
         with suppress(UnicodeError):

@@ -1,11 +1,13 @@
 """Which student each file of a class is from, by the names that platforms give and by their metadata.
 
-`platforms.toml` describes how the platforms name files. The user may give a pattern instead, and a folder for each
-student needs neither. Gradescope adds metadata with submitters and times: a running autograder finds JSON; an export
-contains YAML written by Ruby, with symbols for keys and many megabytes of results and histories, of which only the
-lines with submitters and times are parsed.
+`platforms.toml` describes how the platforms name files. The user may give a pattern
+instead, and a folder for each student needs neither. Gradescope adds metadata with
+submitters and times: a running autograder finds JSON; an export contains YAML written
+by Ruby, with symbols for keys and many megabytes of results and histories, of which
+only the lines with submitters and times are parsed.
 
-Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them (``[':submitters'][0][':sid']``).
+Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them
+(``[':submitters'][0][':sid']``).
 """
 
 from __future__ import annotations
@@ -55,7 +57,10 @@ class Platform(Struct, frozen=True):
     book: Book | None = None
 
     def match(self, name: str) -> re.Match[str] | None:
-        """Match the name of a file below the class; None if the platform does not write such names."""
+        """Match the name of a file below the class.
+
+        None if the platform does not write such names.
+        """
         return next(
             filter(None, (re.fullmatch(one, name, re.DOTALL) for one in self.names)),
             None,
@@ -70,7 +75,8 @@ NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.names)
 """The platforms that are known by their names."""
 
 Named = dict[str, Submission | None]
-"""By the name of each file, what it says of the submission; None for a file of no student."""
+"""By the name of each file, what it says of the submission; None for a file of no
+student."""
 
 _IDS = (
     "moodle",
@@ -99,8 +105,8 @@ _NO_SUBMISSION = (
 def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]:
     """Find out which platform named the files, and read each name.
 
-    `lms` is a platform or "auto", `pattern` a regular expression of the user instead. The names that are returned
-    include folders in which a student has no file.
+    `lms` is a platform or "auto", `pattern` a regular expression of the user instead.
+    The names that are returned include folders in which a student has no file.
     """
     names = files.names
     if pattern is not None:
@@ -137,7 +143,8 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
             ) if seen == "blackboard" else named
     if lms in NAMED:
         return lms, dict.fromkeys(names)
-    # The only folder is that of the class if it contains logs of several students, else that of its only student.
+    # The only folder is that of the class if it contains logs of several students, else
+    # that of its only student.
     logs = [name.removeprefix(outer) for name in names if ending(name) in LOGS]
     packed = files.root.is_file()  # a zip usually contains the folder that was packed
     people = {
@@ -252,7 +259,10 @@ _RECEIPT = 2000  # bytes of a receipt that are read; its first line is much shor
 
 
 def _read_receipt(data: bytes) -> tuple[str, str]:
-    """Read the first line of a receipt, "Name: Jane Doe (jdoe)"; return the user name and the full name, or ""."""
+    """Read the first line of a receipt, "Name: Jane Doe (jdoe)".
+
+    Return the user name and the full name, or "".
+    """
     line = data.decode("utf-8-sig", "replace").replace("\r", "\n").partition("\n")[0]
     label, _, person = line.partition(":")
     full, _, user = person.rstrip().removesuffix(")").rpartition("(")
@@ -267,8 +277,9 @@ def _read_receipt(data: bytes) -> tuple[str, str]:
 def _with_user_names(named: Named, root: Path) -> Named:
     """Find the user name and the full name of each student in names of Blackboard, where user names may contain a _.
 
-    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without a receipt, the user name is
-    behind the name of the assignment, which all files share.
+    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without
+    a receipt, the user name is behind the name of the assignment, which all files
+    share.
     """
     matches = {
         name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named
@@ -287,7 +298,8 @@ def _with_user_names(named: Named, root: Path) -> Named:
             user, full = _read_receipt(
                 read_start(root, name, _RECEIPT) if is_receipt else b""
             )
-            # Anybody can write such a text: the user name must be the one in the name of the file.
+            # Anybody can write such a text: the user name must be the one in the name
+            # of the file.
             if user and owner.endswith(f"_{user}"):
                 people[owner] = [shown(user), shown(full)]
     for name, part in named.items():
@@ -298,7 +310,7 @@ def _with_user_names(named: Named, root: Path) -> Named:
     return named
 
 
-# --- the metadata of Gradescope: submitters and times, as fields of `Submission` -----------------------------
+# --- the metadata of Gradescope: submitters and times, as fields of `Submission` ---
 
 
 class _Person(Struct):
@@ -318,7 +330,10 @@ class _Entry(Struct):
     assignment: dict[str, Any] | None = None
 
     def about(self, folder: str, number: str) -> dict[str, Any]:
-        """Give what is said of the submission; a student is known by number, else by address or name."""
+        """Give what is said of the submission.
+
+        A student is known by number, else by address or name.
+        """
         people = {
             str(one.sid or one.email or one.name or ""): one
             for one in self.submitters or self.users
@@ -358,10 +373,14 @@ _WANTED = re.compile(
 
 
 def read_export(data: bytes) -> dict[str, dict[str, Any]]:
-    """Read ``submission_metadata.yml``, by the folder of each submission; ValueError if it is not such a file."""
+    """Read ``submission_metadata.yml``, by the folder of each submission.
+
+    ValueError if it is not such a file.
+    """
     import yaml
 
-    # Every scalar is a text, and nothing is an empty one. The loader in C is ten times as fast.
+    # Every scalar is a text, and nothing is an empty one. The loader in C is ten times
+    # as fast.
     loader: Any = type("Texts", (getattr(yaml, "CBaseLoader", yaml.BaseLoader),), {})
     loader.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
     loader.add_constructor("!nothing", lambda *_: "")
@@ -397,9 +416,12 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
 
 
 def read_live(data: bytes) -> dict[str, dict[str, Any]]:
-    """Read ``submission_metadata.json`` of a running autograder; ValueError if it is not such a file.
+    """Read ``submission_metadata.json`` of a running autograder.
 
-    Lateness follows from the time of submission and the due date of the student, never from the clock.
+    ValueError if it is not such a file.
+
+    Lateness follows from the time of submission and the due date of the student, never
+    from the clock.
     """
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)

@@ -41,21 +41,26 @@ from gyrodata.readings.source import Row, workbook_text
 from gyrodata.workers import reads_file
 
 _MOST_REPORT = 30_000_000  # bytes
-_NEAR = 0.1  # largest relative distance of a reported I_zz from that of the log, if turns that are not stated are one
+# largest relative distance of a reported I_zz from that of the log, if turns that are
+# not stated are one
+_NEAR = 0.1
 
 
 Attempts = Literal["newest", "oldest"]
 
 
 class Submission(Struct, frozen=True, dict=True):
-    """The submission of one student or group; or one file of it, as far as its name describes it."""
+    """The submission of one student or group.
 
-    # key, unique in the class and the same in each download: the number on the platform, else the name of the folder
-    # or file
+    Or one file of it, as far as its name describes it.
+    """
+
+    # key, unique in the class and the same in each download: the number on the
+    # platform, else the name of the folder or file
     student: str
     name: str  # to be shown
-    # ids on platforms: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``, ``gradescope`` (the number of the
-    # submission), ``folder``
+    # ids on platforms: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``,
+    # ``gradescope`` (the number of the submission), ``folder``
     ids: Mapping[str, str]
     source: Path  # folder or zip of the class
     members: tuple[str, ...] = ()  # all files, as names below `source`
@@ -78,7 +83,8 @@ class Submission(Struct, frozen=True, dict=True):
     feedback_stem: str = (
         ""  # file (without ending) or folder under which the platform accepts feedback
     )
-    # the files by their names below `source`, until the log is chosen among them; then none
+    # the files by their names below `source`, until the log is chosen among them; then
+    # none
     parts: Mapping[str, Submission] = {}
     attempts: Attempts = "newest"  # which of several versions of a file is the log
     known_digest: str = ""  # the `digest`, if it is known without reading the files
@@ -120,14 +126,16 @@ class Submission(Struct, frozen=True, dict=True):
     ) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
 
-        The value may be in any row of the log, if no line of the log and no other text reports it.
+        The value may be in any row of the log, if no line of the log and no other text
+        reports it.
         """
         name, notes = (
             PurePosixPath(self.log_file or self.log_name or "").name,
             list[Diagnostic](),
         )
         log = readings.read_log(data := self.log(), name=name, settings=settings)
-        # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
+        # Another text may say what the log lacks: "all times are for 1/3 turn", "from
+        # the surface of the ball".
         lines = (
             (line for one in self.reports() for line in lines_of(*one))
             if log.columns
@@ -150,7 +158,8 @@ class Submission(Struct, frozen=True, dict=True):
                 sum(one.severity == "error" for one in found.diagnostics)
                 for found in (again, log)
             ]
-            # A log whose positions count from the surface is refused rather than read as if they did not.
+            # A log whose positions count from the surface is refused rather than read
+            # as if they did not.
             if log.ok or again.ok or errors[0] < errors[1]:
                 data, log = more, again
                 notes.append(
@@ -226,7 +235,9 @@ class Submission(Struct, frozen=True, dict=True):
 class Submissions(Struct, frozen=True):
     """A class."""
 
-    lms: str  # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``; or ``pattern``
+    # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``;
+    # or ``pattern``
+    lms: str
     items: tuple[Submission, ...]  # sorted by `Submission.student`
     diagnostics: tuple[
         Diagnostic, ...
@@ -239,12 +250,13 @@ def place_of(name: str) -> str:
     return " in ".join(reversed(parts))
 
 
-# --- the log among the files of a student --------------------------------------------------------------------
+# --- the log among the files of a student ---
 
 
 Logs = Mapping[str, readings.Readings]
 
-# Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write ``lab(1).csv``.
+# Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write
+# ``lab(1).csv``.
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
 
 

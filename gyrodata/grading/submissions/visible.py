@@ -1,7 +1,8 @@
 """Leave out of a text what a person who opens it does not see: it is no answer.
 
-Only the usual ways to hide a text are known. Beside a visible answer, an answer that is hidden in another way is a
-second one: two answers that differ are a question to a person.
+Only the usual ways to hide a text are known. Beside a visible answer, an answer that is
+hidden in another way is a second one: two answers that differ are a question to a
+person.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from msgspec import Struct
 Attributes = Mapping[str, str]
 """Of one element, by their names in small letters."""
 
-# --- pages, OpenDocument and Word ------------------------------------------------------------------------------
+# --- pages, OpenDocument and Word ---
 
 _OF_PAGES = "script style template title noscript dialog metadata"
 _OF_DOCUMENTS = "text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom w:instrtext"
@@ -167,7 +168,8 @@ def _parsed(parser: HTMLParser, text: str) -> None:
     comment = text.find("<!--", text.rfind("-->") + 1)
     if comment >= 0 and "</script" not in text[comment:].lower():
         text = text[:comment]
-    # The parser looks for the end of each "<" again and again, and stops at a declaration that it does not know.
+    # The parser looks for the end of each "<" again and again, and stops at a
+    # declaration that it does not know.
     text = _NO_TAG.sub("&lt;", _DATA.sub('""', text))
     parser.feed(re.sub(r"<!\[(?!CDATA\[)", "&lt;![", text))
     parser.close()
@@ -228,7 +230,7 @@ def open_text_seen(content: str) -> str:
     return page_seen(content, styles)
 
 
-# --- workbooks ---------------------------------------------------------------------------------------------------
+# --- workbooks ---
 
 _MOST_XML = 10_000_000  # bytes
 
@@ -264,7 +266,7 @@ def _hidden_sheets(elements: list[tuple[str, Attributes]]) -> Iterator[str]:
             yield attributes.get("table:name", "")
 
 
-# --- LaTeX, Markdown and plain lines ----------------------------------------------------------------------------
+# --- LaTeX, Markdown and plain lines ---
 
 _NOT_TYPESET = r"[hv]?phantom|invisible|hypersetup|pdfinfo|typeout"
 """Commands of LaTeX that print nothing of their arguments."""
@@ -286,7 +288,10 @@ def latex_seen(text: str) -> str:
 
 
 def _end_of_group(text: str, at: int) -> int:
-    """Return where the group in braces ends that a place is in; the end of the text if it does not end."""
+    """Return where the group in braces ends that a place is in.
+
+    The end of the text if it does not end.
+    """
     depth = 1
     for match in re.compile(r"\\.|[{}]").finditer(text, at):
         depth += {"{": 1, "}": -1}.get(match[0], 0)

@@ -315,7 +315,8 @@ def fit_runs(
             # Without degrees of freedom, the runs cannot contradict the stated
             # uncertainties.
             raise NoFit(
-                "all uncertainties are stated as zero, and the runs are too few to show how well they agree"
+                "all uncertainties are stated as zero, and the runs are too few to "
+                "show how well they agree"
             )
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:

@@ -130,7 +130,10 @@ def _effects(lab: Lab) -> Iterator[Change]:
     # Fit with M0 = 0; a run without a weight then stands still, and is not used.
     lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
     prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
-    words = f"its size is unknown beforehand, so M0 is a parameter with prior width {prior:.2g} N·m, with wide tails"
+    words = (
+        f"its size is unknown beforehand, so M0 is a parameter with prior width "
+        f"{prior:.2g} N·m, with wide tails"
+    )
     assert widths.residual_torque is not None
     none = replace(widths, residual_torque=fitting.NEGLIGIBLE * widths.residual_torque)
     left_out = tuple({*lab.left_out, *np.flatnonzero(measured.torque == 0).tolist()})
@@ -149,7 +152,10 @@ def _effects(lab: Lab) -> Iterator[Change]:
         )
     start, end, drag = measured.spin_start, measured.spin_end, measured.drag
     if start is None or end is None:
-        words = "one reading of the spin in each run; at the midpoint its error is 0.05 % for a fall of 10 %"
+        words = (
+            "one reading of the spin in each run; at the midpoint its error is 0.05 % "
+            "for a fall of 10 %"
+        )
         yield lab.change("spin_decay", words, sized=False, measured=None)
     else:
         readings = (
@@ -175,7 +181,10 @@ def _effects(lab: Lab) -> Iterator[Change]:
                 one.name == "decay_exponent" and one.relative.any()
                 for one in measured.sources
             )
-            words = f"{law}; this is for dry friction{'; u includes the uncertainty of the law' if in_u else ''}"
+            words = (
+                f"{law}; this is for dry "
+                f"friction{'; u includes the uncertainty of the law' if in_u else ''}"
+            )
             dry, mean = (
                 physics.harmonic_mean_spin(start, end, power)
                 for power in (0.0, exponent)
@@ -195,14 +204,20 @@ def _delay_of_spin(lab: Lab) -> Change:
     """Leave out the correction for a spin that was read after the middle of the run, when it had already fallen."""
     measured = lab.measured
     if measured.delay_factor is None:
-        words = "no delay on average: the log states u_spin_delay, or the spin was not read once in each run"
+        words = (
+            "no delay on average: the log states u_spin_delay, or the spin was not "
+            "read once in each run"
+        )
         return lab.change("spin_delay", words, sized=False)
     law = (
         "as usual, because the log has no spin-down"
         if measured.drag is None
         else "as the log shows"
     )
-    words = f"the spin is corrected for its fall during the delay, {law}; u includes the uncertainty of the delay"
+    words = (
+        f"the spin is corrected for its fall during the delay, {law}; u includes the "
+        f"uncertainty of the delay"
+    )
     return lab.change(
         "spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True
     )
@@ -217,7 +232,10 @@ def _effects_of_motion(lab: Lab) -> Iterator[Change]:
         words = f"{'eq. (8)' if tilted else 'eq. (9)'} is used{as_asked}"
         yield lab.change("tilt", words, kept=tilted, without=tilted, chosen=other)
         if measured.tachometer is None:
-            words = 'it follows the rod; this is for one that stands still ("# tachometer: still" in the log)'
+            words = (
+                'it follows the rod; this is for one that stands still ("# tachometer: '
+                'still" in the log)'
+            )
             spin = measured.spin - total_spin_excess(
                 lab.fit.sense, measured.turns, measured.time, measured.pitch
             )
@@ -232,9 +250,15 @@ def _effects_of_motion(lab: Lab) -> Iterator[Change]:
     if told == "steady":
         words = "steady, as the log says; this is for a rod released from rest"
     elif told is None and released and not chosen.asked:
-        words = "a release with a light push is assumed, because the log does not say how the rod was started"
+        words = (
+            "a release with a light push is assumed, because the log does not say how "
+            "the rod was started"
+        )
     elif told is None and not released:
-        words = 'assumed steady; this is for a rod released from rest ("# motion: released" in the log)'
+        words = (
+            'assumed steady; this is for a rod released from rest ("# motion: '
+            'released" in the log)'
+        )
     else:
         words = (
             "the mean rate of a rod released from rest is used"
@@ -370,7 +394,10 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
         one.groups[-1] = 0 if shared else one.groups.max() + 1 if touched else -1
         one.absolute[-1], one.relative[-1] = one.absolute.max(), one.relative.max()
     names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
-    words = "one run without a weight, with the direction of its precession (column precession_sense: ccw or cw)"
+    words = (
+        "one run without a weight, with the direction of its precession (column "
+        "precession_sense: ccw or cw)"
+    )
     yield lab.change("unloaded_run", words, measured=replace(more, **names))
 
 

@@ -97,14 +97,20 @@ class SelfCheck(Struct, frozen=True):
             parts = [stated, _table(f"{labs}, as stated", self.estimators)]
         else:
             parts = [
-                f"the scatter of this log is {self.scatter:.2g} times what is stated: trust the first table",
+                (
+                    f"the scatter of this log is {self.scatter:.2g} times what is "
+                    f"stated: trust the first table"
+                ),
                 _table(
                     f"{labs}, with the scatter of this log",
                     self.estimators_with_scatter,
                 ),
                 _table(f"{labs}, if the scatter were as stated", self.estimators),
             ]
-        legend = "68 % and 95 %: the intervals of the recommended fit; ± u and ± 2u of the others (honest: 95.4)"
+        legend = (
+            "68 % and 95 %: the intervals of the recommended fit; ± u and ± 2u of the "
+            "others (honest: 95.4)"
+        )
         return "\n\n".join([*parts, legend])
 
 
@@ -125,7 +131,10 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
             f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}"
         )
         if one.refused and (one.rmse is not None or name == "recommended"):
-            why = "because the fit is refused or a simulated time is not above zero; they are not in the numbers above"
+            why = (
+                "because the fit is refused or a simulated time is not above zero; "
+                "they are not in the numbers above"
+            )
             notes.append(f"{name}: {one.refused} of the labs have no answer, {why}")
     return "\n".join([*lines, f"{'honest':<43}{68.3:>9}{'95.0':>9}", *notes])
 

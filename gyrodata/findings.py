@@ -135,7 +135,10 @@ def _other_motion(seen: Seen) -> str:
             _, fit = fitting.fit_model(other, model, seen.left_out, fitting.AS_STATED)
             p = fitting.chi2_tail(fit.chi2, fit.dof)
             if measured.motion != motion and p > EXPLAINED:
-                return f'if the rod {words}, the runs agree (p = {p:.1g}): write "# motion: {motion}". If not, '
+                return (
+                    f'if the rod {words}, the runs agree (p = {p:.1g}): write "# '
+                    f'motion: {motion}". If not, '
+                )
     return ""
 
 
@@ -271,7 +274,10 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
         )
         if abs(far) > OTHER_LAW:
             late = "a stopwatch that is late in every run, or wrong turns in the short runs"
-            drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+            drag = (
+                "a spin that was not read at the midpoint of the run, or wrong turns "
+                "in the long runs"
+            )
             values = {
                 "power": round(exponent.value, 2) + 0.0,
                 "far": abs(far),
@@ -639,7 +645,10 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         unit = unit_within(readings, role, range_) if odd and column else ""
         hint = "check the unit in the header of each column; if it is right, leave it"
         if unit:
-            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, add '
+            hint = (
+                f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; '
+                f"if it is right, add "
+            )
             hint += "# ball_mass and # ball_diameter: gyro then compares I_zz with the ball instead"
         if odd and role not in found:
             # The message about an arm or a spin contains the largest one.
@@ -708,7 +717,8 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
         )
     if is_high and measured.delay_factor is not None and measured.drag is None:
         causes.append(
-            'a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 rpm in 120 s"'
+            'a spin that falls fast and was read late: add "# spin_down: 612 rpm '
+            'to 540 rpm in 120 s"'
         )
     causes.append("a ball whose balance changed when the weights were changed")
     if "mass" in seen.readings.columns and share < MASS_BY:
@@ -755,7 +765,10 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
         hint = "; or else: ".join(kind.remedy for kind, _ in slips)
     else:
         cause = "no common mistake explains this"
-        hint = f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a unit in a header"
+        hint = (
+            f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a "
+            f"unit in a header"
+        )
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 

@@ -247,8 +247,14 @@ def explaining_mistakes(
         START_SPIN[0] < inertia / expected < START_SPIN[1]
         and "spin" in readings.columns
     ):
-        words = f"the spin was read at the start, and was {100 * (1 - inertia / expected):.0f} % lower at half time"
-        remedy = 'write spins read at half time, or the spin at start and end in columns "spin_start", "spin_end"'
+        words = (
+            f"the spin was read at the start, and was "
+            f"{100 * (1 - inertia / expected):.0f} % lower at half time"
+        )
+        remedy = (
+            "write spins read at half time, or the spin at start and end in columns "
+            '"spin_start", "spin_end"'
+        )
         found.append((CLOSE, Mistake("start_spin", log=words, remedy=remedy), expected))
     found.sort(key=lambda item: item[0])
     return tuple((mistake, value) for _, mistake, value in found[:MOST])

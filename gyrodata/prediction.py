@@ -162,7 +162,10 @@ def _released(top: motion.Top, spin: float, pitch: float) -> Released:
         sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0
     )
     if spin == 0:
-        reason = "mean_rate, nutation_rate, click_error_s: without spin the rod swings and does not precess"
+        reason = (
+            "mean_rate, nutation_rate, click_error_s: without spin the rod swings and "
+            "does not precess"
+        )
         return replace(found, reason=reason)
     mean = _finite(motion.mean_precession_rate(top, spin, pitch))
     found = replace(found, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period)

@@ -83,7 +83,8 @@ _USUAL = (
 
 _COVERAGE = (
     r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
-    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence "
+    r"level|coverage)?"
     r"(?:,\s*k\s*=\s*\d)?\s*[)\]])"
 )
 """A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
@@ -431,7 +432,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             thousands, decimals = (
                 written.number.replace(",", sign) for sign in ("", ".")
             )
-            hint = f"write {thousands} or {decimals}0 (one more zero shows that the sign is decimal)"
+            hint = (
+                f"write {thousands} or {decimals}0 (one more zero shows that the sign "
+                f"is decimal)"
+            )
             raise _fault(f"can mean {thousands} or {decimals}", hint)
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > high:
         raise _fault(
@@ -446,7 +450,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
 
 _TWO_NUMBERS = (
     "is not one number, but looks like two readings",
-    "write their mean; or write them in two columns, such as spin_start [rpm] and spin_end [rpm], or in two rows",
+    (
+        "write their mean; or write them in two columns, such as spin_start [rpm] and "
+        "spin_end [rpm], or in two rows"
+    ),
 )
 
 
@@ -478,7 +485,10 @@ def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
             f"{hours}:{minutes}.{seconds}",
             f"{int(hours) * 60 + int(minutes)}:{seconds}",
         )
-        hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
+        hint = (
+            f"write {short} for minutes, seconds and hundredths; or {long} for minutes "
+            f"and seconds"
+        )
         raise _fault("can be h:mm:ss or mm:ss:hundredths", hint)
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
 

@@ -43,7 +43,10 @@ if TYPE_CHECKING:
 
     from gyrodata.coverage import SelfCheck
 
-DOF_REASON = "u and the interval are quantiles of the posterior distribution, which includes the doubt about the widths"
+DOF_REASON = (
+    "u and the interval are quantiles of the posterior distribution, which includes "
+    "the doubt about the widths"
+)
 
 
 def _above(room: str) -> Any:
@@ -140,7 +143,8 @@ class Result(Estimate, frozen=True, kw_only=True):
 
 
 NO_BALL = (
-    "Not checked against the ball: add # ball_mass and # ball_diameter; without them gyro cannot detect "
+    "Not checked against the ball: add # ball_mass and # ball_diameter; without them "
+    "gyro cannot detect "
     "a wrong unit in a whole column"
 )
 """Printed instead of the comparison with the ball."""
@@ -420,7 +424,10 @@ class Analysis(Struct, frozen=True, eq=False):
         picture = f"<p>{words}</p>"
         if "torque" in drawn:
             figure = b64encode(drawn["torque"]).decode()
-            picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
+            picture = (
+                f'<img src="data:image/png;base64,{figure}" alt="{words}" '
+                f'style="max-width: 36em">'
+            )
         listed = f"<ul>{found}</ul>" if found else ""
         return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}{listed}'
 

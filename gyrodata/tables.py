@@ -599,7 +599,8 @@ def named_fits(
         measured.torque[kept],
     )
     note = (
-        "all raw readings together; shared errors treated as shared; M0 and timing bias as unknowns; u from the "
+        "all raw readings together; shared errors treated as shared; M0 and timing "
+        "bias as unknowns; u from the "
         "stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
@@ -617,7 +618,8 @@ def named_fits(
         )
         if slope is None or (intercept and not fitting.torques_differ(torque)):
             note = (
-                "not possible: all torques are equal, so a slope and an intercept cannot be separated; "
+                "not possible: all torques are equal, so a slope and an intercept "
+                "cannot be separated; "
                 "add runs with another weight or position"
             )
             if len(kept) < 2:

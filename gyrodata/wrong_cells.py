@@ -81,7 +81,10 @@ def explain(
             outlier.turns is not None
             and np.isclose(outlier.turns, [*likely_turns], rtol=1e-9, atol=0).any()
         ):
-            words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
+            words = (
+                f"fits {turn_words(outlier.turns)}, not "
+                f"{turn_words(measured.turns[i]).split(' ')[0]}"
+            )
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
             # The count that all other runs of this weight have is more likely than
             # another count.

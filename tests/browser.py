@@ -49,7 +49,10 @@ def look_at(folder: Path, page: str, width: int, script: str) -> dict[str, Any]:
     """Give what a script beside a page in a frame of `width` pixels puts into ``<pre
     id="out">``.
     """
-    frame = f'<iframe style="width:{width}px;height:800px;border:0" srcdoc="{html.escape(page)}"></iframe>'
+    frame = (
+        f'<iframe style="width:{width}px;height:800px;border:0" '
+        f'srcdoc="{html.escape(page)}"></iframe>'
+    )
     probe = folder / "probe.html"
     probe.write_text(
         f"<!doctype html><meta charset=utf-8><body>{script}{frame}</body>", "utf-8"

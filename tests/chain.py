@@ -308,8 +308,10 @@ def main() -> None:
         first, second = (np.median(part) for part in np.array_split(drawn, 2))
         away.append((inertia.value - middle) / inertia.u)
         print(
-            f"{name}: gyro {inertia.value:.6g} ± {inertia.u:.2g}, chain {middle:.6g} ± {(high - low) / 2:.2g}, "
-            f"gyro - chain {away[-1]:+.3f} u, u of the chain over u {(high - low) / 2 / inertia.u:.3f}, "
+            f"{name}: gyro {inertia.value:.6g} ± {inertia.u:.2g}, chain {middle:.6g} ± "
+            f"{(high - low) / 2:.2g}, "
+            f"gyro - chain {away[-1]:+.3f} u, u of the chain over u "
+            f"{(high - low) / 2 / inertia.u:.3f}, "
             f"halves differ by {abs(first - second) / inertia.u:.3f} u",
             flush=True,
         )

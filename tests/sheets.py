@@ -238,8 +238,12 @@ def workbook(
 IN_ALL_LANGUAGES = {
     "plain": "{head}\n*{row}\n",
     "decimal sign of the country, BOM": "\ufeff{local_head}\n*{local}\n",
-    "xlsx with title, mean and note": "=== Tabelle1\n{title}\n\n{head}\n*{row}\n{average},,,{mean},\n\n{note}\n",
-    "xlsx, one table a weight": "=== Sheet1\n{title}\n[\n{weight} {i}: {m} g\n{head4}\n*{row4}\n\n]\n",
+    "xlsx with title, mean and note": (
+        "=== Tabelle1\n{title}\n\n{head}\n*{row}\n{average},,,{mean},\n\n{note}\n"
+    ),
+    "xlsx, one table a weight": (
+        "=== Sheet1\n{title}\n[\n{weight} {i}: {m} g\n{head4}\n*{row4}\n\n]\n"
+    ),
     "xlsx, one sheet a weight": "[\n=== {m} g\n{head4}\n*{row4}\n]\n",
 }
 TABLE = tomllib.loads(

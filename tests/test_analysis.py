@@ -37,7 +37,10 @@ def seven_arms() -> str:
     )
     for at, arm in enumerate(ARMS.split(";")):
         x, *times = arm.split()
-        text += f"{'' if at else '0.15'},{x},{'' if at else '4585'},{times[0]}\n,,,{times[1]}\n,,,{times[2]}\n"
+        text += (
+            f"{'' if at else '0.15'},{x},{'' if at else '4585'},{times[0]}\n"
+            f",,,{times[1]}\n,,,{times[2]}\n"
+        )
     return text
 
 
@@ -299,8 +302,10 @@ def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy() -> None:
     # another weight.
     log = (
         "# g: 9.80665\nmass [g],position [cm],spin [rpm],time [s],turns\n20.1,14.8,197,97.46,5\n"
-        "20.1,14.8,407,199.41,5\n20.1,14.8,613,302.93,5\n40.3,14.8,196,48.63,4.5\n40.3,14.8,416,103.32,4.5\n"
-        "40.3,14.8,586,145.12,4.5\n60.2,14.8,195,32.21,5\n60.2,14.8,404,66.57,5\n60.2,14.8,598,98.89,5\n"
+        "20.1,14.8,407,199.41,5\n20.1,14.8,613,302.93,5\n40.3,14.8,196,48.63,4.5\n"
+        "40.3,14.8,416,103.32,4.5\n"
+        "40.3,14.8,586,145.12,4.5\n60.2,14.8,195,32.21,5\n60.2,14.8,404,66.57,5\n"
+        "60.2,14.8,598,98.89,5\n"
     )
     (doubt, *_) = gyrodata.analyze(log.encode()).doubts
     assert doubt.kind == "contradiction"

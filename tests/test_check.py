@@ -225,7 +225,8 @@ def test_the_example_of_each_code_raises_it(
 
 class TestFix:
     CLEAN = (
-        "# g: 9.803 m/s^2\nmass [g];spin [rpm];position from centre (cm);T1 (s);T2 (s);turns;remark\n"
+        "# g: 9.803 m/s^2\nmass [g];spin [rpm];position from centre (cm);T1 (s);T2 "
+        "(s);turns;remark\n"
         "20,1;201;14,8;6,45;6,41;1/3;\n20,1;402;14,8;13,09;13,01;1/3;door\n"
         "40,3;201;14,8;6,75;6,70;2/3;\n40,3;400;14,8;13,15;13,21;2/3;\n60,2;200;14,8;6,47;6,50;1;\n"
     )

@@ -353,7 +353,10 @@ def u_of_g(line: str) -> float:
     """Standard uncertainty of g [%] in a log with this line."""
     sources = measure(
         read_log(
-            f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode()
+            (
+                f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n"
+                f"20.0,15.0,400,13.0,1\n"
+            ).encode()
         )
     ).sources
     return 100 * next(

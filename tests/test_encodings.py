@@ -27,7 +27,10 @@ LOCALES = {
 
 # A header in Greek and Russian, a name, and a number that is none: all is told, and
 # quoted.
-BAD = "# оператор: Ünal\nmass [g], position [cm], spin [rpm], T₁ [ms²], turns\n20, 15, 400, 1３.0, ½\n"
+BAD = (
+    "# оператор: Ünal\nmass [g], position [cm], spin [rpm], T₁ [ms²], turns\n20, 15, "
+    "400, 1３.0, ½\n"
+)
 
 
 def written(folder: Path) -> dict[str, list[tuple[str, str]]]:

@@ -80,7 +80,8 @@ def shell(line: str) -> subprocess.CompletedProcess[bytes]:
 @posix
 def test_report_and_grades_are_written_without_an_error_stream(home: Path) -> None:
     done = shell(
-        "gyro analyze log.csv -o report 2>&- && gyro grade class --workers 0 --exit-zero 2>/dev/full"
+        "gyro analyze log.csv -o report 2>&- && gyro grade class --workers 0 "
+        "--exit-zero 2>/dev/full"
     )
     assert done.returncode == 0
     assert (home / "report" / "report.html").is_file()

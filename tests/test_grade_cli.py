@@ -274,9 +274,9 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(
     assert bytes_of(grades) == before
     assert "graded 14 (the rubric changed): adlernina" in done.stderr
     assert (
-        "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n"
-        in done.stderr
-    )
+        "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 "
+        "(inertia 3.00 → 4.50)\n"
+    ) in done.stderr
     changes = json.loads(done.stdout)["changes"]
     jsonschema.validate(json.loads(done.stdout), schema.json_schema("grades"))
     assert changes[0] == {

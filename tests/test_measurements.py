@@ -19,8 +19,14 @@ from gyrodata.tables import compare_with_ball
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.1,1/3\n"
-ROWS = "20.00,15.0,206,7.06,1/3\n20.00,15.0,407,13.06,1/3\n40.0,15.0,401,6.6,1/3\n40.0,-15.0,401,6.6,1/3\n"
-FALLING = "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n20,15,440,400,39,1\n"
+ROWS = (
+    "20.00,15.0,206,7.06,1/3\n20.00,15.0,407,13.06,1/3\n40.0,15.0,401,6.6,1/3\n"
+    "40.0,-15.0,401,6.6,1/3\n"
+)
+FALLING = (
+    "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n"
+    "20,15,440,400,39,1\n"
+)
 SIGHTED = "mass [g],position [cm],spin [rpm],time [s],"
 TIMED = "mass [g],position [cm],spin_time [s],spin_turns,time [s],turns\n20,15,3.00,10,9.0,1\n"
 RATE = "mass [g],position [cm],spin [rpm],precession_rate [rad/s]\n20,15,400,0.16\n"
@@ -109,7 +115,10 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
             },
         ),
         (
-            "# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
+            (
+                "# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# "
+                "u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
+            )
             + HEAD
             + ROW,
             {
@@ -347,7 +356,10 @@ def test_only_a_run_without_a_weight_needs_its_sense() -> None:
 
 def test_balance_test_limits_m0_by_its_torque() -> None:
     def width(line: str, inertia: str = "0.006") -> float:
-        log = f"# {line}\n# transverse_inertia: {inertia} kg*m^2\n{HEAD}20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n"
+        log = (
+            f"# {line}\n# transverse_inertia: {inertia} kg*m^2\n"
+            f"{HEAD}20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n"
+        )
         return result(log)["residual_torque"]["u"]
 
     drift, tilt = (
@@ -367,7 +379,10 @@ def test_balance_test_limits_m0_by_its_torque() -> None:
 
 
 def test_balanced_line_is_obeyed_and_no_imbalance_narrows_u() -> None:
-    rows = "20.00,15.0,206,20.5,1\n20.00,15.0,407,40.5,1\n40.00,15.0,405,20.1,1\n60.00,15.0,404,13.4,1\n"
+    rows = (
+        "20.00,15.0,206,20.5,1\n20.00,15.0,407,40.5,1\n40.00,15.0,405,20.1,1\n"
+        "60.00,15.0,404,13.4,1\n"
+    )
     free, obeyed = (
         result(f"{line}{HEAD}{rows}") for line in ("", "# u_imbalance: 0 N*m\n")
     )
@@ -404,7 +419,10 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
     [
         (
             HEAD.strip()
-            + ",precession period [s]\n20.00,15.0,206,7.06,1/3,21.2\n20.00,15.0,407,13.06,1/3,13.06\n",
+            + (
+                ",precession period [s]\n20.00,15.0,206,7.06,1/3,21.2\n"
+                "20.00,15.0,407,13.06,1/3,13.06\n"
+            ),
             "G401",
             3,
             "0.333 times",
@@ -475,7 +493,10 @@ BALL = "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n"
 SHAPES = {
     "level": BALL + "# weight_diameter: 4 cm\n" + HEAD,
     "falling": "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n",
-    "spin periods": "force [N],position [cm],spin_period_start [s],spin_period_end [s],time [s],angle [deg]\n",
+    "spin periods": (
+        "force [N],position [cm],spin_period_start [s],spin_period_end [s],time "
+        "[s],angle [deg]\n"
+    ),
     "spin period": "torque [mN*m],spin_period [s],precession_period [s]\n",
     "timed spins": "# position_from: tip\n# rod_length: 40 cm\n"
     "mass [g],position [cm],spin_time [s],spin_turns,time [s],turns\n",

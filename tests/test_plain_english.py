@@ -13,11 +13,13 @@ from documents import DOCUMENTS, ROOT
 
 ODD = re.compile(
     r"(?:^|[.:;!?]\s+|^\s*[*#|-]+\s+)(?:What|Who|Whoever)\s+(?!is\s+\w+\?|(?:are|does|do)\b[^.]*\?|if\b)[a-z][^?.!;:]*[.;:!]"
-    r"|\b(?:is|are|was) no (?!longer|more|way|need|reason|doubt|problem|one|answer|file|log|run|such)[a-z]+"
+    r"|\b(?:is|are|was) no "
+    r"(?!longer|more|way|need|reason|doubt|problem|one|answer|file|log|run|such)[a-z]+"
     r"|\bso (?:many|much) (?!as\b|that\b|more\b|better\b)"
     r"|(?:^|[.;]\s+)Where (?!the|is|are|do|to|it)\w+[^.?]*,"
     r"|\b(?:stands?|stood|standing) (?:in|above|below|beside|there|over|once|twice)\b"
-    r"|\b(?:goes?|going) with (?:the|each|these|those|others?)\b|\banew\b|\bonce more\b|\bbeside\b|\bas where\b"
+    r"|\b(?:goes?|going) with (?:the|each|these|those|others?)\b|\banew\b|\bonce "
+    r"more\b|\bbeside\b|\bas where\b"
     r"|\b(?:tells?|told) (?!the user|you|the student|a student|people|everyone|apart)\w+"
     r"|\b(?:holds?|held) (?!down|on\b)\w+",
     re.MULTILINE,

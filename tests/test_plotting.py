@@ -72,7 +72,10 @@ SEEN = [
     for style in plotting.SIZES
     if (name, style) != ("sixty torques", "slides")
 ]
-PLACED = r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? scale\(([\d.]+).*?>(.*?)</g>"
+PLACED = (
+    r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? "
+    r"scale\(([\d.]+).*?>(.*?)</g>"
+)
 TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
 UNITS = {
     "period": ["[rpm", "[s"],
@@ -138,7 +141,8 @@ def test_texts_of_any_log_are_inside_and_apart(
 
 def test_same_log_same_bytes_in_any_process() -> None:
     program = (
-        "import sys\nfrom gyrodata import analyze, plotting\nlab = analyze(sys.stdin.buffer.read(), name='log.csv')\n"
+        "import sys\nfrom gyrodata import analyze, plotting\nlab = "
+        "analyze(sys.stdin.buffer.read(), name='log.csv')\n"
         "for form in ('png', 'svg', 'pdf'):\n    print(plotting.render(lab, form))\n"
     )
     line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}

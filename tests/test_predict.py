@@ -88,7 +88,10 @@ NUMBERS = [
     (f"{ROD} --spin 50rpm --pitch 60deg", "critical_spin", 61.32 * RPM, 1e-4),
     *(
         (
-            f"precession {I_ZZ} --transverse '5.74e-3 kg m^2' --mass {grams}g --position 15cm --spin 99rpm",
+            (
+                f"precession {I_ZZ} --transverse '5.74e-3 kg m^2' --mass {grams}g "
+                f"--position 15cm --spin 99rpm"
+            ),
             "sleeping.critical_spin",
             rpm * RPM,
             0.01,
@@ -113,7 +116,10 @@ NUMBERS = [
     # Eqs. (7) integrated for tilted rods.
     *(
         (
-            f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --g '9.8 m/s^2' --spin {rpm}rpm --pitch {pitch}deg",
+            (
+                f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --g '9.8 m/s^2' "
+                f"--spin {rpm}rpm --pitch {pitch}deg"
+            ),
             place,
             value,
             1e-4,
@@ -231,7 +237,8 @@ def test_any_rod_has_numbers_or_a_reason(
     pitch: float,
 ) -> None:
     told = asked(
-        f"precession --inertia '{10**size} kg m^2' --transverse '{shape * 10**size} kg m^2' --pitch '{pitch} rad' "
+        f"precession --inertia '{10**size} kg m^2' --transverse '{shape * 10**size} kg "
+        f"m^2' --pitch '{pitch} rad' "
         f"--position '{side * 10**load} m' --mass 100g --spin '{sense * 10**speed} rad/s'"
     )
     assert told["exists"] is (told["slow"] is not None)

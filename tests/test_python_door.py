@@ -87,7 +87,8 @@ def test_a_report_from_python_leaves_the_docstrings_of_matplotlib(
 ) -> None:
     """Only the command line does without them, to start fast."""
     used = (
-        "import gyrodata, sys; gyrodata.analyze(sys.argv[1]).report(sys.argv[2]); from matplotlib.lines import Line2D; "
+        "import gyrodata, sys; gyrodata.analyze(sys.argv[1]).report(sys.argv[2]); from "
+        "matplotlib.lines import Line2D; "
         "print('linewidth' in Line2D.set.__doc__)"
     )
     command = [sys.executable, "-c", used, str(SAMPLE), str(tmp_path / "report")]
@@ -220,7 +221,10 @@ def test_page_describes_every_public_name_and_attribute() -> None:
 
 
 def test_warnings_name_each_code_once_with_python_remedies() -> None:
-    log = b"mass [g],position [cm],spin [rpm],time [s],foo,bar\n20,15,200,19.6,1,2\n40,15,400,19.7,3,4\n"
+    log = (
+        b"mass [g],position [cm],spin [rpm],time [s],foo,bar\n20,15,200,19.6,1,2\n"
+        b"40,15,400,19.7,3,4\n"
+    )
     with pytest.warns(gyrodata.GyroWarning) as caught:
         lab = gyrodata.analyze(log, settings={"turns": "1"})
     codes = [re.search(r"G\d{3}", str(one.message))[0] for one in caught]  # type: ignore[index]

@@ -52,7 +52,10 @@ class TestReleased:
             line = next(
                 i for i, row in enumerate(log.splitlines(), 1) if row.endswith(",7")
             )
-            words = rf":{line}:\S* error G425: run 7.* at (\d+) rpm with .* falls by about (\d+) degrees and hits"
+            words = (
+                rf":{line}:\S* error G425: run 7.* at (\d+) rpm with .* falls by about "
+                rf"(\d+) degrees and hits"
+            )
             # A rod with 60 g at 15 cm that is released level, by the conservation laws.
             spin, angle = map(int, re.search(words, done.stderr).groups())
             assert (spin, angle) == (

@@ -196,7 +196,10 @@ def test_three_spin_readings_find_any_law_of_decay() -> None:
     (M ln(1/0.7)).
     """
     rows = [
-        "mass [g],position [cm],spin at start [rad/s],spin [rad/s],spin at end [rad/s],time [s],turns"
+        (
+            "mass [g],position [cm],spin at start [rad/s],spin [rad/s],spin at end "
+            "[rad/s],time [s],turns"
+        )
     ]
     for mass, spin in (
         (mass, spin) for mass in (20, 40, 60) for spin in (20.0, 40.0, 60.0)
@@ -301,7 +304,10 @@ def test_noise_as_toml_and_as_lines_of_a_log_is_the_same(tmp_path: Path) -> None
     (tmp_path / "a.toml").write_text(
         'u_time = "0.3 s"\nu_spin = "0.5 % + 1 rpm"\nu_g = "0.1 %"\n', encoding="utf-8"
     )
-    lines = "# station: 3\n# u_time: 0.3 s\n#u_spin : 0.5 % + 1 rpm\n# u_g: 0.1 %\nmass [g],time [s]\n20,7\n"
+    lines = (
+        "# station: 3\n# u_time: 0.3 s\n#u_spin : 0.5 % + 1 rpm\n# u_g: 0.1 %\nmass "
+        "[g],time [s]\n20,7\n"
+    )
     (tmp_path / "log.csv").write_text(lines, encoding="utf-8")
     log, same = (
         gyro("simulate", "--noise", str(tmp_path / name)).stdout

@@ -15,7 +15,8 @@ WRITTEN = {
     (
         "rate",
         RPM,
-    ): "rpm; RPM; r.p.m.; 1/min; min^-1; min⁻¹; rev/min; r/min; U/min; Umdr./min; tr/min; obr/min; об/мин; "
+    ): "rpm; RPM; r.p.m.; 1/min; min^-1; min⁻¹; rev/min; r/min; U/min; Umdr./min; tr/min; "
+    "obr/min; об/мин; "
     "revolutions per minute; U min^-1",
     ("rate", 2 * math.pi): "Hz; Гц; rev/s; rps; об/с",
     ("rate", 1.0): "rad/s; рад/с; rad·s⁻1; rad s^-1",

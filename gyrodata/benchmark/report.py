@@ -78,7 +78,10 @@ def describe_machine() -> str:
         if line.startswith("model name")
     )
     processor = next(named, "") or platform.processor() or platform.machine()
-    return f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
+    return (
+        f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, "
+        f"scipy {scipy.__version__}"
+    )
 
 
 # --- tables ---

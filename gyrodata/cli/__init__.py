@@ -116,7 +116,10 @@ def _is_log(word: str) -> bool:
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
-    help="Compute the moment of inertia of a gyroscope, with a realistic uncertainty, from the log of a lab.",
+    help=(
+        "Compute the moment of inertia of a gyroscope, with a realistic uncertainty, "
+        "from the log of a lab."
+    ),
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

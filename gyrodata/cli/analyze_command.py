@@ -36,7 +36,9 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 """Endings of a file with data, by their format."""
 
 FILE_TYPES = tuple(
-    ".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv".split()  # noqa: SIM905
+    (  # noqa: SIM905
+        ".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv"
+    ).split()
 )
 """Endings of a name that users mean as a file, not as the folder of a report."""
 

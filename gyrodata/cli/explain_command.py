@@ -41,8 +41,10 @@ def explain(
         typer.Argument(
             metavar="PAGE | CODE | WORD | KEY",
             autocompletion=_topics,
-            help=f"A page of the documentation; a code of a message, such as {diagnostics.NO_UNLOADED_RUN}; a word, "
-            "such as M0; or a key of a log, such as u_time. Without one, the pages and words are listed.",
+            help=f"A page of the documentation; a code of a message, such as "
+            f"{diagnostics.NO_UNLOADED_RUN}; a word, "
+            "such as M0; or a key of a log, such as u_time. Without one, the pages and "
+            "words are listed.",
         ),
     ] = None,
 ) -> None:

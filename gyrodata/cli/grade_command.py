@@ -254,7 +254,10 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
     ]
     points = rubric.points - sum(criterion.points for criterion in by_hand)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
-    yield f"in Gradescope: {points:g} autograder points, and a due date, after which all feedback is shown"
+    yield (
+        f"in Gradescope: {points:g} autograder points, and a due date, after which all "
+        f"feedback is shown"
+    )
     yield from (
         f'in Gradescope: {one.points:g} points for "{one.title}" are given by hand'
         for one in by_hand

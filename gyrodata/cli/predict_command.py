@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 predict = typer.Typer(
     cls=Door,
-    help="Predict by theory: precession, the rotating Earth, a wheel in your hands, a force on the tip. Each command "
+    help="Predict by theory: precession, the rotating Earth, a wheel in your hands, a force "
+    "on the tip. Each command "
     "also works without options. --log reads I_zz and the fastest spin from your own log.",
     add_completion=False,
     rich_markup_mode=None,

@@ -214,7 +214,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         )
 
     def __repr__(self) -> str:
-        return f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = {self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
+        return (
+            f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = "
+            f"{self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
+        )
 
 
 def fit(

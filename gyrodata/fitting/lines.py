@@ -20,13 +20,17 @@ from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.physics import Floats
 
 STATED = (
-    "errors in both variables with the stated covariances (ISO/TS 28037 generalised Gauss-Markov regression, York "
-    "2004): derivatives at the adjusted points; standard uncertainties (k = 1) from the stated covariances, not "
+    "errors in both variables with the stated covariances (ISO/TS 28037 generalised "
+    "Gauss-Markov regression, York "
+    "2004): derivatives at the adjusted points; standard uncertainties (k = 1) from "
+    "the stated covariances, not "
     "scaled by chi-square"
 )
 SCATTER = (
-    "ordinary least squares of y on x: no uncertainties stated, so x is taken as exact and y as equally uncertain in "
-    "every point; standard uncertainties (k = 1) from the residuals, s² their sum of squares over dof"
+    "ordinary least squares of y on x: no uncertainties stated, so x is taken as exact "
+    "and y as equally uncertain in "
+    "every point; standard uncertainties (k = 1) from the residuals, s² their sum of "
+    "squares over dof"
 )
 
 
@@ -124,7 +128,8 @@ def fit_line(
         )
     if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
         raise ValueError(
-            "all x are equal, so slope and intercept cannot be separated; pass intercept=False or other x"
+            "all x are equal, so slope and intercept cannot be separated; pass "
+            "intercept=False or other x"
         )
     if not xs.any():
         raise ValueError(
@@ -132,7 +137,8 @@ def fit_line(
         )
     if not stated and count == 1 + intercept:
         raise ValueError(
-            f"{count} points have no residuals, so there is no uncertainty; pass cov_y, or more points"
+            f"{count} points have no residuals, so there is no uncertainty; pass "
+            f"cov_y, or more points"
         )
     factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
     # Relative to the mean of x, slope and intercept are nearly independent, and no

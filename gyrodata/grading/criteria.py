@@ -122,7 +122,10 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
             if reported
             else ""
         )
-        add = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        add = (
+            "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± "
+            "0.1e-3 kg m^2"
+        )
         return mark(criterion, unread or add, {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
@@ -351,11 +354,17 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         if less > share:
             share, detail["slip_cost"] = less, cost
         words = " or ".join(slip.words for slip in evidence.slips)
-        reason = f"{said}, {times} what your runs give, {own}: one common mistake would explain this: {words}"
+        reason = (
+            f"{said}, {times} what your runs give, {own}: one common mistake would "
+            f"explain this: {words}"
+        )
     elif d == 0:
         reason = f"{said}, which agrees with your runs: {own}"
     else:
-        reason = f"{said}; your runs give {own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
+        reason = (
+            f"{said}; your runs give "
+            f"{own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
+        )
     return mark(criterion, reason, detail, share)
 
 
@@ -389,7 +398,10 @@ def judge_reference(
     if not isinstance(value, float) or not isinstance(u, float):
         return pending
     if reference is None:
-        reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
+        reason = (
+            "the rubric has no reference for this station; the station, or these "
+            "points, can be given by hand"
+        )
         return mark(criterion, reason, pending.detail, None)
     undone = (
         ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
@@ -474,7 +486,10 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
-        reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
+        reason += (
+            f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of "
+            f"your runs give, {whole}"
+        )
         runs = sum(
             1 for run in evidence.analysis.run_table if run.torque and not run.left_out
         )
@@ -482,7 +497,10 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
             one.name == "mean_of_ratios" and abs(u - (one.u or 0) * runs**0.5) < 0.1 * u
             for one in own.values
         ):
-            reason += "; this is the scatter of single runs; the uncertainty of their mean is √n times smaller"
+            reason += (
+                "; this is the scatter of single runs; the uncertainty of their mean "
+                "is √n times smaller"
+            )
     return mark(
         criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
     )

@@ -80,8 +80,14 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
         ]
     for student, some in grouped(likely).items():
         best = min(some, key=lambda one: (one.p, one.example))
-        told = f"{len(best.lines)} of {best.rows} rows of {student} (lines {', '.join(map(str, best.lines))}) are in"
-        told += f" {best.example}, an example of gyro, with the same spin and the same precession period"
+        told = (
+            f"{len(best.lines)} of {best.rows} rows of {student} (lines "
+            f"{', '.join(map(str, best.lines))}) are in"
+        )
+        told += (
+            f" {best.example}, an example of gyro, with the same spin and the same "
+            f"precession period"
+        )
         names = tuple(sorted(one.example for one in some))
         flags.append(
             Flag("shared rows", (student,), told, best.p, best.p * pairs, names)

@@ -415,8 +415,14 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            told = f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, one for each"
-            told = f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
+            told = (
+                f"its {len(log.time)} times are within {size:.2g} s of straight lines "
+                f"in the spin, one for each"
+            )
+            told = (
+                f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch "
+                f"scatters by {HAND:g} s or more"
+            )
             flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
     return flags
 
@@ -770,7 +776,10 @@ def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
         spin, period = (
             f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios
         )
-        told = f"the {len(rows)} spins of {mine} and {theirs} differ by {spin} (root mean square, in the order of"
+        told = (
+            f"the {len(rows)} spins of {mine} and {theirs} differ by {spin} (root mean "
+            f"square, in the order of"
+        )
         told += f" weight and spin), and their precession periods by {period}"
         return f"{told}; the spins of other logs differ much more"
     row, column = rows[:, None], others[None, :]

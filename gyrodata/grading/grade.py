@@ -64,7 +64,10 @@ class Decision(Struct, frozen=True):
         return f"{self.why} ({self.by})".lstrip() if self.by else self.why
 
     def __str__(self) -> str:
-        return f"{f'{self.what} {self.value}'.rstrip()}{':' if self.why else ''} {self.told}".rstrip()
+        return (
+            f"{f'{self.what} {self.value}'.rstrip()}{':' if self.why else ''} "
+            f"{self.told}"
+        ).rstrip()
 
 
 class Reported(TypedDict, total=False):
@@ -432,7 +435,10 @@ def reconsider(
         )
         if right is not None:
             return _settle_one(right, rubric, references, scatters)
-    why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
+    why = (
+        f"one mistake in the log that would explain this factor: "
+        f"{' or '.join(kind.log for kind in kinds)}"
+    )
     told = (
         f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
     )
@@ -497,7 +503,8 @@ def _looks(evidence: Evidence) -> list[str]:
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(
-            f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque"
+            f"the times do not follow from the spins: φ̇ψ̇ scatters by "
+            f"{100 * spread:.2g} % within a torque"
         )
     if evidence.d > FAR and not evidence.slips:
         told = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
@@ -598,7 +605,10 @@ def _why_not(error: Exception) -> str:
     done = "analysed" if isinstance(error, LogError) else "read"
     first, *more = [one for one in error.diagnostics if one.severity == "error"]
     where = f"line {first.line}: " if first.line else ""
-    return f"the log cannot be {done}: {where}{first.message}{f', and {len(more)} more' if more else ''}"
+    return (
+        f"the log cannot be {done}: "
+        f"{where}{first.message}{f', and {len(more)} more' if more else ''}"
+    )
 
 
 # --- ``gyro check --hand-in`` ---

@@ -154,7 +154,10 @@ class Desk(Struct, frozen=True):
             return grade
         given = {one.what: one for one in lines}
         stale = [
-            f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
+            (
+                f"{STALE} {one.what} {one.value} was set by hand: change its line in "
+                f"{DESK} to confirm it"
+            )
             for one in lines
             if one.what not in (*SEVERAL, *BARE, CORRECTED)
             and seen.get(repr(one), grade.digest) != grade.digest

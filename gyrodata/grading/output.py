@@ -58,7 +58,10 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     if before != table and not (kept / f"grades-{_digest(before)}.csv").is_file():
         name = f"grades-by-hand-{_digest(before)}.csv"
         write_whole(kept / name, [before], private=True, sync=True)
-        yield f"{TABLE} was changed by hand: it is kept as {PUBLISHED}/{name}; write your points into {ledger.DESK}"
+        yield (
+            f"{TABLE} was changed by hand: it is kept as {PUBLISHED}/{name}; write "
+            f"your points into {ledger.DESK}"
+        )
     write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
 
 

@@ -233,7 +233,10 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         rivals = rows_of.get(forms_of(person.name)[1], ())
         key = key or next(iter(fit), None)
         if len(fit) > 1 or (fit and len(rivals) > 1):
-            why = f"gyro cannot tell whose row of the roster this is: {listing(sorted(rivals))} have the same name"
+            why = (
+                f"gyro cannot tell whose row of the roster this is: "
+                f"{listing(sorted(rivals))} have the same name"
+            )
             unclear |= {
                 one: f'{why}; add a column "identifier", with {one} in the right row'
                 for one in fit

@@ -438,7 +438,10 @@ def default_rubric_text(kind: str = "full") -> str:
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric; raise InputError with its first mistake."""
-    hint = "a line is KEY = VALUE, with texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
+    hint = (
+        "a line is KEY = VALUE, with texts in quotation marks, or a head, [NAME] or "
+        "[[criterion]]; no key twice"
+    )
     file = TomlFile(data, name, diagnostics.RUBRIC_NO_TOML, hint)
     written = file.values.get("reference")
     for station in written if isinstance(written, dict) else ():

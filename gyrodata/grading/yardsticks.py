@@ -486,7 +486,10 @@ def in_order(station: str) -> str:
 class Station(Struct, frozen=True, forbid_unknown_fields=True):
     """The reference of a station, as a rubric states it."""
 
-    HINT: ClassVar = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
+    HINT: ClassVar = (
+        "head the values of station 3 with [reference.3], those of all stations with "
+        "[reference.all]"
+    )
     inertia: Annotated[str, Meta(examples=["4.44e-3 kg m^2"])]
     u: Annotated[str, Meta(examples=["1 %"])]
 
@@ -682,7 +685,10 @@ class BenchScatter(Struct, frozen=True):
     @property
     def words(self) -> str:
         """Describe the scatter."""
-        return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
+        return (
+            f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as "
+            f"much as usual"
+        )
 
 
 def class_scatter(

@@ -92,7 +92,10 @@ def _find_contradictions(
         hint = "check the turns, the units and the arithmetic of this column"
         used = readings.columns.get(column.role)
         if used is not None and used.header != column.header:
-            hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
+            hint = (
+                f'if this column is the {column.role}, and not "{used.header}": --map '
+                f'{column.role}="{column.header}"'
+            )
         names = ", ".join([readings.runs[i] for i in off[:6]]) + (
             ", …" if len(off) > 6 else ""
         )

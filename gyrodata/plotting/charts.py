@@ -84,7 +84,10 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     figure = _figure(
         6.8, "Models of the motion: the cheapest one below the band wins\n"
     )
-    words = "rods up to 2° from their tilt, pushed by hand (not at the lower left), with drag and the Earth's rotation"
+    words = (
+        "rods up to 2° from their tilt, pushed by hand (not at the lower left), with "
+        "drag and the Earth's rotation"
+    )
     figure.text(0.01, 0.948, words, va="center")
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     for ax, panel in zip(grid.flat, panels, strict=True):

@@ -118,7 +118,8 @@ def describe_period(scene: Scene) -> str:
         count_text(len(scene.groups), "torque"),
     )
     return (
-        f"Precession period against spin, {runs} at {torques}{grows}; a line through zero for each torque, steeper for "
+        f"Precession period against spin, {runs} at {torques}{grows}; a line through "
+        f"zero for each torque, steeper for "
         f"a smaller torque. {_listed(found)}."
     )
 
@@ -156,7 +157,10 @@ def describe_product(scene: Scene) -> str:
     level = (
         f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
     )
-    return f"Precession rate times spin, against spin: a level line for each torque{level}. {_listed(found)}."
+    return (
+        f"Precession rate times spin, against spin: a level line for each "
+        f"torque{level}. {_listed(found)}."
+    )
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -204,9 +208,11 @@ def describe_torque(scene: Scene) -> str:
     far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
     farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
     return (
-        f"Torque {reach} {scene.unit} against precession rate times spin: a straight line of slope I_zz = "
+        f"Torque {reach} {scene.unit} against precession rate times spin: a straight "
+        f"line of slope I_zz = "
         f"{answer(scene.analysis.inertia)}, with its 95 % band; at zero product it is at "
-        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the line through the origin. Below, on "
+        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the "
+        f"line through the origin. Below, on "
         "a larger scale: the torque of each run minus the line; "
         f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."
     )
@@ -243,8 +249,10 @@ def describe_residuals(scene: Scene) -> str:
     """Describe the figure in words."""
     kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
     return (
-        f"Each run's time minus the prediction of the other runs, in the order of the log: {int(np.sum(kept <= 2))} of "
-        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard uncertainties; the largest deviation is "
+        f"Each run's time minus the prediction of the other runs, in the order of the "
+        f"log: {int(np.sum(kept <= 2))} of "
+        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard "
+        f"uncertainties; the largest deviation is "
         f"{as_number(float(kept.max(initial=0.0)))}."
     )
 
@@ -264,24 +272,30 @@ FIGURES = {
     "period": Kind(
         (draw_period,),
         describe_period,
-        "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz ψ̇ / |M + M0|. "
+        "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz "
+        "ψ̇ / |M + M0|. "
         "Bars: one standard uncertainty.",
     ),
     "product": Kind(
         (draw_product,),
         describe_product,
-        "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. Bars: one standard uncertainty.",
+        (
+            "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. "
+            "Bars: one standard uncertainty."
+        ),
     ),
     "torque": Kind(
         (draw_torque, draw_rest),
         describe_torque,
-        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 % band; dashed: the line through "
+        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 "
+        "% band; dashed: the line through "
         "the origin. Below: torque minus the recommended line. Bars: one standard uncertainty.",
     ),
     "residuals": Kind(
         (draw_residuals,),
         describe_residuals,
-        "Each run's time minus the prediction of the other runs, in standard uncertainties. About 95 % of good runs "
+        "Each run's time minus the prediction of the other runs, in standard "
+        "uncertainties. About 95 % of good runs "
         "are in the band.",
     ),
 }

@@ -761,7 +761,10 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         header = rate[0].header.text
         return (
             message,
-            f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}',
+            (
+                f'is it "{header}", which is read as the rate of the precession? --map '
+                f'spin="{header}"; {hint}'
+            ),
         )
     if role == "turns" and "time" in missing:
         return message, hint
@@ -814,21 +817,39 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     elif role == "mass" and (
         parts := [header for header in texts if roles.is_part_of_mass(header)]
     ):
-        hint = f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as 20.3 or 2 x 10.15; {hint}'
+        hint = (
+            f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as '
+            f"20.3 or 2 x 10.15; {hint}"
+        )
     elif role == "mass" and counts:
         ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
         hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
     elif role == "spin" and (turned := [one for one in told if one not in of_the_rod]):
-        hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
+        hint = (
+            f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or '
+            f"_start, _end); {hint}"
+        )
     elif role == "position" and (
         across := [header for header in texts if re.search(roles.WIDE, header)]
     ):
-        hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
+        hint = (
+            f'"{across[0]}" is a diameter: write half of each number in a column '
+            f"position [cm]; {hint}"
+        )
     elif role == "position" and close and re.search(roles.SPHERE, close[0]):
-        ways = 'from its surface, write also the lines "# position_from: surface" and "# ball_diameter: 10.16 cm"'
-        hint = f'"{close[0]}": if it counts from the centre of the ball, write "{named}" instead; if {ways}; {hint}'
+        ways = (
+            'from its surface, write also the lines "# position_from: surface" and "# '
+            'ball_diameter: 10.16 cm"'
+        )
+        hint = (
+            f'"{close[0]}": if it counts from the centre of the ball, write "{named}" '
+            f"instead; if {ways}; {hint}"
+        )
     elif close:
-        hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
+        hint = (
+            f'is it "{close[0]}"? Write "{named}" '
+            f"instead{f', if it is in {unit}' if '[' in named else ''}; {hint}"
+        )
     elif len(fitting) == 1 and role != "turns":
         likely, header = fitting[0]
         hint = f'is it --map {likely}="{header}"? {hint}'

@@ -237,7 +237,10 @@ class Readings(Struct, frozen=True, dict=True):
     sheets: tuple[tuple[int, str], ...] = ()
 
     def __repr__(self) -> str:
-        return f"<Readings of {self.name[:200]}: {len(self.runs)} runs, {len(self.diagnostics)} things to look at>"
+        return (
+            f"<Readings of {self.name[:200]}: {len(self.runs)} runs, "
+            f"{len(self.diagnostics)} things to look at>"
+        )
 
     def select(self, runs: Sequence[int]) -> Readings:
         """Return a log with some of the runs."""
@@ -765,7 +768,10 @@ def _enter_reported(
         return
     read = read_reported(key, text.text, text.place.line, ask)
     if before is not None:
-        problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
+        problem = (
+            f"{name} is reported twice, in lines {before.line} and {text.place.line}, "
+            f"with two values"
+        )
         read = Reported(
             name, before.text, fault="given twice", problem=problem, line=before.line
         )
@@ -932,7 +938,10 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 text, roles.kind_of_role(key), "m/s^2" if bare else None, ask
             )
             if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
-                message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
+                message = (
+                    f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} "
+                    f"and {ON_EARTH[1]} m/s²"
+                )
                 raise UnitError(
                     message,
                     'write the value of your place with its unit, such as "9.81 m/s^2"',

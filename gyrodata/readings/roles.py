@@ -87,7 +87,10 @@ LOADS, COUNTS, TIMINGS = (
 """
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
-_SPIN_SETS = "spin, spin_start spin_end, spin_period, spin_period_start spin_period_end, spin_time spin_turns"
+_SPIN_SETS = (
+    "spin, spin_start spin_end, spin_period, spin_period_start spin_period_end, "
+    "spin_time spin_turns"
+)
 SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 """Each of these sets gives the spin of a run; of several, the first is used."""
 
@@ -185,7 +188,10 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     low, high = units.LIMITS.get(kind, (0.0, math.inf))
     if value == 0 or low <= abs(value) <= high:
         return "", ""
-    fault = f"is too {'large' if abs(value) > high else 'small'} for {units.KINDS[kind].words} in a lab"
+    fault = (
+        f"is too {'large' if abs(value) > high else 'small'} for "
+        f"{units.KINDS[kind].words} in a lab"
+    )
     return (
         fault,
         f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
@@ -357,7 +363,10 @@ _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
-_NUMBER_OF = r"(?i)(?<!\w)(?:number of|nombre|numero|anzahl|número|aantal|antal|liczb\w|počet|cantidad|quantidade)"
+_NUMBER_OF = (
+    r"(?i)(?<!\w)(?:number "
+    r"of|nombre|numero|anzahl|número|aantal|antal|liczb\w|počet|cantidad|quantidade)"
+)
 _NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
 """The "number of full" in front of "turns" does not say how many they are."""
 SPINNING = vocabulary.pattern("spinning")

@@ -88,7 +88,10 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
                 "",
             )
             if match and role:
-                name = f"{head.texts[at][: match.start()].strip()} {head.texts[at][match.end() :].strip()}".strip()
+                name = (
+                    f"{head.texts[at][: match.start()].strip()} "
+                    f"{head.texts[at][match.end() :].strip()}"
+                ).strip()
                 groups.setdefault((role, name), {})[at] = f"{match[1]} {match[2]}"
         bare = {
             at: head.texts[at] for at in filled_at(head)[1:] if is_bare(head.texts[at])

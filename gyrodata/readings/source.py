@@ -66,7 +66,10 @@ _OTHER_FILES = {
 """Beginnings of files that are not tables."""
 _PROGRAM = r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|(?:<-|=)\s*c\("
 """The beginning of a list, of rows or of a long string in a program."""
-_CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"
+_CODE_PAGES = (
+    "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 "
+    "gb18030 cp949 big5 euc_jp"
+)
 _CODE_PAGES += " koi8_r iso8859_2 mac_roman"
 """Encodings of spreadsheets and editors that do not write UTF-8; of several that fit
 equally, the first is used."""
@@ -304,7 +307,10 @@ def value_text(value: Any) -> str:
     kind = type(value).__name__
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
         number = value.magnitude
-        return f"{number if isinstance(number, float) else value_text(number)} {value.units:~}".rstrip()
+        return (
+            f"{number if isinstance(number, float) else value_text(number)} "
+            f"{value.units:~}"
+        ).rstrip()
     if hasattr(value, "nominal_value") and hasattr(
         value, "std_dev"
     ):  # of uncertainties

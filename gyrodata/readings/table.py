@@ -836,7 +836,10 @@ class TableReader:
         ]
         for text in angles if len(large) < len(read) or angles == large else ():
             part = Fraction(int(text), 360)
-            hint = f'if it is in degrees, write {part}, or the header as "angle [deg]"; else {text}.0'
+            hint = (
+                f'if it is in degrees, write {part}, or the header as "angle [deg]"; '
+                f"else {text}.0"
+            )
             faulty[text] = (
                 diagnostics.NUMBER_IMPOSSIBLE,
                 "looks like an angle, and not like a number of turns",

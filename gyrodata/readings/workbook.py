@@ -119,7 +119,10 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     columns = [column for column in sheet.hidden_columns if column in filled_columns]
     for word, numbers, name in (("row", rows, str), ("column", columns, _letters)):
         if numbers:
-            yield f"{_count_of(word, len(numbers))} {_spans(numbers, name)} of the sheet {quoted(sheet.title)}"
+            yield (
+                f"{_count_of(word, len(numbers))} {_spans(numbers, name)} of the sheet "
+                f"{quoted(sheet.title)}"
+            )
 
 
 def _count_of(word: str, count: int) -> str:
@@ -284,7 +287,8 @@ def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
         ):
             most = f"{MAX_CELLS:_} cells".replace("_", " ")
             raise TooLargeError(
-                f"its sheets are too large; at most {most} and {_MAX_SHEET_BYTES / 1e6:g} MB are read"
+                f"its sheets are too large; at most {most} and "
+                f"{_MAX_SHEET_BYTES / 1e6:g} MB are read"
             )
 
 

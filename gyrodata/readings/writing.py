@@ -144,7 +144,10 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
             # A value from a line for the whole log becomes a line again.
             alone = texts[column.spots.index(-1)]
             head.append(
-                f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip()
+                (
+                    f"# {role}: "
+                    f"{alone if _read(alone, kind, None) else f'{alone} {column.unit}'}"
+                ).rstrip()
             )
             texts = [
                 "" if spot == -1 else text

@@ -201,7 +201,10 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
     if is_wide(analysis.inertia):
-        words = "Median and half of the 68 % interval: {}; the 95 % interval is much wider than ± 2 u."
+        words = (
+            "Median and half of the 68 % interval: {}; the 95 % interval is much wider "
+            "than ± 2 u."
+        )
         yield say(words, n.value("inertia.value", n.inertia))
     elif analysis.inertia.interval_95 is not None:
         yield say(
@@ -304,7 +307,10 @@ def _largest_part(n: Numbers) -> Sentence:
             i == 0 or share.share > UNSEEN_BALANCE
         ):
             largest = "the largest: " if i == 0 else ""
-            words = "{} These runs cannot show how well the ball is balanced. This uncertainty is {}{} of the variance."
+            words = (
+                "{} These runs cannot show how well the ball is balanced. This "
+                "uncertainty is {}{} of the variance."
+            )
             said = say(words, said, largest, part)
         elif i == 0:
             name = SOURCE_NAMES.get(share.source, share.source)
@@ -343,8 +349,14 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
         or measured.balance_test is not None
     ):
         return (say(f"All torques are equal, so the answer depends on {by}."),)
-    usual = "If the ball is well balanced, I_zz = {}; a usual imbalance, 5 % of the torque, changes it by 5 %."
-    decide = "All torques are equal. To decide, write {}, add a balance test, or time a run without an added mass."
+    usual = (
+        "If the ball is well balanced, I_zz = {}; a usual imbalance, 5 % of the "
+        "torque, changes it by 5 %."
+    )
+    decide = (
+        "All torques are equal. To decide, write {}, add a balance test, or time a run "
+        "without an added mass."
+    )
     return say(usual, n.value("if_balanced.value", n.inertia)), say(
         decide, Styled("# balanced: yes", "code")
     )
@@ -449,7 +461,10 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         Head("u of I_zz", n.inertia),
         Head("shared by", wrap=0.25),
     )
-    caption = "Uncertainty components with their shares of the variance u² of I_zz, the largest first"
+    caption = (
+        "Uncertainty components with their shares of the variance u² of I_zz, the "
+        "largest first"
+    )
     yield (
         table(heads, rows, caption)
         if rows
@@ -623,17 +638,25 @@ def _diagnostic(n: Numbers, i: int) -> Sentence:
 def _method(n: Numbers) -> Iterator[elements.Block]:
     left_out = any(run.left_out for run in n.analysis.run_table)
     fitted = say(
-        "I_zz, the residual torque M0 and the timing bias b were fitted to all readings of the {}{} at once, by "
-        f"{questions.MODEL_NAMES[n.analysis.model.name]}: least squares with errors in every reading (Gauss-Helmert "
-        "model). An error that runs share, for example of the ruler, is one unknown for all of them. Unknown sizes of "
-        "errors are marginalised: the factor by which the runs scatter more or less than stated, and the imbalance of "
-        "the ball. I_zz is the median of the posterior distribution, u is half of its 68.3 % interval, and the 95 % "
+        "I_zz, the residual torque M0 and the timing bias b were fitted to all "
+        "readings of the {}{} at once, by "
+        f"{questions.MODEL_NAMES[n.analysis.model.name]}: least squares with errors in "
+        f"every reading (Gauss-Helmert "
+        "model). An error that runs share, for example of the ruler, is one unknown "
+        "for all of them. Unknown sizes of "
+        "errors are marginalised: the factor by which the runs scatter more or less "
+        "than stated, and the imbalance of "
+        "the ball. I_zz is the median of the posterior distribution, u is half of its "
+        "68.3 % interval, and the 95 % "
         "interval goes from its 2.5 % to its 97.5 % quantile.",
         n.count("/input.rows", "run"),
         ", without those marked as left out," if left_out else "",
     )
     cite = say(
-        "{}gyrodata, version {}: moment of inertia of an air gyroscope from its precession; log {} with its SHA-256.",
+        (
+            "{}gyrodata, version {}: moment of inertia of an air gyroscope from its "
+            "precession; log {} with its SHA-256."
+        ),
         Styled("To cite: ", "strong"),
         n.number("/tool.version"),
         n.number("/input.name"),

@@ -198,7 +198,8 @@ _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆�
 _TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
 _FORMULA = (
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
-    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
+    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: "
+    rf"= )?[0-9]+(?:\.[0-9]+)?)?"
 )
 """Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz
 ψ̇ / (M + M0"""

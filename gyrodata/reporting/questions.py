@@ -92,7 +92,8 @@ def others(n: Numbers) -> Section:
         " (add the --set and --map that you gave)" if options.set or options.map else ""
     )
     words = (
-        "The log does not contain what you saw and felt. These commands show what theory predicts; --log takes I_zz "
+        "The log does not contain what you saw and felt. These commands show what "
+        "theory predicts; --log takes I_zz "
         f"and the fastest spin from this log{given}:"
     )
     # A shell would not read other names as one word.
@@ -147,7 +148,10 @@ def _slope(
             if _agrees(m0.value / m0.u)
             else "was not perfectly balanced."
         )
-    words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}"
+    words = (
+        "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not "
+        "change its slope{}"
+    )
     if analysis.runs_disagree:
         words, balance = (
             "These runs do not show a linear relation between torque and φ̇ψ̇{}",
@@ -157,7 +161,8 @@ def _slope(
     facts = residual_torque(n)
     if analysis.centre_of_mass is not None:
         words = (
-            "{} Divided by the weight of the ball, it gives the distance of the centre of mass from the centre of the "
+            "{} Divided by the weight of the ball, it gives the distance of the centre "
+            "of mass from the centre of the "
             "ball: {}, along the rod towards the weight."
         )
         facts = say(words, facts, n.value("centre_of_mass.value", values.MICROMETRE))
@@ -191,12 +196,19 @@ def residual_torque(n: Numbers) -> Sentence:
 
 def _period(n: Numbers) -> Iterator[elements.Block]:
     """Answer (a): the period against the spin."""
-    words = "No torque has runs at two different spins, so the runs do not show how the period depends on the spin."
+    words = (
+        "No torque has runs at two different spins, so the runs do not show how the "
+        "period depends on the spin."
+    )
     if n.analysis.exponent:
-        words = "At each torque the period increases with the spin, but not proportionally, as the next section shows."
+        words = (
+            "At each torque the period increases with the spin, but not "
+            "proportionally, as the next section shows."
+        )
         if _agrees(n.analysis.exponent.deviation):
             words = (
-                "At each torque the period is proportional to the spin: the runs are on a straight line through zero. "
+                "At each torque the period is proportional to the spin: the runs are "
+                "on a straight line through zero. "
                 "A smaller torque gives a steeper line."
             )
     yield conclude(n, "period", say(words))
@@ -226,7 +238,10 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     """Answer (b): the exponent of the period against the spin."""
     whole, laws = n.analysis.exponent, n.analysis.power_law
     if whole is None:
-        words = "No torque has runs at two different spins, so the log does not determine the exponent n of τ ∝ ψ̇ⁿ."
+        words = (
+            "No torque has runs at two different spins, so the log does not determine "
+            "the exponent n of τ ∝ ψ̇ⁿ."
+        )
         yield paragraph(words)
         return
     everything = n.value("exponent.value")
@@ -249,11 +264,18 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
         caption,
         main=len(rows) - 1,
     )
-    agrees = "The exponent agrees with 1 ({} away): at one torque the period is proportional to the spin."
+    agrees = (
+        "The exponent agrees with 1 ({} away): at one torque the period is "
+        "proportional to the spin."
+    )
     if not _agrees(whole.deviation):
-        agrees = "The exponent does not agree with 1 ({} away). Check each torque, and the suspected outliers."
+        agrees = (
+            "The exponent does not agree with 1 ({} away). Check each torque, and the "
+            "suspected outliers."
+        )
     reason = (
-        "Eq. (9) gives n = 1: it says I_zz φ̇ψ̇ = M + M0, and one turn of precession takes τ = 2π/φ̇, so "
+        "Eq. (9) gives n = 1: it says I_zz φ̇ψ̇ = M + M0, and one turn of precession "
+        "takes τ = 2π/φ̇, so "
         "τ = 2π I_zz ψ̇ / (M + M0)."
     )
     yield conclude(
@@ -278,7 +300,10 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
             n, "product", say(f"At one torque φ̇ψ̇ is {constant} uncertainties.")
         )
         yield paragraph(
-            "The runs scatter about the mean of their torque by {}; {} is expected from timing and spin ({}).",
+            (
+                "The runs scatter about the mean of their torque by {}; {} is expected "
+                "from timing and spin ({})."
+            ),
             n.percent("constancy.scatter", sign=False),
             n.percent("constancy.expected", sign=False),
             n.p("constancy.p"),
@@ -306,7 +331,8 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         Head("I_zz without these runs", n.inertia),
     )
     caption = (
-        "For each torque: the weighted mean, the standard deviation of the runs, the probability p of a scatter at "
+        "For each torque: the weighted mean, the standard deviation of the runs, the "
+        "probability p of a scatter at "
         "least as large, and I_zz without these runs"
     )
     yield table(heads, rows, caption)
@@ -315,9 +341,12 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
 def _meaning(n: Numbers) -> Iterator[elements.Block]:
     """Answer (e): what the slope is, and what the dimensions of the ball give."""
     words = (
-        "The slope is the moment of inertia I_zz about the rod of everything that spins: ball, rod and weight. "
-        "L = I_zz ψ̇ is the angular momentum along the rod. The torque is perpendicular to L, so it changes the "
-        "direction of L but not its length: M + M0 = L φ̇. This is why the rod moves sideways and does not fall. With a "
+        "The slope is the moment of inertia I_zz about the rod of everything that "
+        "spins: ball, rod and weight. "
+        "L = I_zz ψ̇ is the angular momentum along the rod. The torque is "
+        "perpendicular to L, so it changes the "
+        "direction of L but not its length: M + M0 = L φ̇. This is why the rod moves "
+        "sideways and does not fall. With a "
         "larger I_zz the same spin gives a larger L, and the same torque turns the rod more slowly."
     )
     yield conclude(n, "meaning", say(words))
@@ -333,7 +362,8 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     ball = n.analysis.ball
     if ball is None:
         ask = (
-            "With the ball's mass and diameter in the log ({}, {}) gyro compares I_zz with 2/5 m r². Without them gyro "
+            "With the ball's mass and diameter in the log ({}, {}) gyro compares I_zz "
+            "with 2/5 m r². Without them gyro "
             "cannot detect a wrong unit in a whole column."
         )
         lines = (
@@ -357,7 +387,10 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
         )
         added = " and ".join(name for name, part in parts if part)
         described = say(
-            f"A ball of {{}} and {{}} has 2/5 m r²{' with ' if added else ''}{added} = {{}}{exact}.",
+            (
+                f"A ball of {{}} and {{}} has 2/5 m "
+                f"r²{' with ' if added else ''}{added} = {{}}{exact}."
+            ),
             n.value("ball.mass", values.mass_scale(ball.mass)),
             n.value("ball.diameter", values.CENTIMETRE),
             whole,
@@ -386,10 +419,16 @@ def compare_with_ball(n: Numbers) -> Sentence:
     body = "disk" if ball.mass is None else "ball"
     relative = n.percent("ball.relative")
     if ball.deviation is None:
-        words = "I_zz differs from the value for the {} by {}; without an uncertainty this cannot be judged."
+        words = (
+            "I_zz differs from the value for the {} by {}; without an uncertainty this "
+            "cannot be judged."
+        )
         return say(words, body, relative)
     if ball.relative > 1:
-        words = "I_zz does not agree with the value for the {}: the difference is {} times the value for the {}."
+        words = (
+            "I_zz does not agree with the value for the {}: the difference is {} times "
+            "the value for the {}."
+        )
         return say(words, body, n.number("ball.relative", f"{ball.relative:.3g}"), body)
     close, bore = _agrees(ball.deviation), ""
     if (
@@ -399,11 +438,13 @@ def compare_with_ball(n: Numbers) -> Sentence:
         and abs(ball.relative) < BORED
     ):
         bore = (
-            " A bore along the rod removes mass near the axis, so a ball of the same mass has a little more than "
+            " A bore along the rod removes mass near the axis, so a ball of the same "
+            "mass has a little more than "
             "2/5 m r²; the rod and the weights add to it."
         )
     return say(
-        f"I_zz {'agrees' if close else 'does not agree'} with the value for the {body}, {{}}: the difference is {{}} "
+        f"I_zz {'agrees' if close else 'does not agree'} with the value for the "
+        f"{body}, {{}}: the difference is {{}} "
         f"({{}} of the difference).{bore}",
         n.value("ball.inertia", values.inertia_scale(ball.inertia, None), u=False),
         relative,
@@ -468,7 +509,8 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     yield paragraph(first, n.number(f"{at}.run"), n.number(f"{at}.line"))
     yield Text(steps, "list")
     last = (
-        "A single run is affected by its reading errors, by M0 and by b. The fit uses all runs together, by "
+        "A single run is affected by its reading errors, by M0 and by b. The fit uses "
+        "all runs together, by "
         f"{MODEL_NAMES[analysis.model.name]}, and determines M0 and b together with I_zz = {{}}."
     )
     yield paragraph(last, n.value("inertia.value", n.inertia))

@@ -189,7 +189,10 @@ def _with_this_load(
         return [done]
     share = abs(heaviest.influence) / analysis.inertia.u
     return [
-        f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz most, by {share:.1f} u"
+        (
+            f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz "
+            f"most, by {share:.1f} u"
+        )
     ]
 
 

@@ -297,4 +297,7 @@ def _run(runs: Runs, i: int) -> str:
         if runs.mass[i]
         else "no weight on the rod"
     )
-    return f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, {to_display(runs.spin[i], 'spin')[0]:.4g} rpm"
+    return (
+        f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, "
+        f"{to_display(runs.spin[i], 'spin')[0]:.4g} rpm"
+    )

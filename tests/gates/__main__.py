@@ -71,7 +71,8 @@ def main() -> None:
         found = GATES[name](accept=options.accept)
         differ += not found.ok
         print(
-            f"{name}: {found.measured}; required: {found.required}: {'ok' if found.ok else 'DIFFERS'}"
+            f"{name}: {found.measured}; required: {found.required}: "
+            f"{'ok' if found.ok else 'DIFFERS'}"
         )
         shown = (
             found.differences

@@ -207,9 +207,15 @@ waive = true
     return text.partition("# Being late.")[0] + criteria
 
 
-CANVAS = "Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)\n    Points Possible,,,,,25.00\n"
+CANVAS = (
+    "Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)\n    Points "
+    "Possible,,,,,25.00\n"
+)
 CANVAS_ROW = '"{n:02d}, Student",10{n:02d},s{n:03d},student{n:02d},"Lab, Monday",\n'
-MOODLE = "Identifier,Full name,ID number,Email address,Status,Grade,Maximum Grade,Grade can be changed,Feedback comments\n"
+MOODLE = (
+    "Identifier,Full name,ID number,Email address,Status,Grade,Maximum Grade,Grade can "
+    "be changed,Feedback comments\n"
+)
 MOODLE_ROW = (
     "Participant 10{n:02d},Student {n:02d},10{n:02d},s@x.edu,Submitted,,25.00,Yes,\n"
 )
@@ -270,13 +276,19 @@ def gate(accept: bool = False, part: bool = False) -> Found:
                 / "class"
                 / f"student{number:02d}_{1000 + number}_{9100 + number}_{name}"
             ).write_bytes(PICTURES[name])
-        options = f"--rubric {home}/rubric.toml --roster {home}/roster.csv --gradebook {home}/canvas.csv"
+        options = (
+            f"--rubric {home}/rubric.toml --roster {home}/roster.csv --gradebook "
+            f"{home}/canvas.csv"
+        )
         printed = grade_again(home, options)["printed"].splitlines()
         texts["second run"] = "".join(
             f"{' '.join(map(digest, printed[at : at + 8]))}\n" for at in range(0, 90, 8)
         )
         texts["second run, all"] = digests(home / "grades")
-        options = f"--rubric {home}/rubric.toml --gradebook {home}/moodle.csv --attempts oldest --format csv"
+        options = (
+            f"--rubric {home}/rubric.toml --gradebook {home}/moodle.csv --attempts "
+            f"oldest --format csv"
+        )
         texts["third run"] = (
             digest(grade_again(home, options)["printed"])
             + "\n"
@@ -319,7 +331,10 @@ def gate(accept: bool = False, part: bool = False) -> Found:
         for row in honest
     )
     unjust = sum(float(row["inertia"]) < 5.5 for row in honest)
-    measured = f"{len(lines)} lines differ; {named} of 14 mistakes named, {found} of 5 copies found, {accused} accused"
+    measured = (
+        f"{len(lines)} lines differ; {named} of 14 mistakes named, {found} of 5 copies "
+        f"found, {accused} accused"
+    )
     right = (named, found, accused, unjust) == (14, 5, 0, 0)
     measured += f", {unjust} lose points for a right answer"
     return Found(

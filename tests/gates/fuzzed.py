@@ -89,7 +89,7 @@ def attempt(seed: int) -> tuple[str, str, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", gyrodata.GyroWarning)
-            document = gyrodata.analyze(data, name="log.csv", model=model).to_dict()  # type: ignore[arg-type]
+            document = gyrodata.analyze(data, name=("log.csv"), model=model).to_dict()  # type: ignore[arg-type]
             json.dumps(document, allow_nan=False)
     except gyrodata.GyroError as error:
         bare = re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", str(error))
@@ -144,7 +144,10 @@ def gate(accept: bool = False, part: bool = False, count: int = COUNT) -> Found:
         for at in range(0, count, TOGETHER)
     }
     lines = compare("fuzzed.csv", new, accept, count < COUNT, "first,digest")
-    measured = f"{count} logs: {of['answered']} answered, {of['refused']} refused, {of['fault']} faults"
+    measured = (
+        f"{count} logs: {of['answered']} answered, {of['refused']} refused, "
+        f"{of['fault']} faults"
+    )
     measured += f", {of['silent']} wrong in silence; {len(lines)} digests differ"
     found = at_best(
         "faults in fuzzed logs", -len(wrong), measured, accept, wrong + lines

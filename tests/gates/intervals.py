@@ -71,7 +71,10 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             share if 92 <= share <= 99 else covered(at, MORE)
             for at, share in enumerate(shares)
         ]
-    measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {LABS} labs or more"
+    measured = (
+        f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {LABS} "
+        f"labs or more"
+    )
     lines = [
         f"{name}: 92 to 99 % | {share:.1f} %"
         for name, share in zip(cells, shares, strict=True)

@@ -200,5 +200,8 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             )
             counts.append(len(keys))
             faults += sum(answer.startswith("FAULT") for answer in answers)
-    measured = f"{counts[0]} logs, {counts[1]} texts: {len(lines)} differ, {faults} end in a fault of the tool"
+    measured = (
+        f"{counts[0]} logs, {counts[1]} texts: {len(lines)} differ, {faults} end in a "
+        f"fault of the tool"
+    )
     return Found(measured, "none differs", not lines, lines)

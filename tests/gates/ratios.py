@@ -70,7 +70,8 @@ def gate(accept: bool = False, part: bool = False) -> Found:
                 [*GYRO, "grade", str(folder), "--out", out, "--workers", "0", "--quiet"]
             )[1]
     print(
-        f"start-up {start / python:.1f} x python (8.5), one log {log / numpy:.2f} x import numpy (3), class of 200: "
+        f"start-up {start / python:.1f} x python (8.5), one log {log / numpy:.2f} x "
+        f"import numpy (3), class of 200: "
         f"{1e3 * (used[200] - used[4]) / 196:.1f} ms of CPU a log (10)",
         file=sys.stderr,
     )

@@ -78,7 +78,10 @@ PARTS = {
     "doubts": "kind",
 }
 """What is kept of each part of the result."""
-DIGESTED = "if_balanced constants exponent constancy ball runs patterns uncertainties fits budget torques power_law"
+DIGESTED = (
+    "if_balanced constants exponent constancy ball runs patterns uncertainties fits "
+    "budget torques power_law"
+)
 """Parts of the result of which a digest of all fields is kept, with five digits."""
 
 

@@ -107,7 +107,8 @@ def compare(
                 if tag != "equal":
                     old_lines, new_lines = " / ".join(before[a:b]), " / ".join(now[c:d])
                     found.append(
-                        f"{key}: {old_lines[:300] or '(nothing)'} | {new_lines[:300] or '(nothing)'}"
+                        f"{key}: {old_lines[:300] or '(nothing)'} | "
+                        f"{new_lines[:300] or '(nothing)'}"
                     )
     return found
 

@@ -204,7 +204,8 @@ def gate(accept: bool = False, part: bool = False) -> Found:
             pairs += 1
             if far > 0.03 or abs(wide) > 0.03:
                 lines.append(
-                    f"{name}, {one.change}: 0.03 u, 3 % | off by {far:.2f} u, u by {100 * wide:+.0f} %"
+                    f"{name}, {one.change}: 0.03 u, 3 % | off by {far:.2f} u, u by "
+                    f"{100 * wide:+.0f} %"
                 )
     return Found(
         f"{pairs - len(lines)} of {pairs} changes agree with the changed file",

@@ -7,7 +7,10 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n40,15.0,406,6.53,1/3\n"
+LOG = (
+    "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
+    "40,15.0,406,6.53,1/3\n"
+)
 """A log that reads."""
 
 

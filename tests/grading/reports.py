@@ -52,7 +52,7 @@ def sheet(
     """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the
     three weights.
     """
-    measured = lab(random, turns=1.0 if turns == "mixed" else turns, **changes)  # type: ignore[arg-type]
+    measured = lab(random, turns=1.0 if turns == ("mixed") else turns, **changes)  # type: ignore[arg-type]
     part = measured.turns
     time = measured.time
     if turns == "mixed":
@@ -157,7 +157,10 @@ def reported_line(
     power = math.floor(math.log10(abs(value)))
     places = digits - 1 - math.floor(math.log10(u / 10.0**power))
     places = max(places, 0)
-    return f"# reported_inertia: {value / 10**power:.{places}f}e{power} ± {u / 10**power:.{places}f}e{power}{unit}"
+    return (
+        f"# reported_inertia: {value / 10**power:.{places}f}e{power} ± "
+        f"{u / 10**power:.{places}f}e{power}{unit}"
+    )
 
 
 def a_log(seed: int, *head: str) -> str:

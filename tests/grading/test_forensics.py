@@ -199,7 +199,8 @@ def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> No
         {**dict(list(prints.items())[:40]), "mallory": print_of(copy.log())}
     )
     assert flag.evidence == (
-        "6 of 9 rows of 1002 (lines 4, 5, 6, 8, 9, 10) are in mallory (lines 3, 5, 6, 8, 9, 10), with the same spin "
+        "6 of 9 rows of 1002 (lines 4, 5, 6, 8, 9, 10) are in mallory (lines 3, 5, 6, "
+        "8, 9, 10), with the same spin "
         "and the same precession period, in another order, not typed to the same digit"
     )
 

@@ -288,7 +288,10 @@ SCOPE = {
     "scope/submission_metadata.yml": "<html>",
     "scope/submission_1/lab.csv": PEOPLE["ann"],
 }
-METADATA = "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: a@uni.example\n"
+METADATA = (
+    "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: "
+    "a@uni.example\n"
+)
 PATTERN = r"flat --pattern '(?P<student>\w+)_lab\.csv'"
 DESK, BOB = "grades/desk.csv", ["20.00", "12.00", "19.50"]
 

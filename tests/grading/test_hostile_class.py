@@ -26,7 +26,8 @@ SPREADSHEET = (
     '<table:table table:name="a">{}</table:table></office:spreadsheet></office:body></office:document-content>'
 )
 ROW = (
-    '<table:table-row table:number-rows-repeated="1048576"><table:table-cell table:number-columns-repeated="16384">'
+    '<table:table-row table:number-rows-repeated="1048576"><table:table-cell '
+    'table:number-columns-repeated="16384">'
     "<text:p>1</text:p></table:table-cell></table:table-row>"
 )
 

@@ -20,7 +20,10 @@ from gyrodata.grading.submissions import find_submissions
 from gyrodata.grading.submissions.answers import partners_in, read_answers
 from gyrodata.readings import read_log
 
-WORD = "<w:p><w:r><w:t>Result: (4.43 ± 0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"
+WORD = (
+    "<w:p><w:r><w:t>Result: (4.43 ± "
+    "0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"
+)
 WORD += "<w:p><w:r><w:rPr><w:strike/></w:rPr><w:t>Result: (4.5 ± 0.1) g m²</w:t></w:r></w:p>"
 
 
@@ -231,7 +234,10 @@ ANSWERS = {
     ),
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
-    "about.txt": "Our best value is I_zz = 0.00440 kg m² and I think it is good to about 0.00005 kg m².",
+    "about.txt": (
+        "Our best value is I_zz = 0.00440 kg m² and I think it is good to about "
+        "0.00005 kg m²."
+    ),
     "words.txt": "I_zz is 0.00440 kilogram metre squared, give or take 0.00005",
     "interval.txt": "Result I_zz = 4.40e-3 kg m^2 (68% interval 4.35e-3 to 4.45e-3)",
     "other.txt": "I_zz = 4.40 ± 0.05 g m^2 (i.e. 0.00440 kg m^2)",
@@ -274,12 +280,18 @@ def test_answer_in_another_kind_of_file_is_read(name: str) -> None:
 
 
 OTHERS = {
-    "the rod": "I_zz = 4.40(5)e-3 kg m2.\nThe rod on its own only has 1.9(1)e-4 kg m2, so we neglected it.",
+    "the rod": (
+        "I_zz = 4.40(5)e-3 kg m2.\nThe rod on its own only has 1.9(1)e-4 kg m2, so we "
+        "neglected it."
+    ),
     "a cross check": "The falling mass gave 4.7(3)e-3 kg m^2, which is\ntoo rough. "
     "The precession yields 4.40(5)e-3 kg m^2.",
     "the next group": "El momento de inercia es 0,00440 kg m2 con un error relativo del 1,136 %.\n"
     "El grupo de al lado obtuvo 0,00435 kg m2.",
-    "an exercise": "Suppose you measure 4.5e-3 kg m^2 ± 2 %.\nOur result is I_zz = (4.40 ± 0.05)e-3 kg m^2.",
+    "an exercise": (
+        "Suppose you measure 4.5e-3 kg m^2 ± 2 %.\nOur result is I_zz = (4.40 ± "
+        "0.05)e-3 kg m^2."
+    ),
 }
 
 
@@ -316,7 +328,10 @@ def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
         "comment": "none",
     }
     said = {**said, "comment": "I worked with Ann Lee."}
-    receipt = "Name: Dev Patel (p1)\nAssignment: Lab\n\nSubmission Field:\n{field}\n\nComments:\n{comment}\n"
+    receipt = (
+        "Name: Dev Patel (p1)\nAssignment: Lab\n\nSubmission Field:\n{field}\n\n"
+        "Comments:\n{comment}\n"
+    )
     stem = "Lab_p1_attempt_2026-03-09-14-05-59"
     folder = make_folder(
         tmp_path / "class",
@@ -370,7 +385,10 @@ def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) ->
     ):
         book.worksheets[0].append(row)
     book.save(out)
-    said = "The mass stays at r = 14.8 cm from the centre of the ball. All times are for one full turn.\n"
+    said = (
+        "The mass stays at r = 14.8 cm from the centre of the ball. All times are for "
+        "one full turn.\n"
+    )
     folder = make_folder(
         tmp_path / "class", {"ann/lab.xlsx": out.getvalue(), "ann/notes.txt": said}
     )
@@ -405,7 +423,10 @@ def test_text_field_of_a_platform_with_a_table_or_lines_is_a_log(
 
 
 def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
-    table = "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
+    table = (
+        "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n"
+        "2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
+    )
     found = read_answers(None, [("a.csv", table.encode())]).inertia
     assert (found and found.value, found and found.u) == (0.0044, 5e-5)
 
@@ -413,7 +434,9 @@ def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
 def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     files = {
         "ann/lab.csv": LOG,
-        "ann/notes.txt": "The position is measured from the surface of the ball (diameter 101.6 mm).",
+        "ann/notes.txt": (
+            "The position is measured from the surface of the ball (diameter 101.6 mm)."
+        ),
     }
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     assert item.read()[0].position_from == "surface"
@@ -427,7 +450,10 @@ def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
 
 
 def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:
-    code = 'df = pd.DataFrame({"mass_g": [20, 20, 40], "position_cm": [15, 15, 15], "spin_rpm": [200, 400, 400], '
+    code = (
+        'df = pd.DataFrame({"mass_g": [20, 20, 40], "position_cm": [15, 15, 15], '
+        '"spin_rpm": [200, 400, 400], '
+    )
     code += '"time_s": [20.5, 41.1, 20.6]})'
     cells = [
         ("code", code),

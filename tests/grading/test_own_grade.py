@@ -28,7 +28,10 @@ OFF = reported_line(1.17 * OWN, 0.012 * OWN)
 ROWS = STUDENT.log().splitlines()[2:]
 WRONG = "I_zz = 5.20e-3 ± 0.06e-3 kg m^2"
 RIGHT = f"Final result: I_zz = {STUDENT.answer()[0]:.6f} ± 0.00006 kg m^2"
-FLAT = '<office:document-content xmlns:office="o" xmlns:text="t" xmlns:style="s" xmlns:fo="f">{}</office:document-content>'
+FLAT = (
+    '<office:document-content xmlns:office="o" xmlns:text="t" xmlns:style="s" '
+    'xmlns:fo="f">{}</office:document-content>'
+)
 
 
 def alone(

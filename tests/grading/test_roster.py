@@ -21,7 +21,10 @@ CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
 "Baker, Tom",8,,,Tue B,
 "Cole, Ida",9,,,Mon A,
 """
-OWN = "student;name;section;station;partner\nadlernina;Nina Adler;Mon;4;bakertom\nbakertom;Tom;Tue;5;\ncole;;Mon;;\n"
+OWN = (
+    "student;name;section;station;partner\nadlernina;Nina Adler;Mon;4;bakertom\n"
+    "bakertom;Tom;Tue;5;\ncole;;Mon;;\n"
+)
 
 
 @pytest.fixture

@@ -120,7 +120,10 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
         f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n'
         for check in CHECKS
     )
-    every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{RULES["MARKED"]}'
+    every = (
+        f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n'
+        f"{each}{STATION}{RULES['MARKED']}"
+    )
     assert read_rubric(every.encode()).late
     printed = [default_rubric_text(kind) for kind in ("simple", "full", "manual")]
     assert [unfit(text) for text in (*printed, every)] == [[]] * 4

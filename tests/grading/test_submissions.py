@@ -62,7 +62,9 @@ def test_files_of_a_platform_are_given_to_their_students(
 
 
 def one_of(tmp_path: Path, files: Mapping[str, str], **options: str) -> Submission:
-    return find_submissions(make_folder(tmp_path / "class", files), **options).items[0]  # type: ignore[arg-type]
+    return find_submissions(make_folder(tmp_path / ("class"), files), **options).items[
+        0
+    ]  # type: ignore[arg-type]
 
 
 def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None:

@@ -397,7 +397,10 @@ def main() -> None:
         for at, (mutant, known) in enumerate(zip(drawn, reaching, strict=True), 1):
             survived = survives(mutant, at, known)
             killed += not survived
-            change = f"{mutant.module}:{mutant.node.lineno}: {ast.unparse(mutant.node)} -> {mutant.other}"
+            change = (
+                f"{mutant.module}:{mutant.node.lineno}: {ast.unparse(mutant.node)} -> "
+                f"{mutant.other}"
+            )
             print(f"{'SURVIVED' if survived else 'killed':8} {change}", flush=True)
         os.chdir(ROOT)
     share = f"{killed / max(1, len(drawn)):.1%} of {len(drawn)} mutants killed"

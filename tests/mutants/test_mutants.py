@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = "STEP = 2\ndef area(r):\n    return 3 * r * r\ndef never(r):\n    return r + 1\ndef near(r):\n    return r < STEP\n"
+PACKAGE = (
+    "STEP = 2\ndef area(r):\n    return 3 * r * r\ndef never(r):\n    return r + 1\n"
+    "def near(r):\n    return r < STEP\n"
+)
 TESTS = """\
 from gyrodata import physics
 def test_area():

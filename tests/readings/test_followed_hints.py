@@ -365,7 +365,10 @@ def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "la distance d est mesurée entre la surface de la bille et le milieu de la masse, Ø bille 101.6 mm",
+        (
+            "la distance d est mesurée entre la surface de la bille et le milieu de la "
+            "masse, Ø bille 101.6 mm"
+        ),
         "Etäisyys d on mitattu pallon pinnasta punnuksen keskelle. Pallon halkaisija on 101.6 mm.",
         "x = Abstand zwischen Kugeloberfläche und Gewichtsmitte, Kugeldurchmesser 101.6 mm",
         "r is the distance between the surface of the ball and the weight; ball diameter 101.6 mm",
@@ -379,7 +382,10 @@ def test_distance_between_the_surface_and_the_weight_is_understood(line: str) ->
 
 
 def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> None:
-    line = "Correction: r is from the surface of the ball to the weight, not from its centre. Ball diameter 101.6 mm."
+    line = (
+        "Correction: r is from the surface of the ball to the weight, not from its "
+        "centre. Ball diameter 101.6 mm."
+    )
     text = log(
         "mass (g);r from centre (cm);rpm;turns;time (s)",
         lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}",
@@ -390,7 +396,10 @@ def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> N
 @pytest.mark.parametrize(
     "note",
     [
-        "N: we counted one each time the rod lay along the edge, no matter which of its ends pointed to the window",
+        (
+            "N: we counted one each time the rod lay along the edge, no matter which "
+            "of its ends pointed to the window"
+        ),
         "Tachometer compared with the strobe: true rpm = 1.074 x display",
         "calibration factor of the tachometer: 1.074",
     ],
@@ -451,7 +460,8 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
     runs = [*RUNS, *((60.4, s, t * 60.2 / 60.4) for m, s, t in RUNS if m == 60.2)]
     rows = "".join(f"{names[m]};14.8;{s};{t:.2f};1\n" for m, s, t in runs)
     assert gives_truth(
-        f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin [rpm];time [s];turns\n{rows}"
+        f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin "
+        f"[rpm];time [s];turns\n{rows}"
     )
 
 

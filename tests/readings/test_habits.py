@@ -70,7 +70,10 @@ def test_what_may_mean_two_things_is_asked_about(case: dict[str, str]) -> None:
 
 
 def test_a_time_given_as_an_option_does_not_take_the_turns_of_the_header() -> None:
-    template = "mass [g],position [cm],spin [rpm],time for 5 turns [s]\n*{mass},14.8,{spin},{time:.2f}"
+    template = (
+        "mass [g],position [cm],spin [rpm],time for 5 turns [s]\n"
+        "*{mass},14.8,{spin},{time:.2f}"
+    )
     told = read_log(log(template), settings={"time": "20 s"}).diagnostics
     assert [one.code for one in told] == ["G304", "G301"]
 

@@ -126,7 +126,10 @@ def test_encoding_is_known_by_its_mark(encoding):
     ("words", "encoding"),
     [
         (
-            "Masse [g];Abstand [cm];Präzessionszeit [s];Umläufe;Drehzahl [1/min];Bemerkung: für zwei °",
+            (
+                "Masse [g];Abstand [cm];Präzessionszeit [s];Umläufe;Drehzahl "
+                "[1/min];Bemerkung: für zwei °"
+            ),
             "cp1252",
         ),
         (

@@ -126,7 +126,8 @@ DEEP = {
 def test_deep_json_is_refused_in_words(text: str) -> None:
     said = refusal(text)
     assert said.startswith(
-        "lab.json: error G104: this is JSON, but not a table: it contains brackets inside of brackets"
+        "lab.json: error G104: this is JSON, but not a table: it contains brackets "
+        "inside of brackets"
     )
     assert '{"mass [g]": [20, 40], "spin [rpm]": [400, 600]}' in said
 

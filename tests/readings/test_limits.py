@@ -42,7 +42,10 @@ def packed(name: str, text: str) -> bytes:
 
 def ods(rows: str) -> bytes:
     body = f'<office:body><office:spreadsheet><table:table table:name="S">{rows}</table:table>'
-    whole = f"<office:document-content {SPACES}>{body}</office:spreadsheet></office:body></office:document-content>"
+    whole = (
+        f"<office:document-content "
+        f"{SPACES}>{body}</office:spreadsheet></office:body></office:document-content>"
+    )
     return packed("content.xml", whole)
 
 
@@ -328,9 +331,11 @@ def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
     """
     (tmp_path / "logs.txt").write_bytes(all_entries())
     code = (
-        "import ast, pathlib\nfrom gyrodata.errors import GyroError\nfrom gyrodata.readings import read_log\n"
+        "import ast, pathlib\nfrom gyrodata.errors import GyroError\nfrom "
+        "gyrodata.readings import read_log\n"
         "for log in ast.literal_eval(pathlib.Path('logs.txt').read_text()):\n"
-        "    try:\n        read_log(log.encode())\n    except GyroError:\n        pass\nprint('all read')\n"
+        "    try:\n        read_log(log.encode())\n    except GyroError:\n        "
+        "pass\nprint('all read')\n"
     )
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
 

@@ -42,7 +42,10 @@ def opendocument(rows: list[list[str]], above: str = "") -> bytes:
         f'<table:table-row table:number-rows-repeated="1048000">{end}</table:table-row>'
     )
     sheet = f'<table:table table:name="Sheet1">{lines}{blank}</table:table>'
-    content = f'<?xml version="1.0"?>{above}<office:document-content {SPACES}>{sheet}</office:document-content>'
+    content = (
+        f'<?xml version="1.0"?>{above}<office:document-content '
+        f"{SPACES}>{sheet}</office:document-content>"
+    )
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")

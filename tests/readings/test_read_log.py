@@ -98,7 +98,8 @@ def test_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
 def test_header_of_an_uncertainty_alone_belongs_to_the_column_on_its_left(sign):
     signs = [sign.format(unit=unit) for unit in ("s", "rpm")]
     readings = read_log(
-        f"time [s],{signs[0]},spin [rpm],{signs[1]},mass [g],position [cm],turns\n13.06,0.2,406,3,20,15.0,1/3\n"
+        f"time [s],{signs[0]},spin [rpm],{signs[1]},mass [g],position [cm],turns\n"
+        f"13.06,0.2,406,3,20,15.0,1/3\n"
     )
     assert readings.ok, readings.diagnostics
     us = {

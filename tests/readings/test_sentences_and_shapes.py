@@ -103,13 +103,20 @@ READ = {
     + "".join(f",time (s) with {m} g" for m in MASSES)
     + "\n"
     + crossed(),
-    "numbers below the mass": "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n"
+    "numbers below the mass": (
+        "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n"
+    )
     + crossed(),
-    "names in the corner": "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n"
+    "names in the corner": (
+        "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n"
+    )
     + crossed(),
     "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n"
     + crossed("{s} rpm"),
-    "units in a sentence": "masses in g, positions in cm, spins in rpm, times in s\nmass;position;spin;time;turns\n"
+    "units in a sentence": (
+        "masses in g, positions in cm, spins in rpm, times in s\n"
+        "mass;position;spin;time;turns\n"
+    )
     + runs(ROW),
     "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n"
     + runs(ROW),
@@ -117,10 +124,16 @@ READ = {
     "# ball and took the time from the start to the end of\n# half a turn.\n"
     + PLAIN[0]
     + runs(PLAIN[1], 0.5),
-    "two sentences in a line": "The weight is 14.8 cm from the centre of the ball. Each time is for half a turn.\n"
+    "two sentences in a line": (
+        "The weight is 14.8 cm from the centre of the ball. Each time is for half a "
+        "turn.\n"
+    )
     + PLAIN[0]
     + runs(PLAIN[1], 0.5),
-    "a length of the weight": "The weight is 2.0 cm long. It hangs 14.8 cm from the centre of the ball. One turn.\n"
+    "a length of the weight": (
+        "The weight is 2.0 cm long. It hangs 14.8 cm from the centre of the ball. One "
+        "turn.\n"
+    )
     + PLAIN[0]
     + runs(PLAIN[1]),
     "the diameter in a sentence": f"{FROM_SURFACE}. The diameter of the ball is 101.6 mm.\n"
@@ -129,7 +142,9 @@ READ = {
     "the radius in a sentence": f"{FROM_SURFACE}, whose radius is 5.08 cm.\n"
     + HEAD
     + runs(SURFACE),
-    "to the middle of the weight": f"Ball diameter 101.6 mm.\n{FROM_SURFACE} to the middle of the weight\n"
+    "to the middle of the weight": (
+        f"Ball diameter 101.6 mm.\n{FROM_SURFACE} to the middle of the weight\n"
+    )
     + HEAD
     + runs(SURFACE),
     "surface and centre in the header": "Ball diameter 101.6 mm\n"
@@ -162,7 +177,9 @@ READ = {
         "turns", "turns;Omega [rad/s]"
     )
     + runs("{m};14.8;{s};{s};{t};1;0.3\n"),
-    "a sentence behind the name of a quantity": "# Spin = tachometer just before the rod was released\n"
+    "a sentence behind the name of a quantity": (
+        "# Spin = tachometer just before the rod was released\n"
+    )
     + HEAD
     + runs(ROW),
     "used": "g = 9.80665 m/s² verwendet.;;;;\n" + HEAD + runs(ROW),
@@ -170,19 +187,26 @@ READ = {
     + runs(ROW)
     + "\n40.2;14.8;403.67;"
     + f"{sum(float(t(m, s)) for m in MASSES for s in SPINS) / 9:.4f};1\n",
-    "a constant from the surface": "weight always 9.72 cm from the surface of the ball (ball diameter 101.6 mm)\n"
+    "a constant from the surface": (
+        "weight always 9.72 cm from the surface of the ball (ball diameter 101.6 mm)\n"
+    )
     + HEAD.replace("r (cm);", "")
     + runs("{m};{s};{t};1\n"),
     "a constant, and the radius": "pesa a 9,72 cm de la superficie de la bola (radio 5,08 cm)\n"
     + HEAD.replace("r (cm);", "")
     + runs("{m};{s};{t};1\n"),
-    "a remark with the word about": "Uncertainty: the stopwatch (about 0.15 s) and the position of the weight.\n"
+    "a remark with the word about": (
+        "Uncertainty: the stopwatch (about 0.15 s) and the position of the weight.\n"
+    )
     + HEAD
     + runs(ROW),
     "turns behind time": "# time = 2 turns\n"
     + HEAD.replace(";turns", "")
     + runs(SHORT, 2),
-    "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
+    "a legend": (
+        "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time "
+        "for one turn (s)\nm;R;n;t\n"
+    )
     + runs(SHORT),
     "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
     "- Zeit `t` für eine Umdrehung in s\n\n| m | r | n | t |\n|---|---|---|---|\n"
@@ -220,12 +244,15 @@ READ = {
     "a run that is not used": HEAD.replace("turns", "turns;note")
     + runs(ROW)
     + "20.1;14.8;300;1;1;slip: do not use\n",
-    "merged cells of a web page": "<html>\n<table><tr><th>mass (g)<th>r (cm)<th>spin (rpm)<th>t (s)<th>turns</tr>"
+    "merged cells of a web page": (
+        "<html>\n<table><tr><th>mass (g)<th>r (cm)<th>spin (rpm)<th>t (s)<th>turns</tr>"
+    )
     + runs(
         "<tr><td rowspan=3>{d}</td><td>14.8</td><td>{s}</td><td>{t}</td><td>1</td></tr>"
     ).replace("<td rowspan=3></td>", "")
     + "</table></html>",
-    "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight at 14.8 cm from the centre}\n"
+    "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight at 14.8 cm from the "
+    "centre}\n"
     "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n"
     + runs("{m} & {s} & {t} \\\\\n")
     + "\\end{tabular}\n\\end{table}\n",
@@ -312,7 +339,10 @@ READ = {
     "a bare rpm": HEAD.replace("spin (rpm)", "ball rpm") + runs(ROW),
     "slashes between the cells": "weight at 14.8 cm\nmass / rpm / turns / time\n"
     + runs("{m} g / {s} rpm / 1 / {t} s\n"),
-    "a weight on the rod": "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm)\\mass,20.1 g,40.3 g,60.2 g\n"
+    "a weight on the rod": (
+        "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm)\\mass,20.1 g,40.3 "
+        "g,60.2 g\n"
+    )
     + crossed(),
     "a formula in Markdown": "We used $x = 14.8$ cm for all runs.\n\n"
     + MARKDOWN.replace(" r (cm) |", "").replace("|---", "", 1)
@@ -323,7 +353,9 @@ READ = {
             runs("{m} g, 14.8 cm, {s} rpm, 1 turn, {t} s\n").splitlines()
         )
     ),
-    "names at the side of three tables": "r = 14.8 cm;;;;;;\nmass:;20.1 g;;40.3 g;;60.2 g;\nturns:;1;;1;;1;\n"
+    "names at the side of three tables": (
+        "r = 14.8 cm;;;;;;\nmass:;20.1 g;;40.3 g;;60.2 g;\nturns:;1;;1;;1;\n"
+    )
     + ";rpm;t/s" * 3
     + "\n"
     + "".join(
@@ -371,7 +403,9 @@ READ = {
             + "})"
         ]
     ),
-    "tuples of a program": "from math import pi\n# mass [g], r (cm), spin [rpm], turns, t [s]\nrows = [\n"
+    "tuples of a program": (
+        "from math import pi\n# mass [g], r (cm), spin [rpm], turns, t [s]\nrows = [\n"
+    )
     + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n")
     + "]\nI = [m / 1e3 * 9.8 * r for m, r, s, n, t in rows]\n",
     "a legend in a program": "d = distance from the centre in cm\nN = number of turns\n"
@@ -382,12 +416,16 @@ READ = {
     + PLAIN[0]
     + runs(PLAIN[1])
     + "% time for one turn\n",
-    "a header behind # with bars": "Each time is for one turn\n# | m / g | r / cm | ω / rpm | t / s |\n"
+    "a header behind # with bars": (
+        "Each time is for one turn\n# | m / g | r / cm | ω / rpm | t / s |\n"
+    )
     + "".join(
         f"{n} | {row} |\n"
         for n, row in enumerate(runs("{m} | 14.8 | {s} | {t}\n").splitlines(), 1)
     ),
-    "a unit behind a slash": "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n"
+    "a unit behind a slash": (
+        "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n"
+    )
     + runs(ROW),
     "a column of turns and a text about full turns": "time of the stated number of full turns\n"
     + HEAD.replace("turns", "turns of the rod")
@@ -485,7 +523,9 @@ READ = {
     + runs(SHORT),
     "names of columns that end in a unit": "m_weight/g\tr_centre/cm\tf_spin/rpm\tt_one_turn/s\n"
     + runs(SHORT.replace(";", "\t")),
-    "a header of several words behind #": "# columns: mass/g  r/cm (centre of ball)  spin/rpm  number of turns  t/s\n"
+    "a header of several words behind #": (
+        "# columns: mass/g  r/cm (centre of ball)  spin/rpm  number of turns  t/s\n"
+    )
     + runs("{m} 14.8 {s} 1 {t}\n"),
     "the diameter in a cell of its own": "Диаметр шара, см;10.16\nl - расстояние от поверхности шара до груза\n"
     "m, г;l, см;n, об/мин;T (1 оборот), с\n" + runs("{m};9.72;{s};{t}\n"),
@@ -585,10 +625,12 @@ def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(
 
 
 BEFORE_AND_AFTER = (
-    "tr/min début, tr/min fin; giri iniziali (rpm), giri finali (rpm); rpm inicial, rpm final; rpm início, rpm fim; "
+    "tr/min début, tr/min fin; giri iniziali (rpm), giri finali (rpm); rpm inicial, "
+    "rpm final; rpm início, rpm fim; "
     "U/min Anfang, U/min Ende; toeren/min begin, toeren/min eind; varv/min före, varv/min efter; "
     "o/min før, o/min etter; obr/min początek, obr/min koniec; ot/min začátek, ot/min konec; "
-    "об/мин начало, об/мин конец; rpm alussa, rpm lopussa; ford/perc eleje, ford/perc vége; rpm baş, rpm son; "
+    "об/мин начало, об/мин конец; rpm alussa, rpm lopussa; ford/perc eleje, ford/perc "
+    "vége; rpm baş, rpm son; "
     "rot/min început, rot/min sfârșit"
 )
 
@@ -1046,7 +1088,8 @@ def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
 
 def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
     lines = runs(
-        "Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} U/min, gestoppte Zeit {t} s\n"
+        "Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} "
+        "U/min, gestoppte Zeit {t} s\n"
     )
     assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)
 

@@ -145,11 +145,15 @@ def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
             if cell.value is None:
                 return f"<table:table-cell {formula}/>"
             value = f'office:value-type="float" office:value="{cell.value}"'
-            return f"<table:table-cell {formula} {value}><text:p>{cell.value}</text:p></table:table-cell>"
+            return (
+                f"<table:table-cell {formula} "
+                f"{value}><text:p>{cell.value}</text:p></table:table-cell>"
+            )
         if isinstance(cell, str):
             return f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}</text:p></table:table-cell>'
         return (
-            f'<table:table-cell office:value-type="float" office:value="{cell}"><text:p>{cell}</text:p>'
+            f'<table:table-cell office:value-type="float" '
+            f'office:value="{cell}"><text:p>{cell}</text:p>'
             "</table:table-cell>"
         )
 
@@ -263,9 +267,9 @@ def test_zeros_below_a_zero_that_was_not_calculated_are_errors() -> None:
     )
     table[2][1] = Written("=B2+0.3", "0")
     assert (
-        "Sheet!B3: G110 a formula without a stored value: the stored 0 is not its result (also B4, B5, B6)"
-        in (refusal(xlsx(table)))
-    )
+        "Sheet!B3: G110 a formula without a stored value: the stored 0 is not its "
+        "result (also B4, B5, B6)"
+    ) in (refusal(xlsx(table)))
 
 
 def test_zero_of_a_formula_in_a_workbook_that_asks_is_an_error() -> None:
@@ -378,9 +382,9 @@ def test_hidden_rows_and_columns_of_excel_are_named() -> None:
     sheet.column_dimensions["B"].hidden = True
     sheet.column_dimensions["K"].hidden = True
     said = hidden_note(saved(book))
-    assert (
-        said
-        == "hidden in the spreadsheet, but read: rows 3, 5-6 of the sheet Sheet; column B of the sheet Sheet"
+    assert said == (
+        "hidden in the spreadsheet, but read: rows 3, 5-6 of the sheet Sheet; "
+        "column B of the sheet Sheet"
     )
 
 
@@ -401,6 +405,9 @@ def test_hidden_sheet_is_named() -> None:
 
 
 def test_hidden_rows_and_columns_of_libreoffice_are_named() -> None:
-    column = '<table:table-column/><table:table-column table:visibility="collapse" table:number-columns-repeated="2"/>'
+    column = (
+        '<table:table-column/><table:table-column table:visibility="collapse" '
+        'table:number-columns-repeated="2"/>'
+    )
     said = hidden_note(ods(rows(lambda row: 14.8), hidden=(3, 5), column=column))
     assert said.endswith("rows 3, 5 of the sheet Sheet; columns B-C of the sheet Sheet")

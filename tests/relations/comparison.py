@@ -58,12 +58,16 @@ def difference(relation: str, base: str, rewriting: Rewriting) -> str:
         outcome(rewriting.log, rewriting),
     )
     if before.failure or after.failure:
-        return f"{relation}, {base}: {before.failure or 'an answer'} | {after.failure or 'an answer'}"
+        return (
+            f"{relation}, {base}: {before.failure or 'an answer'} | "
+            f"{after.failure or 'an answer'}"
+        )
     pairs = zip(before[:2], after[:2], rewriting.tolerance, strict=True)
     if all(abs(new - old) <= limit * abs(old) for old, new, limit in pairs):
         return ""
     return (
-        f"{relation}, {base}: {before.value:.7e} ± {before.u:.4e} | {after.value:.7e} ± {after.u:.4e}: "
+        f"{relation}, {base}: {before.value:.7e} ± {before.u:.4e} | {after.value:.7e} "
+        f"± {after.u:.4e}: "
         f"I_zz by {after.value / before.value - 1:.1e}, u by {after.u / before.u - 1:.1e}"
     )
 

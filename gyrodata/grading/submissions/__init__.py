@@ -148,7 +148,10 @@ def list_submissions(
         count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
         hint = "change --pattern so that it fits these as well, or rename them"
         if seen in names.PLATFORMS:
-            hint = f"rename them, if they count: {seen} names files such as {names.PLATFORMS[seen].sample}"
+            hint = (
+                f"rename them, if they count: {seen} names files such as "
+                f"{names.PLATFORMS[seen].sample}"
+            )
         notes.append(
             note("files_of_no_student", count=count, names=listing(left, 5), hint=hint)
         )

@@ -162,7 +162,10 @@ def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
         ):
             continue  # a draft or an earlier log may have another answer
         if one.rank[0] and _differ(read, one.read):
-            return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
+            return (
+                f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" '
+                f"is in {one.place}"
+            )
     return ""
 
 

@@ -329,7 +329,10 @@ def choose_log(
         if fitting and not chosen:
             return (
                 None,
-                f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}",
+                (
+                    f"several files that read as logs: "
+                    f"{readings.listing(sorted(files[one] for one in fitting))}"
+                ),
             )
         if not fitting:
             if not tried and (answer := read_answers(None, _named(texts))).inertia:
@@ -351,7 +354,10 @@ def choose_log(
         if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
             return (
                 None,
-                f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again",
+                (
+                    f"{name} is damaged, such as a file that was not uploaded to its "
+                    f"end; hand it in again"
+                ),
             )
     others = sorted(own for name, own in left.items() if name != chosen)
     return (

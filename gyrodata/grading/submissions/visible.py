@@ -22,7 +22,10 @@ Attributes = Mapping[str, str]
 # --- pages, OpenDocument and Word ---
 
 _OF_PAGES = "script style template title noscript dialog metadata"
-_OF_DOCUMENTS = "text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom w:instrtext"
+_OF_DOCUMENTS = (
+    "text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom "
+    "w:instrtext"
+)
 _UNSEEN = frozenset(f"{_OF_PAGES} {_OF_DOCUMENTS}".split())
 """Elements whose text nobody sees."""
 _NO_END = "area base br col embed hr img input link meta param source track wbr"
@@ -301,7 +304,8 @@ def _end_of_group(text: str, at: int) -> int:
 
 
 _LINK = re.compile(
-    r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ \t]*(?:[\"'(].*[\"')])?[ \t]*$"
+    r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ "
+    r"\t]*(?:[\"'(].*[\"')])?[ \t]*$"
 )
 """A definition of a link in Markdown, which is not shown: ``[//]: # (a remark)``."""
 

@@ -120,7 +120,10 @@ def load_words(measured: Measurements, index: int) -> str:
     """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
     if not np.isnan(measured.mass[index]):
         mass = as_read(1e3 * measured.mass[index], 1e3 * measured.mass_step[index])
-        return f"{mass} g at {as_read(1e2 * measured.position[index], 1e2 * measured.position_step[index])} cm"
+        position = as_read(
+            1e2 * measured.position[index], 1e2 * measured.position_step[index]
+        )
+        return f"{mass} g at {position} cm"
     return f"{1e3 * measured.torque[index]:.3g} mN·m"
 
 

@@ -21,9 +21,11 @@ from gyrodata.grading.submissions.names import PLATFORMS
 
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "gyrodata"
-ROOMS = """diagnostics docs vocabulary; errors units; disk toml_table workers quantities physics error_sources;
-    motion readings; measurements; fitting; tables simulation mistakes; changes; wrong_cells;
-    findings refusals; results; benchmark analysis coverage prediction; plotting procedure python_api; reporting;
+ROOMS = """diagnostics docs vocabulary; errors units;
+    disk toml_table workers quantities physics
+    error_sources; motion readings; measurements; fitting; tables simulation mistakes; changes; wrong_cells;
+    findings refusals; results; benchmark analysis coverage prediction;
+    plotting procedure python_api; reporting;
     grading; schema; cli; __main__"""
 SHELVES = {
     room: shelf

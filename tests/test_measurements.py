@@ -474,10 +474,10 @@ def test_i_zz_is_that_of_ball_and_rod() -> None:
     rows = []
     for mass, position, diameter in ((200, 15, 6), (400, 15, 8), (300, -15, 6)):
         whole = 4.44e-3 + 0.5 * mass * 1e-3 * (diameter / 200) ** 2
-        rows += [
-            f"{mass},{position},{s},{2 * np.pi * whole * s * RPM / (mass * 1e-5 * 9.803 * 15):.8f},1,{diameter}\n"
-            for s in (200, 400, 600)
-        ]
+        torque = mass * 1e-5 * 9.803 * 15
+        for spin in (200, 400, 600):
+            time = 2 * np.pi * whole * spin * RPM / torque
+            rows.append(f"{mass},{position},{spin},{time:.8f},1,{diameter}\n")
     log = head + "".join(rows)
     assert result(log)["inertia"]["value"] == pytest.approx(4.44e-3, rel=1e-5)
     # What is left out makes it wrong by 2 %.

@@ -12,7 +12,8 @@ import pytest
 from documents import DOCUMENTS, ROOT
 
 ODD = re.compile(
-    r"(?:^|[.:;!?]\s+|^\s*[*#|-]+\s+)(?:What|Who|Whoever)\s+(?!is\s+\w+\?|(?:are|does|do)\b[^.]*\?|if\b)[a-z][^?.!;:]*[.;:!]"
+    r"(?:^|[.:;!?]\s+|^\s*[*#|-]+\s+)(?:What|Who|Whoever)\s+(?!is\s+\w+\?|(?:are|does"
+    r"|do)\b[^.]*\?|if\b)[a-z][^?.!;:]*[.;:!]"
     r"|\b(?:is|are|was) no "
     r"(?!longer|more|way|need|reason|doubt|problem|one|answer|file|log|run|such)[a-z]+"
     r"|\bso (?:many|much) (?!as\b|that\b|more\b|better\b)"

@@ -35,10 +35,21 @@ if TYPE_CHECKING:
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
 
-FILE_TYPES = tuple(
-    (  # noqa: SIM905
-        ".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv"
-    ).split()
+FILE_TYPES = (
+    ".pdf",
+    ".html",
+    ".txt",
+    ".md",
+    ".tex",
+    ".doc",
+    ".docx",
+    ".xlsx",
+    ".png",
+    ".svg",
+    ".json",
+    ".ndjson",
+    ".jsonl",
+    ".csv",
 )
 """Endings of a name that users mean as a file, not as the folder of a report."""
 

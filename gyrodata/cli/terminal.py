@@ -72,7 +72,8 @@ def _usage_error(error: Any) -> Diagnostic:
         command, epilog = error.ctx.command_path, error.ctx.command.epilog or ""
         hint = f"see: {command} --help"
         if message.startswith("missing argument") and epilog:
-            hint = f"for example: {' '.join(epilog.partition('Example:')[2].replace(chr(92), '').split())}"
+            example = epilog.partition("Example:")[2].replace("\\", "")
+            hint = f"for example: {' '.join(example.split())}"
     if names:
         hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
     if choice := re.search(r"'([^']*)' is not one of (.*)", message):

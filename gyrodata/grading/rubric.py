@@ -190,7 +190,8 @@ ACCEPTED = tuple(TABLES["fits"])
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 CONDITION = (
     rf"^\s*(?P<name>{'|'.join(MEANINGS)})\s*"
-    rf"(?:(?P<sign><=|>=|≤|≥)\s*(?P<bound>{_NUMBER})|(?P<word>in|outside)\s+(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER}))\s*$"
+    rf"(?:(?P<sign><=|>=|≤|≥)\s*(?P<bound>{_NUMBER})|(?P<word>in|outside)\s+"
+    rf"(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER}))\s*$"
 )
 _OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
 
@@ -337,7 +338,10 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     points: Number
     criteria: tuple[Criterion, ...] = field(name="criterion")
     title: Text = "Gyroscope lab"
-    accept: Annotated[tuple[Literal[ACCEPTED], ...], Meta(min_length=1)] = ACCEPTED  # type: ignore[valid-type]
+    accept: Annotated[
+        tuple[Literal[ACCEPTED], ...],  # type: ignore[valid-type]
+        Meta(min_length=1),
+    ] = ACCEPTED
     no_report: Literal["look", "zero"] = "look"
     late: LateRule | None = None
     reference: Mapping[str, Station | str] | None = None

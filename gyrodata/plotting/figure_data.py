@@ -212,7 +212,8 @@ def answer(inertia: Result) -> str:
     """Write I_zz [kg*m^2] with u, or its 95 % interval if that is much wider than ± 2 u."""
     if not is_wide(inertia):
         return f"{with_u(inertia)} kg·m²"
-    return f"{' to '.join(as_number(float(f'{end:.2g}')) for end in inertia.interval_95 or ())} kg·m² (95 % interval)"
+    ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95 or ()]
+    return f"{' to '.join(ends)} kg·m² (95 % interval)"
 
 
 def torque_unit(largest: float) -> tuple[str, float]:

@@ -252,8 +252,7 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
                 head.texts[at] = "run"
 
 
-# What a row is
-# ----------------------------------------------------------------------------------------------------
+# --- What a row is ---
 
 
 def is_number(text: str) -> bool:
@@ -384,14 +383,16 @@ def is_of_means(header: str) -> bool:
     )
 
 
-# What a caption says
-# -----------------------------------------------------------------------------------------------
+# --- What a caption says ---
 
 
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+QUANTITY = (
+    rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|"
+    rf"(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+)
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -412,12 +413,18 @@ _SEVERAL_WEIGHTS = (
 4.28 kg", "2 weights of 20 g"."""
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
-TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
+TIMED = (
+    rf"\b{vocabulary.pattern('timed')}"
+    rf"|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
+)
 """Verbs of a measurement, and words for a time in languages without blanks between
 words."""
 _PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
 """What a part of a turn is: "three screws = once around"."""
-_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
+_DEFINITION = (
+    r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)"
+    r"|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
+)
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3".
 """
 
@@ -765,8 +772,7 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     )
 
 
-# From row to row
-# ---------------------------------------------------------------------------------------------------
+# --- From row to row ---
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
@@ -1468,8 +1474,7 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
     return max(off, default=1.0) < 1e-3
 
 
-# Before the first run
-# ----------------------------------------------------------------------------------------------
+# --- Before the first run ---
 
 
 _COPY = r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$"

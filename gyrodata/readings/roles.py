@@ -882,12 +882,18 @@ _PARTS_OF_ONE = {
 _JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={_TURN})"
 """Joined words such as "Vierteldrehung"."""
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
-_AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
+_AND_A_HALF = (
+    rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
+    rf"|mezz[ao]|meia)\b"
+)
 _COUNTED = (
     r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
     rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{_TURN}(?!\w*/\w)"
 )
-_MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
+_MIXED = (
+    rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?"
+    rf"(?:an?\s+)?{_TURN}"
+)
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = (
     r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
@@ -1075,7 +1081,10 @@ _WEIGHT_NAMES = [
 ]
 _WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
-_OF_WEIGHT = rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})|{vocabulary.pattern('not_centre')}"
+_OF_WEIGHT = (
+    rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})"
+    rf"|{vocabulary.pattern('not_centre')}"
+)
 """The centre of the weight, or what is not the origin."""
 _ORIGIN = tuple(
     (origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip")

@@ -56,7 +56,8 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
 _ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
 _MASS = rf"({quantities.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
-    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
+    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?"
+    rf"(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
     rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
 )
 _IN_HEADER = (

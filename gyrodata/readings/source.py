@@ -64,7 +64,10 @@ _OTHER_FILES = {
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """Beginnings of files that are not tables."""
-_PROGRAM = r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|(?:<-|=)\s*c\("
+_PROGRAM = (
+    r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*"
+    r"(?:[\w.]*\()*(?:\"\"\"|''')|(?:<-|=)\s*c\("
+)
 """The beginning of a list, of rows or of a long string in a program."""
 _CODE_PAGES = (
     "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 "

@@ -195,7 +195,10 @@ _MATH = {
 }
 
 _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆₇₈₉", "-0123456789n0123456789")
-_TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
+_TOKEN = (
+    rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?"
+    rf"|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
+)
 _FORMULA = (
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
     rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: "

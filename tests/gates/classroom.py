@@ -152,9 +152,8 @@ def digests(folder: Path) -> str:
             whole = path.read_text("utf-8") + path.with_suffix(".md").read_text("utf-8")
             students.append(f"{name.partition('_')[0][-2:]} {digest(whole)}")
         elif path.suffix in (".html", ".csv") and not name.startswith("published"):
-            lines.append(
-                f"{name} {' '.join(map(digest, re.split('(?=<h[123])', path.read_text('utf-8-sig'))))}\n"
-            )
+            parts = re.split("(?=<h[123])", path.read_text("utf-8-sig"))
+            lines.append(f"{name} {' '.join(map(digest, parts))}\n")
     return "".join(
         [
             *lines,
@@ -220,7 +219,8 @@ MOODLE_ROW = (
     "Participant 10{n:02d},Student {n:02d},10{n:02d},s@x.edu,Submitted,,25.00,Yes,\n"
 )
 ROSTER = "student,name,section,station,partner\n" + "".join(
-    f"10{n:02d},Student {n:02d},{'AB'[n % 2]},{n % STATIONS + 1},{'10' + str(n ^ 1) if 10 <= n < 20 else ''}\n"
+    f"10{n:02d},Student {n:02d},{'AB'[n % 2]},{n % STATIONS + 1},"
+    f"{'10' + str(n ^ 1) if 10 <= n < 20 else ''}\n"
     for n in range(62)
 )
 DESK = """student,what,value,by,why

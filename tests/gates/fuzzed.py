@@ -89,7 +89,7 @@ def attempt(seed: int) -> tuple[str, str, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", gyrodata.GyroWarning)
-            document = gyrodata.analyze(data, name=("log.csv"), model=model).to_dict()  # type: ignore[arg-type]
+            document = gyrodata.analyze(data, name="log.csv", model=model).to_dict()  # type: ignore[arg-type]
             json.dumps(document, allow_nan=False)
     except gyrodata.GyroError as error:
         bare = re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", str(error))

@@ -23,7 +23,8 @@ SPREADSHEET = (
     '<office:document-content xmlns:office="urn:oasis:names:tc:opendocument:xmlns:office:1.0"'
     ' xmlns:table="urn:oasis:names:tc:opendocument:xmlns:table:1.0"'
     ' xmlns:text="urn:oasis:names:tc:opendocument:xmlns:text:1.0"><office:body><office:spreadsheet>'
-    '<table:table table:name="a">{}</table:table></office:spreadsheet></office:body></office:document-content>'
+    '<table:table table:name="a">{}</table:table></office:spreadsheet></office:body>'
+    "</office:document-content>"
 )
 ROW = (
     '<table:table-row table:number-rows-repeated="1048576"><table:table-cell '

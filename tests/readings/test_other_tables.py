@@ -29,7 +29,10 @@ def cell(text: str) -> str:
     value = (
         f' office:value-type="float" office:value="{float(text)!r}"' if number else ""
     )
-    return f"<table:table-cell{value}><text:p>{text.replace('.', ',') if number else text}</text:p></table:table-cell>"
+    return (
+        f"<table:table-cell{value}><text:p>{text.replace('.', ',') if number else text}"
+        f"</text:p></table:table-cell>"
+    )
 
 
 def opendocument(rows: list[list[str]], above: str = "") -> bytes:

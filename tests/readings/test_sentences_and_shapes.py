@@ -120,7 +120,8 @@ READ = {
     + runs(ROW),
     "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n"
     + runs(ROW),
-    "a sentence over three lines": "# We hung the weight on the rod 14.8 cm from the centre of the\n"
+    "a sentence over three lines": "# We hung the weight on the rod 14.8 cm from the "
+    "centre of the\n"
     "# ball and took the time from the start to the end of\n# half a turn.\n"
     + PLAIN[0]
     + runs(PLAIN[1], 0.5),
@@ -208,10 +209,12 @@ READ = {
         "for one turn (s)\nm;R;n;t\n"
     )
     + runs(SHORT),
-    "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
+    "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- "
+    "Drehzahl `n` in 1/min\n"
     "- Zeit `t` für eine Umdrehung in s\n\n| m | r | n | t |\n|---|---|---|---|\n"
     + runs("|{m}|14.8|{s}|{t}|\n"),
-    "symbols and meanings": "symbol;meaning\nm;mass in g\nR;distance from ball centre in cm\nw;spin in rpm\n"
+    "symbols and meanings": "symbol;meaning\nm;mass in g\nR;distance from ball centre "
+    "in cm\nw;spin in rpm\n"
     "t;time for one turn in s\n\nm;R;w;t\n" + runs(SHORT),
     "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n"
     + runs(SHORT),
@@ -251,7 +254,8 @@ READ = {
         "<tr><td rowspan=3>{d}</td><td>14.8</td><td>{s}</td><td>{t}</td><td>1</td></tr>"
     ).replace("<td rowspan=3></td>", "")
     + "</table></html>",
-    "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight at 14.8 cm from the "
+    "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight "
+    "at 14.8 cm from the "
     "centre}\n"
     "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n"
     + runs("{m} & {s} & {t} \\\\\n")
@@ -294,7 +298,8 @@ READ = {
     .replace("60.2+", "50.2+"),
     "minutes and seconds": HEAD.replace("time (s)", "time m:ss")
     + runs(ROW.replace("{t}", "{c}")),
-    "rows of LaTeX together": "\\caption{Tiempo (una vuelta completa), $d=\\SI{0.148}{\\metre}$ del centro.}\n"
+    "rows of LaTeX together": "\\caption{Tiempo (una vuelta completa), "
+    "$d=\\SI{0.148}{\\metre}$ del centro.}\n"
     "$m$ [\\si{\\gram}] & $n$ [rpm] & $t$ [s]\\\\\n"
     + runs("<{d}> & {s} & {t} \\\\\n")
     .replace("<>", "")
@@ -527,7 +532,8 @@ READ = {
         "# columns: mass/g  r/cm (centre of ball)  spin/rpm  number of turns  t/s\n"
     )
     + runs("{m} 14.8 {s} 1 {t}\n"),
-    "the diameter in a cell of its own": "Диаметр шара, см;10.16\nl - расстояние от поверхности шара до груза\n"
+    "the diameter in a cell of its own": "Диаметр шара, см;10.16\nl - расстояние от "
+    "поверхности шара до груза\n"
     "m, г;l, см;n, об/мин;T (1 оборот), с\n" + runs("{m};9.72;{s};{t}\n"),
     "the radius of the ball": "Kugel: R = 50,8 mm;;;\nx: Abstand Kugeloberfläche - Gewicht;;;\n"
     "m/g;x/cm;n/min^-1;t/s (1 Umlauf)\n" + runs("{m};9.72;{s};{t}\n"),
@@ -537,7 +543,8 @@ READ = {
         for m in MASSES
         for s in SPINS
     ),
-    "turns in a cell above": "Voltas cronometradas;3\nmassa (g);posição (cm, a partir do centro);rotação (rpm);"
+    "turns in a cell above": "Voltas cronometradas;3\nmassa (g);posição (cm, a partir "
+    "do centro);rotação (rpm);"
     "tempo (s)\n" + runs(SHORT, 3),
     "a spin before and after in Italian": HEAD.replace(
         "spin (rpm)", "giri/min inizio;giri/min fine"

@@ -43,16 +43,19 @@ LOGS = {
     "turns in a line": "# turns: 1\n" + PLAIN.replace("turns", "bench"),
 }
 NAMES = """
-battery,field,photodiode,Spannung,tension,napětí,humidity,temperature,air pressure,current,voltage,light,noise,
-battery life,height,room height,depth,altitude,table height,compressor,pump pressure,air flow,flow,gas flow,
-laser power,power,energy,capacitance,resistance,magnetic field,brightness,exposure,frame,supply voltage,signal,
-sensor,LED,motor,lamp,cable length,camera,string,thread length,wind,sound level,heart rate,memory,room,coffee,
-phone battery,age,water level,density,viscosity,dose,volume,area,price,gain,channel,screen,Luftdruck,Raumhöhe,
-température,hauteur,courant,давление,температура,высота,напряжение,altura,ciśnienie,teplota,výška,电压,高度,온도
+battery,field,photodiode,Spannung,tension,napětí,humidity,temperature,
+air pressure,current,voltage,light,noise,battery life,height,room height,
+depth,altitude,table height,compressor,pump pressure,air flow,flow,gas flow,
+laser power,power,energy,capacitance,resistance,magnetic field,brightness,
+exposure,frame,supply voltage,signal,sensor,LED,motor,lamp,cable length,
+camera,string,thread length,wind,sound level,heart rate,memory,room,coffee,
+phone battery,age,water level,density,viscosity,dose,volume,area,price,gain,
+channel,screen,Luftdruck,Raumhöhe,température,hauteur,courant,давление,
+температура,высота,напряжение,altura,ciśnienie,teplota,výška,电压,高度,온도
 """.replace("\n", "").split(",")
 SYMBOLS = """
-V T A K C F Pa bar hPa kPa mbar W J °C °F lx dB ppm % Ah Ω u r R t U v l L M G n p d D a b B c e E f H i I k P q
-Q S w x X y Y z Z φ ω μ mT kV mV psi mol cd lm Wb Gy
+V T A K C F Pa bar hPa kPa mbar W J °C °F lx dB ppm % Ah Ω u r R t U v l L M G n p d D a
+b B c e E f H i I k P q Q S w x X y Y z Z φ ω μ mT kV mV psi mol cd lm Wb Gy
 """
 UNITS = [*vocabulary.UNITS, *SYMBOLS.split()]
 HEADERS = [

@@ -258,9 +258,9 @@ def test_a_note_that_changes_nothing_is_no_doubt(top: str) -> None:
 def test_a_number_of_nuts_is_a_mass(top: str, column: str) -> None:
     lines = [top, f"{column};position (cm);spin (rpm);turns;time (s)"]
     for count, spin in ((n, s) for n in (3, 5, 7) for s in (248, 401, 552)):
-        lines.append(
-            f"{count};14.8;{spin};1;{2 * np.pi * INERTIA * spin * RPM / (count * 8.35e-3 * G * 0.148):.2f}"
-        )
+        torque = count * 8.35e-3 * G * 0.148
+        time = 2 * np.pi * INERTIA * spin * RPM / torque
+        lines.append(f"{count};14.8;{spin};1;{time:.2f}")
     assert gyrodata.analyze("\n".join(lines).encode()).inertia.value == pytest.approx(
         INERTIA, rel=0.02
     )

@@ -150,17 +150,22 @@ def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
                 f"{value}><text:p>{cell.value}</text:p></table:table-cell>"
             )
         if isinstance(cell, str):
-            return f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}</text:p></table:table-cell>'
+            return (
+                f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}'
+                f"</text:p></table:table-cell>"
+            )
         return (
             f'<table:table-cell office:value-type="float" '
             f'office:value="{cell}"><text:p>{cell}</text:p>'
             "</table:table-cell>"
         )
 
+    def row_tag(number: int) -> str:
+        visibility = ' table:visibility="collapse"' if number in hidden else ""
+        return f"<table:table-row{visibility}>"
+
     lines = "".join(
-        f"<table:table-row{' table:visibility=' + chr(34) + 'collapse' + chr(34) if number in hidden else ''}>"
-        + "".join(map(written, row))
-        + "</table:table-row>"
+        row_tag(number) + "".join(map(written, row)) + "</table:table-row>"
         for number, row in enumerate(table, 1)
     )
     text = (

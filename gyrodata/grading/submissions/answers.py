@@ -495,13 +495,19 @@ def _unit_behind(text: str) -> str:
 # --- the candidates ---
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
-_OTHER_UNIT = r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^|\*\*)?[\d²³]?){1,3}"
+_OTHER_UNIT = (
+    r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"
+    r"|\*\*)?[\d²³]?){1,3}"
+)
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
 _COUNT = r"(?<![\w.,])\d{1,2}(?=\s(?!percent|per cent|Prozent)(?i:[^\W\d]{3}|is\b|es\b|we\b))"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
-_MARK = rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*|{SAYS['value']})[\s=:|~≈]+)?$"
+_MARK = (
+    rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*"
+    rf"|{SAYS['value']})[\s=:|~≈]+)?$"
+)
 
 
 def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:

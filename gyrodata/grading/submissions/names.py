@@ -286,7 +286,9 @@ def _with_user_names(named: Named, root: Path) -> Named:
     }
     owners = {name: match["owner"] for name, match in matches.items() if match}
     distinct = sorted(set(owners.values()))
-    at = commonprefix(distinct).rfind("_") + 1 if len(distinct) > 1 else 0  # noqa: RUF071 (these are not paths)
+    # These are not paths, but names whose beginning is equal.
+    shared = commonprefix(distinct)  # noqa: RUF071
+    at = shared.rfind("_") + 1 if len(distinct) > 1 else 0
     people = {
         owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2
         for owner in distinct

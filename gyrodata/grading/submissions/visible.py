@@ -34,7 +34,8 @@ _BLOCKS = "p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote
 _PARAGRAPHS = frozenset(_BLOCKS.split())
 """Elements of HTML that end a paragraph."""
 _HIDES = re.compile(
-    r"display:none|visibility:(?:hidden|collapse)|opacity:0(?!\.?\d*[1-9])|font-size:[0-2](?:\.\d*)?(?:px|pt|;|$)"
+    r"display:none|visibility:(?:hidden|collapse)|opacity:0(?!\.?\d*[1-9])"
+    r"|font-size:[0-2](?:\.\d*)?(?:px|pt|;|$)"
     r"|(?:text-indent|left|top|margin-left):-\d{4}"
 )
 """A declaration that hides an element; the style has no blanks."""
@@ -42,7 +43,8 @@ _WHITE = re.compile(
     r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
 )
 _BACKGROUND = re.compile(
-    r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b|\\(?:colorbox|pagecolor))"
+    r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b"
+    r"|\\(?:colorbox|pagecolor))"
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
 )
 """A background, on which white text may be seen."""

@@ -9,29 +9,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+from gyrodata.base.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from gyrodata.coverage import SelfCheck, selfcheck
-    from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
+    from gyrodata.api import Analysis, GyroWarning, analyze, read_log, sample
+    from gyrodata.base.errors import Diagnostic, GyroError, InputError, LogError
     from gyrodata.fitting import LineFit, fit_line
     from gyrodata.grading.classroom import ClassGrades, grade
-    from gyrodata.python_api import GyroWarning, analyze, read_log, sample
     from gyrodata.readings import Readings, Uncertainty
-    from gyrodata.results import Analysis, Result
-    from gyrodata.simulation import Design, Simulation, Truth, simulate
+    from gyrodata.results import Result
+    from gyrodata.trials.coverage import SelfCheck, selfcheck
+    from gyrodata.trials.simulation import Design, Simulation, Truth, simulate
 
 _HOMES = {
     name: module
     for module, names in {
-        "coverage": "SelfCheck selfcheck",
-        "errors": "Diagnostic GyroError InputError LogError",
+        "trials.coverage": "SelfCheck selfcheck",
+        "base.errors": "Diagnostic GyroError InputError LogError",
         "fitting": "LineFit fit_line",
         "grading.classroom": "ClassGrades grade",
-        "python_api": "GyroWarning analyze read_log sample",
+        "api": "Analysis GyroWarning analyze read_log sample",
         "readings": "Readings Uncertainty",
-        "results": "Analysis Result",
-        "simulation": "Design Simulation Truth simulate",
+        "results": "Result",
+        "trials.simulation": "Design Simulation Truth simulate",
     }.items()
     for name in names.split()
 }

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from gyrodata import changes, findings, fitting, refusals, tables, wrong_cells
-from gyrodata.changes import Lab
-from gyrodata.errors import LogError, insist_on_choice, insist_on_type
+from gyrodata import fitting
+from gyrodata.base.errors import Diagnostic, LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
+from gyrodata.judging import changes, findings, refusals, tables, wrong_cells
+from gyrodata.judging.changes import Lab
+from gyrodata.judging.procedure import what_lacks
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
@@ -235,6 +237,27 @@ EXACT, TOO_WIDE = 1e-6, 0.7
 HOPELESS = 1e-6
 """If the probability of chi-square is below this, wrong turn counts that explain all
 torques are reported as errors."""
+
+
+def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
+    """Analyse a log and list what is missing.
+
+    Return the analysis, or None if the log has no answer, and all diagnostics.
+    """
+    try:
+        analysis = analyze_readings(readings)
+    except LogError as error:
+        measured = measure(readings) if readings.ok else None
+        lacking = (
+            what_lacks(readings, measured, None)
+            if measured is not None and measured.torque.any()
+            else []
+        )
+        return None, (*error.diagnostics, *lacking)
+    return analysis, (
+        *analysis.diagnostics,
+        *what_lacks(readings, analysis.measurements, analysis.lab),
+    )
 
 
 def fit_runs(

@@ -7,11 +7,8 @@ the same records.
 from __future__ import annotations
 
 import json
-import os
 import re
-from base64 import b64encode
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -20,14 +17,11 @@ import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import asdict
 
-from gyrodata import __version__
-from gyrodata.changes import Effect, Lab, Sensitivity
-from gyrodata.disk import write_folder
-from gyrodata.errors import Diagnostic, DiagnosticJson
+from gyrodata.base.errors import Diagnostic, DiagnosticJson
+from gyrodata.base.tool import Tool
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
-from gyrodata.measurements import Measurements
-from gyrodata.readings import Readings
-from gyrodata.tables import (
+from gyrodata.judging.changes import Effect, Lab, Sensitivity
+from gyrodata.judging.tables import (
     Ball,
     Constancy,
     Exponent,
@@ -37,21 +31,16 @@ from gyrodata.tables import (
     Run,
     Torque,
 )
+from gyrodata.measurements import Measurements
+from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from gyrodata.coverage import SelfCheck
 
 DOF_REASON = (
     "u and the interval are quantiles of the posterior distribution, which includes "
     "the doubt about the widths"
 )
-
-
-def _above(room: str) -> Any:
-    """Return a module of a layer above this one, loaded when it is used."""
-    return import_module(f"gyrodata.{room}")
 
 
 CONVENTIONS: dict[str, str] = msgspec.json.decode(
@@ -350,90 +339,6 @@ class Analysis(Struct, frozen=True, eq=False):
         found = f"{len(self.run_table)} runs, {len(self.diagnostics)} diagnostics"
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {found}>"
 
-    def __str__(self) -> str:
-        text = (
-            _above("reporting.text")
-            .summary(self, verbose=False, rest="More: .report(FOLDER)")
-            .rstrip("\n")
-        )
-        return str(_above("python_api").in_python(text))
-
-    def summary(self) -> str:
-        """Return the answer and the findings as text, the same as ``print(lab)`` shows."""
-        return str(self)
-
-    def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
-        """Simulate this lab many times and count how often its intervals contain I_zz.
-
-        See `gyrodata.selfcheck`.
-        """
-        checked: SelfCheck = _above("coverage").selfcheck(self, labs, seed)
-        return checked
-
-    def plot(self, name: str = "torque", ax: Any = None) -> Any:
-        """Draw one of the figures of the report.
-
-        Parameters
-        ----------
-        name : {"period", "product", "torque", "residuals"}
-            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque
-            against φ̇ψ̇ [rad²/s²]; or the difference of each time and its prediction
-            [u].
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw on; ``ax.legend()`` names the torques. None: a new figure with
-            its legend.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `ax` is not an ``Axes``, or if the name is unknown.
-        """
-        return _above("plotting").plot_on(self, name, ax)
-
-    def report(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the HTML report, the figures and the data of ``gyro analyze`` into a folder.
-
-        Parameters
-        ----------
-        folder : path
-            The folder is created if it does not exist; other files in it are not
-            changed.
-
-        Returns
-        -------
-        Path
-            The path of report.html.
-        """
-        target = Path(folder)
-        write_folder(target, _above("reporting.page").report_files(self))
-        return target / "report.html"
-
-    def _repr_html_(self) -> str:
-        from html import escape
-
-        drawn = _above("plotting").render(self, "png", names=("torque",), faults={})
-        found = "".join(
-            f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>"
-            for one in self.diagnostics
-        )
-        words = escape(_above("plotting").alt_text(self, "torque"))
-        picture = f"<p>{words}</p>"
-        if "torque" in drawn:
-            figure = b64encode(drawn["torque"]).decode()
-            picture = (
-                f'<img src="data:image/png;base64,{figure}" alt="{words}" '
-                f'style="max-width: 36em">'
-            )
-        listed = f"<ul>{found}</ul>" if found else ""
-        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}{listed}'
-
-    def _repr_markdown_(self) -> str:
-        return str(_above("reporting.markdown").markdown_report(self))
-
     def to_dict(self) -> dict[str, Any]:
         """Return the object of the JSON, with the schema "gyro.analysis/2".
 
@@ -480,13 +385,6 @@ class Analysis(Struct, frozen=True, eq=False):
 
 
 # --- the JSON ---
-
-
-class Tool(Struct, frozen=True):
-    """The tool and its version."""
-
-    name: Literal["gyrodata"] = "gyrodata"
-    version: str = __version__
 
 
 class Input(Struct, eq=False):

@@ -11,8 +11,8 @@ from pathlib import Path
 from msgspec import json
 from typer.testing import CliRunner
 
+from gyrodata.base.errors import GyroError
 from gyrodata.cli import app
-from gyrodata.errors import GyroError
 from gyrodata.grading.forensics import FEWEST, Fingerprint, fingerprint
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log

@@ -9,9 +9,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-from gyrodata import plotting
 from gyrodata.reporting.content import defaults_used
 from gyrodata.reporting.data import json_text
+from gyrodata.reporting.figure_data import list_looks
+from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.page import report_page
 from gyrodata.results import Analysis
 
@@ -19,8 +20,8 @@ TOLD = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf
 KINDS: dict[str, str] = TOLD["logs"]
 LOG = KINDS["ball and a slip"]
 IN_ORDER = ("torque", "period", "product", "residuals")
-PIXEL = dict.fromkeys(plotting.FIGURES, b"\x89PNG\r\n")
-WORDS = {name: f"what {name} shows" for name in plotting.FIGURES}
+PIXEL = dict.fromkeys(FIGURES, b"\x89PNG\r\n")
+WORDS = {name: f"what {name} shows" for name in FIGURES}
 
 
 def make_page(
@@ -28,7 +29,7 @@ def make_page(
     figures: Mapping[str, bytes] = PIXEL,
     alt: Mapping[str, str] = WORDS,
 ) -> str:
-    return report_page(analysis, figures, "png", alt, plotting.list_looks(analysis))
+    return report_page(analysis, figures, "png", alt, list_looks(analysis))
 
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}

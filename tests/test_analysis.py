@@ -14,10 +14,10 @@ from labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import LogError
 from gyrodata.cli import app
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import LogError
-from gyrodata.tables import NamedFit
+from gyrodata.judging.tables import NamedFit
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gyrodata import benchmark as room
-from gyrodata.benchmark import Benchmark, Effort, cheapest, run_benchmark
-from gyrodata.benchmark.estimators import (
+from gyrodata.cli import app
+from gyrodata.trials import benchmark as room
+from gyrodata.trials.benchmark import Benchmark, Effort, cheapest, run_benchmark
+from gyrodata.trials.benchmark.estimators import (
     ESTIMATORS,
     SCENES,
     Trial,
@@ -21,8 +22,7 @@ from gyrodata.benchmark.estimators import (
     covariances,
     draw_labs,
 )
-from gyrodata.benchmark.motions import METHODS, MODELS
-from gyrodata.cli import app
+from gyrodata.trials.benchmark.motions import METHODS, MODELS
 
 TINY = Effort(motion_labs=4, turns=16, evaluations=8_000, labs=40, repeats=1)
 CHARTS = ("motion", "motion_order", "estimators", "failures")

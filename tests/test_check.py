@@ -16,11 +16,10 @@ from labs import analyze_briefly
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata import schema
-from gyrodata.cli import app
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import GyroError
+from gyrodata.cli import app, schema
 from gyrodata.cli.explain_command import COMMANDS
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import GyroError
 
 ROOT = Path(__file__).parent.parent
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"

@@ -15,9 +15,9 @@ from scipy import stats
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import LogError
-from gyrodata.simulation import TYPICAL, Design, Truth, simulate
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import LogError
+from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
 HEAD = "# g: 9.803 m/s^2\n# u_time: 0.1 s\n# u_spin: 0.2 %\n# u_time_bias: 0.05 s\n"
 ROWS = """mass [g],position [cm],spin [rpm],time [s],turns

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
+from gyrodata.base.disk import LOCK, alone_in
 from gyrodata.cli import app
-from gyrodata.disk import LOCK, alone_in
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 SAMPLE, CLASS = SAMPLES / "air_gyroscope.csv", SAMPLES / "class"

@@ -21,17 +21,19 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, findings, motion, physics
-from gyrodata.cli import app
-from gyrodata.diagnostics import explanations
+from gyrodata import physics
+from gyrodata.base.diagnostics import explanations
+from gyrodata.cli import app, documentation
 from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.submissions.names import PLATFORMS
+from gyrodata.judging import changes, findings
 from gyrodata.measurements import (
     DEFAULT_TRANSVERSE_RATIO,
     SOURCES,
     TRANSVERSE_U,
     measure,
 )
+from gyrodata.physics import motion
 from gyrodata.readings import read_log
 from gyrodata.readings.roles import parse_header
 
@@ -460,21 +462,25 @@ def test_a_link_leads_somewhere(path: Path) -> None:
         )
 
 
-@pytest.mark.parametrize("page", docs.PAGES)
+@pytest.mark.parametrize("page", documentation.PAGES)
 @pytest.mark.parametrize("width", [80, 250])
 def test_a_terminal_shows_a_page_whole(
     page: str, width: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
-    shown = re.sub(r"\x1b\[[\d;]*m", "", docs.for_terminal(docs.page_text(page), width))
-    assert max(map(cell_len, shown.splitlines())) <= min(width, docs.WIDEST)
+    shown = re.sub(
+        r"\x1b\[[\d;]*m",
+        "",
+        documentation.for_terminal(documentation.page_text(page), width),
+    )
+    assert max(map(cell_len, shown.splitlines())) <= min(width, documentation.WIDEST)
     # Nothing is cut, and no mark of Markdown or of a test is left.
-    assert shown.count("…") == docs.page_text(page).count("…")
+    assert shown.count("…") == documentation.page_text(page).count("…")
     assert re.findall(r"\*\*|```|\|--|<!--|\]\(", shown) == []
     # Rich before 15 puts a frame around it.
-    assert shown.lstrip("\n ┏━┓").partition("\n")[0].strip("┃ ") == docs.page_title(
-        page
-    )
+    assert shown.lstrip("\n ┏━┓").partition("\n")[0].strip(
+        "┃ "
+    ) == documentation.page_title(page)
 
 
 def test_all_pages_are_listed_and_a_pipe_gets_markdown() -> None:

@@ -18,8 +18,9 @@ from grading.reports import a_log
 from msgspec.structs import replace
 from typer.testing import CliRunner
 
-from gyrodata import analyze, plotting
+from gyrodata import analyze
 from gyrodata.cli import app
+from gyrodata.reporting.figures import FIGURES
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
 RC = b"""text.usetex: true
@@ -103,8 +104,8 @@ def test_a_figure_that_fails_is_a_warning(
     def fails(*_: object) -> None:
         raise RuntimeError("a fault planted by the test")
 
-    broken = replace(plotting.FIGURES["torque"], panels=(fails,))
-    monkeypatch.setitem(plotting.FIGURES, "torque", broken)  # type: ignore[arg-type]
+    broken = replace(FIGURES["torque"], panels=(fails,))
+    monkeypatch.setitem(FIGURES, "torque", broken)  # type: ignore[arg-type]
     done = CliRunner().invoke(
         app, ["analyze", str(SAMPLE), "--out", str(tmp_path / "report")]
     )

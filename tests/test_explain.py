@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import gyrodata
+from gyrodata.base.diagnostics import explanations, severities
 from gyrodata.cli import app
 from gyrodata.cli.explain_command import COMMANDS
-from gyrodata.diagnostics import explanations, severities
 from gyrodata.readings.roles import KEYS
 
 SAMPLE = (Path(__file__).parents[1] / "sample_data" / "air_gyroscope.csv").read_text(

@@ -24,9 +24,10 @@ from pages import IN_ORDER, KINDS, Structure, known, make_page
 from PIL import Image
 from typer.testing import CliRunner, Result
 
-from gyrodata import analyze, plotting
+from gyrodata import analyze
 from gyrodata.cli import app
 from gyrodata.reporting.data import table_header, table_rows
+from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.reporting.text import summary
@@ -99,7 +100,7 @@ def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -
         ) == done.stdout
         drawn = {path.name for path in folder.iterdir()}
         assert {
-            f"{name}.{end}" for name in plotting.FIGURES for end in (shown, figures)
+            f"{name}.{end}" for name in FIGURES for end in (shown, figures)
         } <= drawn
 
 
@@ -202,7 +203,7 @@ def test_the_document_compiles_when_latex_is_installed(
     ):
         pytest.skip(f"no {engine} with siunitx on this machine")
     (tmp_path / "report.tex").write_text(latex_report(analysis()), encoding="utf-8")
-    for name in plotting.FIGURES:
+    for name in FIGURES:
         Image.new("RGB", (66, 42), "white").save(tmp_path / f"{name}.png")
     command = [
         engine,

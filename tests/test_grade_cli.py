@@ -30,7 +30,7 @@ from grading.classes import LOG, make_folder
 from processes import started
 from typer.testing import Result
 
-from gyrodata import schema
+from gyrodata.cli import schema
 
 ROOT = Path(__file__).parent.parent
 CLASS = ROOT / "sample_data" / "class"

@@ -14,8 +14,8 @@ from gates.labs import INERTIA, Bench, draw, write
 from msgspec.structs import astuple
 
 import gyrodata
-from gyrodata.errors import Diagnostic, LogError
-from gyrodata.procedure import check_log
+from gyrodata.analysis import check_log
+from gyrodata.base.errors import Diagnostic, LogError
 from gyrodata.readings import read_log
 
 SAMPLE = (Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv").read_text(

@@ -19,8 +19,8 @@ import typer
 from documents import ROOT
 from typer.testing import CliRunner
 
+from gyrodata.base.diagnostics import explanations
 from gyrodata.cli import app
-from gyrodata.diagnostics import explanations
 from gyrodata.docs import PAGES
 
 

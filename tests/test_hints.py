@@ -17,8 +17,8 @@ from labs import analyze_briefly
 from test_slips import TRUTH, lab
 
 import gyrodata
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import Diagnostic, GyroError
 
 GOOD = lab().text().replace("# ball_mass: 4.3 kg\n# ball_diameter: 10.16 cm\n", "")
 LINES = GOOD.splitlines()

@@ -14,8 +14,8 @@ import pytest
 from labs import analyze_briefly
 
 import gyrodata
+from gyrodata.judging.tables import compare_with_ball
 from gyrodata.readings.roles import UNCERTAINTIES, kind_of_role
-from gyrodata.tables import compare_with_ball
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,206,7.1,1/3\n"

@@ -10,9 +10,10 @@ import pytest
 from msgspec.structs import replace
 
 import gyrodata
-from gyrodata import changes, physics
-from gyrodata.simulation import EXACT, TYPICAL, Design, Truth, simulate
-from gyrodata.units import Uncertainty
+from gyrodata import physics
+from gyrodata.judging import changes
+from gyrodata.quantities.units import Uncertainty
+from gyrodata.trials.simulation import EXACT, TYPICAL, Design, Truth, simulate
 
 RPM = math.pi / 30
 UP_AND_DOWN = (math.radians(-30), math.radians(30))

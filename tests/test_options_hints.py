@@ -16,9 +16,9 @@ from test_slips import TRUTH, lab
 from typer.testing import CliRunner
 
 import gyrodata
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import Diagnostic, GyroError
 from gyrodata.cli import app
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import Diagnostic, GyroError
 
 G, HEAD = "# g: 9.803 m/s^2\n", "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROWS = [line.split(",") for line in lab().text().splitlines()[-9:]]

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from pages import IN_ORDER, KINDS, LOG, Structure, find, known, make_page
 
 from gyrodata import analyze
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report

@@ -10,7 +10,8 @@ import pytest
 from browser import look_at, needs_browser
 from pages import LOG, make_page
 
-from gyrodata import analyze, plotting
+from gyrodata import analyze
+from gyrodata.reporting.figures import render
 from gyrodata.results import Analysis
 
 pytestmark = needs_browser
@@ -49,7 +50,7 @@ def analysis() -> Analysis:
 
 
 def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
-    out = look_at(tmp_path, make_page(analysis, plotting.render(analysis)), 360, PROBE)
+    out = look_at(tmp_path, make_page(analysis, render(analysis)), 360, PROBE)
     assert out["broken"] == 0
     # From edge to edge: only so are their letters large enough.
     assert min(out["figures"]) > 340

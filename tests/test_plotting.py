@@ -17,7 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gyrodata import analyze, plotting
+from gyrodata import analyze
+from gyrodata.reporting.figure_data import list_looks
+from gyrodata.reporting.figures import FIGURES, SIZES, alt_text, plot_on, render
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -69,7 +71,7 @@ LOGS = {
 SEEN = [
     (name, style)
     for name in LOGS
-    for style in plotting.SIZES
+    for style in SIZES
     if (name, style) != ("sixty torques", "slides")
 ]
 PLACED = (
@@ -87,8 +89,7 @@ UNITS = {
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
     return {
-        name: data.decode()
-        for name, data in plotting.render(analysis, "svg", medium).items()
+        name: data.decode() for name, data in render(analysis, "svg", medium).items()
     }
 
 
@@ -141,9 +142,9 @@ def test_texts_of_any_log_are_inside_and_apart(
 
 def test_same_log_same_bytes_in_any_process() -> None:
     program = (
-        "import sys\nfrom gyrodata import analyze, plotting\nlab = "
+        "import sys\nfrom gyrodata import analyze\nfrom gyrodata.reporting.figures import render\nlab = "
         "analyze(sys.stdin.buffer.read(), name='log.csv')\n"
-        "for form in ('png', 'svg', 'pdf'):\n    print(plotting.render(lab, form))\n"
+        "for form in ('png', 'svg', 'pdf'):\n    print(render(lab, form))\n"
     )
     line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}
     shown = subprocess.run(
@@ -151,14 +152,14 @@ def test_same_log_same_bytes_in_any_process() -> None:
     ).stdout.decode()
     lab = analyze(LOGS["3 x 3"], name="log.csv")
     assert shown.splitlines() == [
-        str(plotting.render(lab, form)) for form in ("png", "svg", "pdf")
+        str(render(lab, form)) for form in ("png", "svg", "pdf")
     ]
 
 
 def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
     """Draw a figure on axes, and give its marks of runs, a line for each look."""
     ax = Figure().add_subplot()
-    assert plotting.plot_on(analysis, name, ax) is ax
+    assert plot_on(analysis, name, ax) is ax
     return ax, [
         line
         for line in ax.lines
@@ -169,12 +170,12 @@ def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
 def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> None:
     analysis = analyses["two odd runs"]
     assert [run.run for run in analysis.run_table if run.flagged] == ["5", "8"]
-    for which in plotting.FIGURES:
+    for which in FIGURES:
         ax, lines = on_axes(analysis, which)
         assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
         assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
         assert [text.get_text()[:5] for text in ax.texts] == ["run 5", "run 8"]
-        assert "Drawn hollow: run 5, left out; run 8, left out." in plotting.alt_text(
+        assert "Drawn hollow: run 5, left out; run 8, left out." in alt_text(
             analysis, which
         )
 
@@ -196,7 +197,7 @@ def test_figures_show_the_numbers_of_the_analysis(
         ("product", "torque"),
         ("number", "studentized_residual"),
     )
-    for name, axes in zip(plotting.FIGURES, shown, strict=True):
+    for name, axes in zip(FIGURES, shown, strict=True):
         lines = on_axes(analysis, name)[1]
         expected = np.column_stack([columns[axis] for axis in axes])
         np.testing.assert_allclose(
@@ -208,7 +209,7 @@ def test_figures_show_the_numbers_of_the_analysis(
             (line.get_label().partition("\n")[0], line.get_color(), line.get_marker())
             for line in lines[::-1]
         ]
-        assert looks == list(plotting.list_looks(analysis))
+        assert looks == list(list_looks(analysis))
         assert [len(set(part)) for part in zip(*looks, strict=True)] == [3, 3, 3]
 
 
@@ -230,4 +231,4 @@ def test_names_from_the_log_are_plain_text() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for form in ("png", "svg", "pdf"):
-            plotting.render(analysis, form)  # type: ignore[arg-type]
+            render(analysis, form)  # type: ignore[arg-type]

@@ -17,8 +17,7 @@ from labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import schema
-from gyrodata.cli import app
+from gyrodata.cli import app, schema
 from gyrodata.grading.rubric import default_rubric_text
 from gyrodata.reporting.markdown import markdown_report
 

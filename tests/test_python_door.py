@@ -23,7 +23,7 @@ from users_script import everything
 
 import gyrodata
 from gyrodata import Analysis
-from gyrodata.python_api import in_python
+from gyrodata.api import in_python
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
 UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}

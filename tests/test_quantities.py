@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gyrodata
-from gyrodata.errors import GyroError
+from gyrodata.base.errors import GyroError
 from gyrodata.readings import read_log, write_log
 from gyrodata.reporting.values import inertia_text
 

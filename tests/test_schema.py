@@ -13,8 +13,7 @@ import jsonschema
 import pytest
 from typer.testing import CliRunner
 
-from gyrodata import schema
-from gyrodata.cli import app
+from gyrodata.cli import app, schema
 
 ROOT = Path(__file__).parent.parent
 LOGS = sorted((ROOT / "sample_data").glob("*.csv"))

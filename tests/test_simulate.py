@@ -22,7 +22,7 @@ import gyrodata
 from gyrodata import physics
 from gyrodata.cli import app
 from gyrodata.readings import Uncertainty, read_log, write_log
-from gyrodata.simulation import (
+from gyrodata.trials.simulation import (
     EXACT,
     TYPICAL,
     Decay,

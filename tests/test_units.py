@@ -7,8 +7,8 @@ import math
 import pint
 import pytest
 
-from gyrodata.quantities import parse_uncertainty
-from gyrodata.units import SI, Uncertainty, UnitError, parse_unit
+from gyrodata.quantities.notation import parse_uncertainty
+from gyrodata.quantities.units import SI, Uncertainty, UnitError, parse_unit
 
 RPM = 2 * math.pi / 60
 WRITTEN = {

@@ -13,8 +13,8 @@ from labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
+from gyrodata.base.errors import LogError
 from gyrodata.cli import app
-from gyrodata.errors import LogError
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 COLUMNS = {"mass": 0, "position": 1, "spin": 2, "time": 3}

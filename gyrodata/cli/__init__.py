@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 from msgspec import Struct, convert
 
-from gyrodata import __version__
+from gyrodata.base.version import __version__
 from gyrodata.cli.options import example_of
 from gyrodata.cli.terminal import Door, write_out
 

@@ -16,6 +16,8 @@ import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata.base.disk import telling, write_folder, write_whole
+from gyrodata.base.errors import Diagnostic, GyroError
 from gyrodata.cli import terminal
 from gyrodata.cli.options import (
     ConfigOption,
@@ -24,8 +26,6 @@ from gyrodata.cli.options import (
     constants_of,
     pairs,
 )
-from gyrodata.disk import telling, write_folder, write_whole
-from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.readings import listing
 
 if TYPE_CHECKING:
@@ -178,9 +178,9 @@ def demo(opened: OpenOption = False) -> None:
 
     The log contains ten runs with an air gyroscope.
     """
-    from gyrodata import docs
+    from gyrodata.cli import documentation
 
-    log, data = Path("demo.csv"), Path(docs.__file__).with_name("demo.csv").read_bytes()
+    log, data = Path("demo.csv"), (documentation.FOLDER / "demo.csv").read_bytes()
     if log.exists() and log.read_bytes() != data:
         terminal.refuse("demo_exists")
     with telling(log):
@@ -323,14 +323,14 @@ def _content(path: Path, most: int) -> bytes:
 def _state(name: str, data: bytes, request: _Request) -> str:
     """Describe the state of the lab, or explain why there is no answer yet."""
     from gyrodata.analysis import analyze_readings
-    from gyrodata.procedure import what_lacks
+    from gyrodata.judging.procedure import what_lacks
     from gyrodata.reporting import text
 
     try:
         readings = request.read(source=data, name=name)
         analysis = analyze_readings(readings, request.options)
         return text.watch_text(
-            analysis, what_lacks(readings, analysis.measurements, analysis)
+            analysis, what_lacks(readings, analysis.measurements, analysis.lab)
         )
     except GyroError as error:
         return text.unfinished_text(name, error.diagnostics)
@@ -427,7 +427,7 @@ def _report_of(
 
     Also return a warning about each reason why figures cannot be drawn.
     """
-    from gyrodata.plotting import omit_docstrings
+    from gyrodata.reporting.figures import omit_docstrings
     from gyrodata.reporting.page import report_files
 
     with suppress(ImportError, ValueError):  # the figures say why

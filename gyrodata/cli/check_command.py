@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from gyrodata.base.disk import telling, write_whole
+from gyrodata.base.errors import Diagnostic, GyroError, InputError
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -29,8 +31,6 @@ from gyrodata.cli.terminal import (
     write_out,
     write_text,
 )
-from gyrodata.disk import telling, write_whole
-from gyrodata.errors import Diagnostic, GyroError, InputError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
@@ -130,8 +130,8 @@ def _shown(
     texts: Sequence[str], kind: str, unit: str, option: str, digits: int
 ) -> list[str]:
     """Write the values of an option in one unit, with at least `digits` digits."""
-    from gyrodata.quantities import parse_quantity
-    from gyrodata.units import UnitError, from_si
+    from gyrodata.quantities.notation import parse_quantity
+    from gyrodata.quantities.units import UnitError, from_si
 
     shown = []
     if not texts:
@@ -276,7 +276,8 @@ def _check_one(
     name: str, read: Callable[[], Read], form: CheckFormat, strict: bool
 ) -> tuple[Readings | None, int]:
     """Check one log and print what was found; return the log and the exit code."""
-    from gyrodata.procedure import ADVICE, check_log
+    from gyrodata.analysis import check_log
+    from gyrodata.judging.procedure import ADVICE
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import check_text
     from gyrodata.results import CheckDocument, Input, to_json

@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
-from pathlib import Path
 from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrodata import diagnostics, docs
+from gyrodata.base import diagnostics
+from gyrodata.base.errors import PICTURES, GyroError
+from gyrodata.cli import documentation
 from gyrodata.cli.terminal import refuse, write_out
-from gyrodata.errors import PICTURES, GyroError
 
 if TYPE_CHECKING:
-    from gyrodata.errors import Diagnostic
+    from gyrodata.base.errors import Diagnostic
 
 LONGEST, WIDEST = 14, 100
 """Lines and characters of an example that are shown."""
@@ -26,7 +26,7 @@ COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "temp
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
     """List pages and codes that begin with a text, each with its title, for a shell that completes."""
-    titles = {name: docs.page_title(name) for name in docs.PAGES}
+    titles = {name: documentation.page_title(name) for name in documentation.PAGES}
     titles |= {
         code: entry.title for code, entry in sorted(diagnostics.explanations().items())
     }
@@ -58,15 +58,15 @@ def explain(
 def _glossary() -> dict[str, dict[str, str]]:
     """Read the texts about "words" and "keys" of a log, by all names of a word, separated by commas."""
     return tomllib.loads(
-        Path(docs.__file__).with_name("glossary.toml").read_text(encoding="utf-8")
+        (documentation.FOLDER / "glossary.toml").read_text(encoding="utf-8")
     )
 
 
 def _contents() -> str:
-    longest = max(map(len, docs.PAGES))
+    longest = max(map(len, documentation.PAGES))
     pages = "".join(
-        f"  gyro explain {name:<{longest}}  {docs.page_title(name)}\n"
-        for name in docs.PAGES
+        f"  gyro explain {name:<{longest}}  {documentation.page_title(name)}\n"
+        for name in documentation.PAGES
     )
     words = fill(
         ", ".join(names.partition(",")[0] for names in _glossary()["words"]), 74
@@ -99,13 +99,15 @@ def _explanation(asked: str) -> str:
     words = {word: names for names in texts for word in names.split(", ")}
     known = {
         _folded(name): name
-        for name in (*KEYS, *words, *diagnostics.explanations(), *docs.PAGES)
+        for name in (*KEYS, *words, *diagnostics.explanations(), *documentation.PAGES)
     }
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in known:
         near = get_close_matches(name, known, n=1)
         pages = [
-            page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()
+            page
+            for page in documentation.PAGES
+            if asked.lower() in documentation.page_text(page).lower()
         ]
         if near:
             refuse("page_misspelt", asked=asked, near=known[near[0]])
@@ -113,9 +115,9 @@ def _explanation(asked: str) -> str:
             refuse("page_of_word", asked=asked, pages=", ".join(pages))
         refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
     found = known[name]
-    if found in docs.PAGES:
-        page = docs.page_text(found)
-        return docs.for_terminal(page) if sys.stdout.isatty() else page
+    if found in documentation.PAGES:
+        page = documentation.page_text(found)
+        return documentation.for_terminal(page) if sys.stdout.isatty() else page
     if found in diagnostics.severities():
         return _about_code(found)
     told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
@@ -125,9 +127,9 @@ def _explanation(asked: str) -> str:
 
 def _about_key(key: str) -> str:
     """Describe the meaning and the form of a key of a log."""
-    from gyrodata.error_sources import SOURCES
+    from gyrodata.quantities.error_sources import SOURCES
+    from gyrodata.quantities.units import DISPLAY
     from gyrodata.readings import roles
-    from gyrodata.units import DISPLAY
 
     if key in roles.OTHER_KEYS:
         # The glossary shows these lines as a whole.
@@ -180,7 +182,7 @@ def _about_code(code: str) -> str:
 
 def _raised(code: str) -> Diagnostic | None:
     """Return the diagnostic that the example of a code raises; None if the example is not a log."""
-    from gyrodata.procedure import check_log
+    from gyrodata.analysis import check_log
     from gyrodata.readings import read_log
 
     example = diagnostics.explanations()[code].example

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from typer import Argument, Option
 
+from gyrodata.base.disk import alone_in, telling, write_whole
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
-from gyrodata.disk import alone_in, telling, write_whole
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -74,13 +74,13 @@ def grade(
         refuse("nothing_to_grade")
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
+    from gyrodata.base.workers import count_workers
     from gyrodata.grading import classroom, ledger, output, submissions
     from gyrodata.grading.exports import compare_tables
     from gyrodata.grading.exports.gradebooks import fill_book
     from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
-    from gyrodata.workers import count_workers
 
     judged = read_rubric(*_rubric(rubric))
     found = submissions.list_submissions(path.absolute(), lms, pattern, attempts)

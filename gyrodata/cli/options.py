@@ -120,11 +120,11 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     InputError
         If there is no such number, or no laboratory has such a value.
     """
-    from gyrodata import quantities, units
+    from gyrodata.quantities import notation, units
 
     shown = f'{option} "{text.strip()[:40]}"'
     try:
-        value = quantities.parse_quantity(text, kind)
+        value = notation.parse_quantity(text, kind)
     except units.UnitError as error:
         if re.fullmatch(r"\s*[-+]?\d+\.?\d*\s*", text):
             refuse(

@@ -13,7 +13,7 @@ from gyrodata.cli.options import Bound, FormatOption, constants_of, quantity
 from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
 
 if TYPE_CHECKING:
-    from gyrodata.prediction import Earth, Platform, Precession, Tip, Twist
+    from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
 
 predict = typer.Typer(
     cls=Door,
@@ -46,7 +46,7 @@ class _Numbers(Struct):
         self, option: str, text: str | None, kind: str, usual: str, bound: Bound = ""
     ) -> float:
         """Return the value of an option, else that of the log, else the usual one [SI unit]."""
-        from gyrodata.units import DISPLAY, from_si
+        from gyrodata.quantities.units import DISPLAY, from_si
 
         if text is not None:
             return quantity(option, text, kind, bound)
@@ -130,7 +130,7 @@ def precession(
     --log also reads the weight of the log's fastest run.
     """
     from gyrodata import physics
-    from gyrodata.prediction import predict_precession
+    from gyrodata.physics.prediction import predict_precession
 
     numbers = _read(log)
     if mass is not None or position is not None:
@@ -173,7 +173,7 @@ def earth(
     starts level, to the east. A sidereal hour is 59 min 50.2 s of the clock; each row
     has both. I_zz and the spin determine how well the ball has to be balanced for this.
     """
-    from gyrodata.prediction import predict_earth
+    from gyrodata.physics.prediction import predict_earth
 
     numbers = _read(log)
     values = {
@@ -206,7 +206,7 @@ def platform(
     The turntable is at rest before. The angular momentum about the vertical does not
     change.
     """
-    from gyrodata.prediction import predict_platform
+    from gyrodata.physics.prediction import predict_platform
 
     values = {
         "wheel_inertia": quantity(
@@ -235,7 +235,7 @@ def twist(
     The axle is level, with one end in each hand, and turns at a steady rate W. This
     needs a torque I w W, at right angles to the motion of the axle.
     """
-    from gyrodata.prediction import predict_twist
+    from gyrodata.physics.prediction import predict_twist
 
     values = {
         "wheel_inertia": quantity(
@@ -264,7 +264,7 @@ def tip(
     speed is F L^2/(I_zz w); for a slow spin the exact motion is used. Without spin it
     moves along the force.
     """
-    from gyrodata.prediction import predict_tip
+    from gyrodata.physics.prediction import predict_tip
 
     numbers = _read(log)
     values = {
@@ -286,7 +286,7 @@ def _write(
     numbers: _Numbers,
     form: str,
 ) -> None:
-    from gyrodata.prediction import prediction_text
+    from gyrodata.physics.prediction import prediction_text
     from gyrodata.reporting.data import json_text
     from gyrodata.results import to_json
 

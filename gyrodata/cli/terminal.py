@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gyrodata.errors import PICTURES, Diagnostic, GyroError, InputError, printable
+from gyrodata.base.errors import PICTURES, Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
 from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
-from gyrodata.disk import telling, write_folder
 
 if TYPE_CHECKING:
-    from gyrodata.simulation import Decay
+    from gyrodata.trials.simulation import Decay
 
 
 def simulate(
@@ -46,7 +46,7 @@ def simulate(
     one tachometer, one hand. The log contains its uncertainties, and its first line the
     true values. The same options give the same log.
     """
-    from gyrodata import simulation
+    from gyrodata.trials import simulation
 
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
     truth = simulation.Truth(
@@ -77,7 +77,7 @@ def _list(
 
 def _decay(text: str | None) -> Decay | None:
     """Read "600 s", a time constant, or "10 %", the part lost in each run."""
-    from gyrodata.simulation import Decay
+    from gyrodata.trials.simulation import Decay
 
     if text is None:
         return None
@@ -107,9 +107,9 @@ def selfcheck(
     table shows labs with this scatter.
     """
     from gyrodata.analysis import analyze_readings
-    from gyrodata.coverage import selfcheck as simulate
     from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
+    from gyrodata.trials.coverage import selfcheck as simulate
 
     given: dict[str, Any] = {
         "settings": options.pairs(settings, "--set"),
@@ -137,7 +137,7 @@ def benchmark(
     """
     import time
 
-    from gyrodata.benchmark import (
+    from gyrodata.trials.benchmark import (
         FULL,
         QUICK,
         csv_tables,
@@ -145,7 +145,7 @@ def benchmark(
         reading,
         run_benchmark,
     )
-    from gyrodata.plotting.charts import render_benchmark
+    from gyrodata.trials.benchmark.charts import render_benchmark
 
     effort = QUICK if quick else FULL
     # Test first that the folder can be written, because the benchmark takes minutes.
@@ -179,9 +179,9 @@ def schema(
     ] = "analysis",
 ) -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
+    from gyrodata.cli.schema import diagnostics_table, json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
-    from gyrodata.schema import diagnostics_table, json_schema
 
     write_out(
         diagnostics_text(diagnostics_table())

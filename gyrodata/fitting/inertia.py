@@ -22,7 +22,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import motion, physics
+from gyrodata import physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import (
     ADDED,
@@ -43,7 +43,7 @@ from gyrodata.measurements import (
     Source,
     total_spin_excess,
 )
-from gyrodata.physics import Floats
+from gyrodata.physics import Floats, motion
 
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""

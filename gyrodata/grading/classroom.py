@@ -22,8 +22,10 @@ from typing import Literal, NamedTuple
 from msgspec import Struct, ValidationError
 from msgspec.structs import replace
 
-from gyrodata import __version__, disk
-from gyrodata.errors import Diagnostic, insist_on_type
+from gyrodata.base import disk
+from gyrodata.base.errors import Diagnostic, insist_on_type
+from gyrodata.base.version import __version__
+from gyrodata.base.workers import Failed, in_workers
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.examples import flag_examples
 from gyrodata.grading.exports.pages import environment
@@ -51,7 +53,6 @@ from gyrodata.grading.submissions import (
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import listing
 from gyrodata.results import decode, encode
-from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
 
@@ -262,7 +263,8 @@ def _load_analysis() -> None:
     """Load code that the workers need: each process that is forked from this one has it already."""
     import uncertainties  # noqa: F401
 
-    from gyrodata import analysis, procedure  # noqa: F401
+    from gyrodata import analysis  # noqa: F401
+    from gyrodata.judging import procedure  # noqa: F401
 
 
 Doubt = tuple[Grade, Submission, str | None]
@@ -500,12 +502,13 @@ def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _An
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
         return _Answer(inputs, encode(grade), {})
-    from gyrodata import analysis, plotting
+    from gyrodata import analysis
+    from gyrodata.reporting.figures import alt_text, render
 
     found = analysis.analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     faults: dict[str, str] = {}
-    drawn = plotting.render(found, "png", faults=faults).items()
-    figures = {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
+    drawn = render(found, "png", faults=faults).items()
+    figures = {name: (data, alt_text(found, name)) for name, data in drawn}
     return _Answer(inputs, encode(grade), figures, next(iter(faults.values()), ""))
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, convert
 
-from gyrodata import diagnostics
-from gyrodata.errors import Diagnostic
+from gyrodata.base import diagnostics
+from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.yardsticks import (
     COARSEST,

@@ -33,7 +33,7 @@ from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import split_lines
 from gyrodata.readings.roles import TIMINGS
-from gyrodata.simulation import SIMULATED
+from gyrodata.readings.writing import SIMULATED
 
 Kind = Literal["shared rows", "same spins", "similar spins", "scatter", "simulated"]
 

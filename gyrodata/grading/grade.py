@@ -16,8 +16,8 @@ from typing import Annotated, Literal, NamedTuple, TypedDict
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, mistakes
-from gyrodata.errors import (
+from gyrodata.base import diagnostics
+from gyrodata.base.errors import (
     Diagnostic,
     DiagnosticJson,
     GyroError,
@@ -33,7 +33,8 @@ from gyrodata.grading.rubric import Rubric, judge_lateness
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.answers import partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
-from gyrodata.mistakes import Mistake
+from gyrodata.judging import mistakes
+from gyrodata.judging.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn
@@ -193,7 +194,7 @@ def grade_submission(
     """
     # The main process only distributes the work, and does not need these.
     from gyrodata.analysis import analyze_readings
-    from gyrodata.procedure import what_lacks
+    from gyrodata.judging.procedure import what_lacks
 
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
@@ -216,7 +217,7 @@ def grade_submission(
             for ask in criterion.asks
         }
         lacks = (
-            what_lacks(analysis.readings, analysis.measurements, analysis, asked)
+            what_lacks(analysis.readings, analysis.measurements, analysis.lab, asked)
             if asked
             else []
         )

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.base.errors import Diagnostic, InputError
+from gyrodata.base.toml_table import UnfitError, nearest, unfit
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
@@ -28,7 +29,6 @@ from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
-from gyrodata.toml_table import UnfitError, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades

@@ -11,9 +11,9 @@ from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
 
-from gyrodata import __version__
-from gyrodata.disk import file_name, new_file, write_whole
-from gyrodata.errors import Diagnostic
+from gyrodata.base.disk import file_name, new_file, write_whole
+from gyrodata.base.errors import Diagnostic
+from gyrodata.base.version import __version__
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours

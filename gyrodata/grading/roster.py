@@ -11,7 +11,7 @@ from typing import NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions

@@ -21,8 +21,9 @@ import msgspec
 from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import asdict, force_setattr
 
-from gyrodata import diagnostics
-from gyrodata.errors import Diagnostic
+from gyrodata.base import diagnostics
+from gyrodata.base.errors import Diagnostic
+from gyrodata.base.toml_table import Number, Text, TomlFile, nearest, unfit
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS, points_of
 from gyrodata.grading.yardsticks import (
     APPARATUS,
@@ -34,7 +35,6 @@ from gyrodata.grading.yardsticks import (
     station_key,
 )
 from gyrodata.reporting.values import duration_text
-from gyrodata.toml_table import Number, Text, TomlFile, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission, Submissions

@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.error_sources import SOURCES, TRANSVERSE_U
+from gyrodata.quantities.error_sources import SOURCES, TRANSVERSE_U
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import (
     SHARED_UNCERTAINTIES,
     Column,
@@ -28,7 +29,6 @@ from gyrodata.readings import (
 )
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import ORIGIN_LENGTHS
-from gyrodata.units import Uncertainty
 
 OVER_USUAL, OVER_BENCH = 5.0, 2.0
 """A larger stated uncertainty, in units of the default or of that of the bench, is a

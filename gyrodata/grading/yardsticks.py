@@ -25,11 +25,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.base.errors import Diagnostic, InputError
+from gyrodata.base.toml_table import UnfitError, nearest, unfit
 from gyrodata.grading.stated import with_usual
+from gyrodata.judging.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
-from gyrodata.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import (
     SHARED_UNCERTAINTIES,
@@ -42,7 +43,6 @@ from gyrodata.readings import (
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
 from gyrodata.reporting.values import inertia_text
-from gyrodata.toml_table import UnfitError, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission

@@ -8,12 +8,6 @@ If a reading is written in several runs, it is one reading: equal weights share 
 error, and so do equal positions.
 """
 
-from gyrodata.error_sources import (
-    DEFAULT_TRANSVERSE_RATIO,
-    SOURCES,
-    TRANSVERSE_U,
-    WHOLE,
-)
 from gyrodata.measurements.measured import (
     Measurements,
     measure,
@@ -21,3 +15,9 @@ from gyrodata.measurements.measured import (
     total_spin_excess,
 )
 from gyrodata.measurements.sources import Source, as_spin, mean_spin, spin_columns
+from gyrodata.quantities.error_sources import (
+    DEFAULT_TRANSVERSE_RATIO,
+    SOURCES,
+    TRANSVERSE_U,
+    WHOLE,
+)

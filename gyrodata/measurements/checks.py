@@ -9,14 +9,14 @@ from operator import attrgetter
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.error_sources import WHOLE
-from gyrodata.errors import Diagnostic
+from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, timing_column, without_loads
 from gyrodata.measurements.sources import spin_columns, values_of
 from gyrodata.physics import RPM, Floats
+from gyrodata.quantities.error_sources import WHOLE
+from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
-from gyrodata.units import Uncertainty, from_si, parse_unit
 
 STEADIEST = 0.06
 """Standard uncertainty of a time that the steadiest hand stops [s]."""

@@ -12,8 +12,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
-from gyrodata.errors import Diagnostic
+from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import (
     Drag,
@@ -24,6 +23,7 @@ from gyrodata.measurements.sources import (
     values_of,
 )
 from gyrodata.physics import Floats
+from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.readings import Column, Readings
 
 

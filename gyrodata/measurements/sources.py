@@ -14,7 +14,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.error_sources import (
+from gyrodata.physics import Floats, Integers
+from gyrodata.quantities.error_sources import (
     DECAY_SPREAD,
     DECAY_TIME,
     LATE,
@@ -24,10 +25,9 @@ from gyrodata.error_sources import (
     WHOLE,
     Quantity,
 )
-from gyrodata.physics import Floats, Integers
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import parse_header, stated_u
-from gyrodata.units import Uncertainty
 
 
 class Source(Struct, frozen=True):

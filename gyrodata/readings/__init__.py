@@ -4,6 +4,7 @@ The reader accepts many forms, but it never guesses what would change the answer
 reports every fault in one pass, with its place and what to type.
 """
 
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings.lablog import (
     Column,
     Faults,
@@ -25,4 +26,3 @@ from gyrodata.readings.roles import (
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
 from gyrodata.readings.table import read_log, rounded_turns
 from gyrodata.readings.writing import fixed_log, write_log
-from gyrodata.units import Uncertainty

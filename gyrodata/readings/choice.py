@@ -11,8 +11,9 @@ from operator import attrgetter, itemgetter
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import units, vocabulary
-from gyrodata.quantities import PLAIN, fold_number, to_float
+from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities.notation import PLAIN, fold_number, to_float
+from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, source
 from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
 from gyrodata.readings.roles import (
@@ -22,7 +23,6 @@ from gyrodata.readings.roles import (
     squeeze,
     turns_in,
 )
-from gyrodata.units import DISPLAY, kinds_of
 
 TWO_READINGS = (
     r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"

@@ -22,10 +22,11 @@ import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities, units, vocabulary
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.base import diagnostics
+from gyrodata.base.errors import Diagnostic, InputError
+from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import roles
-from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many
@@ -517,11 +518,11 @@ def read_reported(
     bare = reduce(
         lambda so_far, pair: so_far.replace(*pair),
         _LATEX,
-        re.sub(quantities.IN_FRONT, "", read.text),
+        re.sub(notation.IN_FRONT, "", read.text),
     )
-    written = quantities.take_apart(bare)
+    written = notation.take_apart(bare)
     try:
-        quantity = quantities.read_cell(bare, kind, None, ask)
+        quantity = notation.read_cell(bare, kind, None, ask)
     except UnitError as error:
         fault = _FAULTS.get(error.code, "unreadable")
         if "is not known" in str(error) and not (
@@ -532,7 +533,7 @@ def read_reported(
         if written is None or fault == "unreadable":
             return read
         spread_unit = "%" if written.spread_unit == "%" else None
-        quantity = quantities.in_si(
+        quantity = notation.in_si(
             replace(written, unit=units.SI[kind], spread_unit=spread_unit), kind
         )
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
@@ -583,7 +584,7 @@ class Given(Struct, frozen=True):
     """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
     place: Place | None
     """None for an option."""
-    cell: quantities.Quantity | None = None
+    cell: notation.Quantity | None = None
     """The value of a role or constant."""
 
     def reading(self, u: Uncertainty | None) -> Reading:
@@ -801,7 +802,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if close and not roles.turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         # Of "14.8 cm from centre" the value is meant.
         match = (
-            re.match(rf"{quantities.NUMBER}\s*\S*", value)
+            re.match(rf"{notation.NUMBER}\s*\S*", value)
             if close[0] in roles.ROLES
             else None
         )
@@ -844,7 +845,7 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
     if match is None:
         raise UnitError("is not understood", hint)
     try:
-        numbers = tuple(map(quantities.parse_quantity, match.groups(), kinds))
+        numbers = tuple(map(notation.parse_quantity, match.groups(), kinds))
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":
@@ -903,7 +904,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 settings.fields[key] = words[text.lower()]
         elif key in roles.UNCERTAINTIES:
             try:
-                u = quantities.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
+                u = notation.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
             except UnitError as error:
                 raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
             if key.endswith("_scale") and u.absolute:
@@ -919,7 +920,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             settings.uncertainties[key], settings.given_uncertainties[key] = u, item
         elif key == "latitude":
             match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
-            value = quantities.read_cell(
+            value = notation.read_cell(
                 match[1] if match else text, "angle", "deg", ask
             ).value
             if abs(value) > math.pi / 2 or (match and value < 0):
@@ -929,12 +930,12 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 )
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
-            if key in roles.COUNTS and quantities.take_apart(text) is None:
+            if key in roles.COUNTS and notation.take_apart(text) is None:
                 text = roles.turns_in(f"{text} turns") or text  # "three", "one third"
             # g is in m/s² if it has no unit.
-            written = quantities.take_apart(text) if key == "g" else None
+            written = notation.take_apart(text) if key == "g" else None
             bare = written is not None and not written.unit
-            cell = quantities.read_cell(
+            cell = notation.read_cell(
                 text, roles.kind_of_role(key), "m/s^2" if bare else None, ask
             )
             if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
@@ -963,7 +964,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             else:
                 settings.roles[key] = replace(item, cell=cell)
     except UnitError as error:
-        hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
+        hint = error.hint or notation.how_to_write(roles.kind_of_role(key))
         values: dict[str, Any] = {
             "label": item.label,
             "text": item.text,

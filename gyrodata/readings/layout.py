@@ -17,13 +17,13 @@ from itertools import accumulate, pairwise
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import quantities, vocabulary
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.units import kinds_of, parse
 from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
-from gyrodata.units import kinds_of, parse
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
@@ -262,7 +262,7 @@ def is_number(text: str) -> bool:
 
 def is_bare(text: str) -> bool:
     """Return whether a cell is a number and nothing else."""
-    return bool(quantities.PLAIN.fullmatch(quantities.fold_number(text)))
+    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
 
 
 def filled_at(row: Row) -> list[int]:
@@ -323,7 +323,7 @@ def _units(texts: Sequence[str]) -> list[str]:
             else unit
         )
     is_unit = [
-        one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one))
+        one == "%" or bool(kinds_of(one) and not notation.PLAIN.fullmatch(one))
         for one in bare
     ]
     others = [
@@ -387,7 +387,7 @@ def is_of_means(header: str) -> bool:
 
 
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
-_AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
+_AMOUNT = _AMOUNT.replace("NUMBER", notation.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
 QUANTITY = (
     rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|"
@@ -555,7 +555,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     # "60 g (on the scale: 60.0 g)" is one mass.
     values = {
         role: {
-            (w.value, w.unit) if (w := quantities.take_apart(text)) else text
+            (w.value, w.unit) if (w := notation.take_apart(text)) else text
             for text in texts
         }
         for role, texts in found.items()
@@ -1069,7 +1069,7 @@ class _Sheet:
         filled = filled_at(row)
         text, written = (
             row.texts[filled[0]],
-            quantities.take_apart(row.texts[filled[0]]),
+            notation.take_apart(row.texts[filled[0]]),
         )
         timed = [
             at
@@ -1462,9 +1462,7 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
     """Return whether the last row contains the mean of each column of a role above it."""
     places = [at for at, header in enumerate(headers) if role in header.roles]
     try:
-        columns = [
-            [quantities.to_float(row.texts[at]) for row in rows] for at in places
-        ]
+        columns = [[notation.to_float(row.texts[at]) for row in rows] for at in places]
     except (ValueError, IndexError):
         return False
     off = [

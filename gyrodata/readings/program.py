@@ -7,8 +7,8 @@ import re
 from collections import Counter
 from typing import Any
 
+from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.roles import parse_header, turns_in
-from gyrodata.units import kinds_of
 
 _NAME = r"(?m)(?:^[^\S\n]*|[{(,]\s*)(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
 _SAID = r"[\])} \t;]*(?:,(?=[ \t]*[#%]))?[ \t]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"

@@ -21,9 +21,9 @@ from typing import Literal
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata import quantities, units, vocabulary
-from gyrodata.error_sources import SOURCES
-from gyrodata.units import Uncertainty, kinds_of
+from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities.error_sources import SOURCES
+from gyrodata.quantities.units import Uncertainty, kinds_of
 
 
 class Role(Struct, frozen=True):
@@ -31,7 +31,7 @@ class Role(Struct, frozen=True):
 
     name: str
     kind: str
-    """Kind of quantity, a key of `gyrodata.units.SI`."""
+    """Kind of quantity, a key of `gyrodata.quantities.units.SI`."""
     part: Literal["", "load", "spin", "count", "timing"] = ""
     """Part of a run that it measures: what turns the rod, the spin, how far the rod
     turned, and how long that took."""
@@ -1036,7 +1036,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must
     contain a word for a turn.
     """
-    texts = [text for text in map(quantities.fold_number, texts) if text]
+    texts = [text for text in map(notation.fold_number, texts) if text]
     parts = [
         bool(
             re.fullmatch(_TURNS, text)
@@ -1154,7 +1154,7 @@ def noted_centre(note: str) -> bool:
 
 
 WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
-_LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
+_LONG = rf"({notation.NUMBER}\s*[^\W\d_]+)"
 DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
 
 
@@ -1164,7 +1164,7 @@ def diameter_in(sentence: str) -> str:
         return ""
     # "diameter (mm): 101.6", "diameter, cm 10.2"
     sentence = re.sub(
-        rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({quantities.NUMBER})",
+        rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})",
         r"\2 \1",
         sentence,
     )

@@ -7,7 +7,8 @@ from itertools import groupby, pairwise, takewhile
 
 from msgspec.structs import replace
 
-from gyrodata import quantities, vocabulary
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.units import UnitError, kinds_of
 from gyrodata.readings import layout, roles, source
 from gyrodata.readings.lablog import Fall, Faults, listing
 from gyrodata.readings.layout import (
@@ -20,7 +21,6 @@ from gyrodata.readings.layout import (
 )
 from gyrodata.readings.roles import parse_header, squeeze
 from gyrodata.readings.source import Grid, Row
-from gyrodata.units import UnitError, kinds_of
 
 
 def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
@@ -54,7 +54,7 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
 
 
 _ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
-_MASS = rf"({quantities.NUMBER}\s*k?g)\b"
+_MASS = rf"({notation.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
     rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?"
     rf"(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
@@ -62,7 +62,7 @@ _MASS_OF_ONE = (
 )
 _IN_HEADER = (
     rf"(?i)[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
-    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
+    rf"(?<![\w.,/])({notation.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m
 = 20 g"."""
@@ -490,7 +490,7 @@ def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         try:
             times, spins = (
                 [
-                    abs(quantities.read_cell(row.texts[place], kind, unit).value)
+                    abs(notation.read_cell(row.texts[place], kind, unit).value)
                     for row in rows
                 ]
                 for (place, unit), kind in (

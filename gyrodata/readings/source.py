@@ -23,8 +23,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import vocabulary
-from gyrodata.errors import printable
+from gyrodata.base.errors import printable
+from gyrodata.quantities import vocabulary
+from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles, workbook
 from gyrodata.readings.lablog import (
     YES_OR_NO,
@@ -35,7 +36,6 @@ from gyrodata.readings.lablog import (
     read_reported,
 )
 from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
-from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
     import pandas as pd

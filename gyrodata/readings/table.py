@@ -15,8 +15,10 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities, units, vocabulary
-from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
+from gyrodata.base import diagnostics
+from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities.notation import Quantity, fold_number, read_cell, to_float
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import choice as choices
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
@@ -34,10 +36,9 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
-from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
-_FRACTION = re.compile(rf"{quantities.NUMBER}|[1-9]/[1-9]")
+_FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
 """A number, or a fraction such as 1/3."""
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
@@ -48,7 +49,7 @@ _SAME = 0.01
 """Largest difference of two columns of one quantity that makes no difference to the
 answer, as a share."""
 _PLUS, _ARM = (
-    rf"\s*{quantities.PLUS}\s*",
+    rf"\s*{notation.PLUS}\s*",
     r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b",
 )
 """Between two weights that hang together, and a length that may be an arm."""
@@ -192,9 +193,9 @@ def said_otherwise(text: str, role: str) -> str:
     bare = match[1] if match else text
     if words := roles.words_of_turns(bare, whole=True):
         return words
-    if bare != text and (bare == "" or quantities.take_apart(bare) is not None):
+    if bare != text and (bare == "" or notation.take_apart(bare) is not None):
         return bare or "1"
-    written = quantities.take_apart(text)
+    written = notation.take_apart(text)
     angle = (
         written is not None
         and written.spread is None
@@ -208,7 +209,7 @@ def fraction_of_date(text: str) -> str:
 
     Mrz"; "" for other texts.
     """
-    pair = quantities.date_pair(text)
+    pair = notation.date_pair(text)
     if pair is None or not (min(pair) == 1 or sorted(pair) == [2, 3]) or max(pair) > 12:
         return ""
     return f"{min(pair)}/{max(pair)}"
@@ -221,9 +222,9 @@ def rounded_turns(text: str) -> tuple[str, float]:
     twelfth.
     """
     # Whole turns, however many, are meant as written.
-    if not quantities.PLAIN.fullmatch(text) or quantities.last_place(text) >= 0:
+    if not notation.PLAIN.fullmatch(text) or notation.last_place(text) >= 0:
         return "", 0.0
-    value, step = to_float(text), float(f"1e{quantities.last_place(text)}")
+    value, step = to_float(text), float(f"1e{notation.last_place(text)}")
     twelfths = round(value * 12)
     # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
     # by nearly a whole step.
@@ -646,7 +647,7 @@ class TableReader:
                 else ""
             )
             behind = rf"\s*(?:[,;)\"]|\.\s|$)|\s{{2}}|\t|\s+\(?{roles.FROM}\b"
-            quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
+            quantity = rf"({notation.NUMBER}\s*[^\W\d_]+)(?={behind})"
             stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:,;\t]\s*{quantity}"
             stated = rf"(?:{stated}|#{name}\s+{quantity})" if name.isdigit() else stated
             found = {
@@ -767,7 +768,7 @@ class TableReader:
             except UnitError as error:
                 # "8.83 (maybe late)"
                 remark = re.fullmatch(
-                    rf"({quantities.NUMBER}[^()]*?)\s*\([^\W\d][^()\d=±%]*\)", text
+                    rf"({notation.NUMBER}[^()]*?)\s*\([^\W\d][^()\d=±%]*\)", text
                 )
                 if (
                     remark
@@ -936,7 +937,7 @@ class TableReader:
         row: int | None = None,
     ) -> Uncertainty | None:
         try:
-            return quantities.parse_uncertainty(text, kind, unit, ask=False)
+            return notation.parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
             cell = (
                 column.cell

@@ -9,7 +9,8 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import Quantity, read_cell
+from gyrodata.quantities.notation import Quantity, read_cell
+from gyrodata.quantities.units import SI, Uncertainty, UnitError, from_si
 from gyrodata.readings.lablog import Column, Readings, form_of, header_of
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -22,7 +23,9 @@ from gyrodata.readings.roles import (
     parse_header,
     stated_u,
 )
-from gyrodata.units import SI, Uncertainty, UnitError, from_si
+
+SIMULATED = "Simulated, not measured"
+"""What the first line of every simulated log says."""
 
 _Columns = list[tuple[str, list[str]]]
 """Header and cells of each column."""

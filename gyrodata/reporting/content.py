@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec.structs import asdict
 
-from gyrodata import changes, diagnostics
+from gyrodata.base import diagnostics
 from gyrodata.fitting import Estimate
+from gyrodata.judging import changes
+from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
-from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
 from gyrodata.reporting.elements import (
@@ -25,8 +26,8 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
+from gyrodata.reporting.figures import FIGURES
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
-from gyrodata.tables import UNLIKELY, scatter_in_u, turn_words
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""

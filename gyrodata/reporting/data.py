@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import astuple
 
-from gyrodata.errors import PICTURES, Diagnostic
+from gyrodata.base.errors import PICTURES, Diagnostic
+from gyrodata.judging.tables import Run
 from gyrodata.physics import RPM
 from gyrodata.results import Analysis, round_digits
-from gyrodata.tables import Run
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gyrodata.errors import shown
+from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.elements import (
     SYMBOLS,

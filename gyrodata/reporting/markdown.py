@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from gyrodata.errors import shown
+from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.elements import Part, Picture, Sentence, Styled, Table, join
 from gyrodata.results import Analysis

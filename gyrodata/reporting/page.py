@@ -16,7 +16,6 @@ from typing import Literal
 
 from markupsafe import Markup, escape
 
-from gyrodata import plotting
 from gyrodata.reporting import content
 from gyrodata.reporting.data import json_text, table_header, table_rows, templates
 from gyrodata.reporting.elements import (
@@ -30,6 +29,8 @@ from gyrodata.reporting.elements import (
     Styled,
     plain,
 )
+from gyrodata.reporting.figure_data import list_looks
+from gyrodata.reporting.figures import FIGURES, Form, alt_text, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -217,7 +218,7 @@ def _draw(head: Head) -> list[Markup]:
 
 def report_files(
     analysis: Analysis,
-    figures: plotting.Form = "png",
+    figures: Form = "png",
     style: str = "screen",
     document: str = "",
     faults: dict[str, str] | None = None,
@@ -253,13 +254,12 @@ def report_files(
             else figures
         )
     drawn = {
-        one: plotting.render(analysis, one, style, faults=faults)
-        for one in {shown, *kinds}
+        one: render(analysis, one, style, faults=faults) for one in {shown, *kinds}
     }
     alt = alternatives(analysis)
     texts = {
         "report.html": report_page(
-            analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)
+            analysis, drawn[shown], shown, alt, list_looks(analysis)
         ),
         "results.json": json_text(analysis.to_dict()),
         "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
@@ -279,11 +279,11 @@ def report_files(
     return files | {name: text.encode() for name, text in texts.items()}
 
 
-def shown_form(figures: plotting.Form) -> Literal["png", "svg"]:
+def shown_form(figures: Form) -> Literal["png", "svg"]:
     """Choose what a browser and a reader of Markdown show: no PDF."""
     return "png" if figures == "png" else "svg"
 
 
 def alternatives(analysis: Analysis) -> dict[str, str]:
     """Describe each figure in words."""
-    return {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}
+    return {name: alt_text(analysis, name) for name in FIGURES}

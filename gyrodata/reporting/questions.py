@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from gyrodata.plotting import FIGURES
+from gyrodata.judging.tables import UNLIKELY, turn_words
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import (
     Head,
@@ -21,8 +21,8 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
+from gyrodata.reporting.figures import FIGURES
 from gyrodata.results import is_wide
-from gyrodata.tables import UNLIKELY, turn_words
 
 AGREES = 2.0
 """Two numbers agree if they differ by at most this many standard uncertainties of their

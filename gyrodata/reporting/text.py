@@ -5,8 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
-from gyrodata.errors import PICTURES, Diagnostic
+from gyrodata.base.diagnostics import (
+    OUTLIER,
+    SINGLE_TORQUE,
+    SPINS_TOO_CLOSE,
+    TOO_FEW_RUNS,
+)
+from gyrodata.base.errors import PICTURES, Diagnostic
+from gyrodata.judging.tables import Run
 from gyrodata.reporting import questions, values
 from gyrodata.reporting.content import FAR, report
 from gyrodata.reporting.elements import (
@@ -19,7 +25,6 @@ from gyrodata.reporting.elements import (
     plain,
 )
 from gyrodata.results import NO_BALL, Analysis, is_wide
-from gyrodata.tables import Run
 
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
 

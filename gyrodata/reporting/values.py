@@ -10,9 +10,9 @@ from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
 
-from gyrodata import units
-from gyrodata.errors import count_text as count_text
-from gyrodata.quantities import as_read
+from gyrodata.base.errors import count_text as count_text
+from gyrodata.quantities import units
+from gyrodata.quantities.notation import as_read
 
 
 class Scale(Struct, frozen=True):

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 from labs import analyze_briefly
 
-from gyrodata.errors import LogError
+from gyrodata.base.errors import LogError
 
 RPM = math.pi / 30
 INERTIA = 4.44e-3

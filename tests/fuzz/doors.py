@@ -26,8 +26,8 @@ import typer
 from typer.testing import CliRunner
 
 from fuzz.grammar import JUNK, KEYS, draw_input
+from gyrodata.base.errors import GyroError
 from gyrodata.cli import app
-from gyrodata.errors import GyroError
 from gyrodata.readings import read_log, write_log
 
 HOSTILE = (

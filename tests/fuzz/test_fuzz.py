@@ -20,7 +20,7 @@ import gyrodata
 from fuzz.clean import try_clean
 from fuzz.doors import DOORS, try_reader
 from fuzz.grammar import Lab, draw_lab, write
-from gyrodata.errors import GyroError, LogError
+from gyrodata.base.errors import GyroError, LogError
 from gyrodata.readings import read_log, write_log
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.csv"))

@@ -22,7 +22,7 @@ import gyrodata
 from gates import stored
 from gates.labs import Bench, draw, write
 from gates.stored import Found, line_of
-from gyrodata.schema import diagnostics_table
+from gyrodata.cli.schema import diagnostics_table
 
 MASS, POSITION, SPIN, TIME, TURNS = (
     "mass [g]",

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from grading.classes import LOG, make_folder, make_zip, packed
 
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.grading.submissions import find_submissions
 
 ENTRY = b"PK\x01\x02"

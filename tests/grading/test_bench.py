@@ -13,7 +13,7 @@ from classes.drawn import USUAL, draw
 from grading.reports import reported_line
 from msgspec.structs import replace
 
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.grading.rubric import default_rubric_text, read_rubric
 from gyrodata.grading.yardsticks import class_scatter
 

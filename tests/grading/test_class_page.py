@@ -33,8 +33,7 @@ from msgspec.structs import astuple
 from pages import Structure
 from typer.testing import CliRunner, Result
 
-from gyrodata import schema
-from gyrodata.cli import app
+from gyrodata.cli import app, schema
 from gyrodata.grading.rubric import default_rubric_text
 
 EVIL = ['<script>alert("x")</script>', "{{ 7 * 7 }}", "\u202egnp.exe"]

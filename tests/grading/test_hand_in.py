@@ -18,8 +18,7 @@ from classes.typed import HABITS, plain
 from grading.classes import make_folder
 from typer.testing import CliRunner
 
-from gyrodata import schema
-from gyrodata.cli import app
+from gyrodata.cli import app, schema
 
 STUDENT = draw(3, 5)
 ANSWER = plain(*STUDENT.answer())

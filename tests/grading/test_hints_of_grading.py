@@ -29,9 +29,9 @@ from test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
 from typer.testing import Result
 
 import gyrodata
-from gyrodata.diagnostics import explanations, severities
-from gyrodata.disk import alone_in
-from gyrodata.errors import InputError
+from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.base.disk import alone_in
+from gyrodata.base.errors import InputError
 from gyrodata.grading.rubric import read_rubric
 from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log

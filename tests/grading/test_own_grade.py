@@ -19,8 +19,8 @@ from classes.drawn import FITS, TITLES, USUAL, draw
 from grading.reports import reported_line
 from msgspec.structs import replace
 
-from gyrodata.error_sources import SOURCES
 from gyrodata.grading.rubric import default_rubric_text
+from gyrodata.quantities.error_sources import SOURCES
 
 STUDENT = draw(3, 21, replace(USUAL, hand=0.08))
 OWN = STUDENT.answer()[0]

@@ -13,7 +13,7 @@ from classes.cells import gyro
 from grading.classes import make_folder
 from grading.reports import a_log
 
-from gyrodata import schema
+from gyrodata.cli import schema
 
 CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
     Points Possible,,,,,20.00

@@ -13,9 +13,9 @@ import jsonschema
 import pytest
 from msgspec.structs import astuple
 
-from gyrodata import schema
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import InputError
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import InputError
+from gyrodata.cli import schema
 from gyrodata.grading.rubric import default_rubric_text, judge_lateness, read_rubric
 from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references

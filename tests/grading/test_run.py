@@ -16,12 +16,12 @@ from grading.classes import make_folder
 from grading.reports import a_log
 from typer.testing import CliRunner
 
-from gyrodata import __version__
+from gyrodata.base.version import __version__
+from gyrodata.base.workers import Failed, in_workers
 from gyrodata.cli import app
 from gyrodata.grading import classroom
 from gyrodata.grading.rubric import default_rubric_text
 from gyrodata.grading.submissions import Submission
-from gyrodata.workers import Failed, in_workers
 
 
 def told(root: Path, *options: str | Path, workers: int = 2, code: int = 0) -> str:

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gyrodata import physics
-from gyrodata.motion import Top, integrate, released, steady, vector_rates
+from gyrodata.physics.motion import Top, integrate, released, steady, vector_rates
 
 INERTIA = 4.44e-3
 TOP = Top(INERTIA, 1.3 * INERTIA, 0.0294)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from gyrodata import physics
-from gyrodata.motion import Nutation, Top, nutation
+from gyrodata.physics.motion import Nutation, Top, nutation
 
 INERTIA, RPM = 4.44e-3, math.pi / 30
 

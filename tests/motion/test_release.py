@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from gyrodata import motion, physics
-from gyrodata.motion import (
+from gyrodata import physics
+from gyrodata.physics import motion
+from gyrodata.physics.motion import (
     State,
     Top,
     integrate,

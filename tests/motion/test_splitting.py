@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gyrodata.motion import METHODS, State, Top, integrate, released, split
+from gyrodata.physics.motion import METHODS, State, Top, integrate, released, split
 
 INERTIA, TORQUE = 4.44e-3, 0.0588
 TOP = Top(INERTIA, 1.49 * INERTIA, TORQUE)

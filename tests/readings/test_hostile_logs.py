@@ -10,7 +10,7 @@ import zipfile
 import openpyxl
 import pytest
 
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.readings import read_log
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"

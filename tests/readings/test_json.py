@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from labs import analyze_briefly
 
-from gyrodata.errors import GyroError
+from gyrodata.base.errors import GyroError
 from gyrodata.readings import read_log, write_log
 
 LOG = {

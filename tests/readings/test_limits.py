@@ -331,7 +331,7 @@ def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
     """
     (tmp_path / "logs.txt").write_bytes(all_entries())
     code = (
-        "import ast, pathlib\nfrom gyrodata.errors import GyroError\nfrom "
+        "import ast, pathlib\nfrom gyrodata.base.errors import GyroError\nfrom "
         "gyrodata.readings import read_log\n"
         "for log in ast.literal_eval(pathlib.Path('logs.txt').read_text()):\n"
         "    try:\n        read_log(log.encode())\n    except GyroError:\n        "

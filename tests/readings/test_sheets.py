@@ -15,7 +15,7 @@ from labs import analyze_briefly
 from sheets import HABITS, HEAD, INERTIA, lab, source
 
 import gyrodata
-from gyrodata.errors import GyroError
+from gyrodata.base.errors import GyroError
 from gyrodata.readings import read_log
 
 

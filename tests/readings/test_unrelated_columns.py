@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import pytest
 
 import gyrodata
-from gyrodata import vocabulary
+from gyrodata.quantities import vocabulary
 from gyrodata.readings import Readings, read_log
 
 ROLES = ("mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns")

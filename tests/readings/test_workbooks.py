@@ -16,7 +16,7 @@ import pytest
 from labs import analyze_briefly
 from openpyxl.worksheet.formula import ArrayFormula
 
-from gyrodata.errors import GyroError
+from gyrodata.base.errors import GyroError
 
 HEAD = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
 TIMES = [

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gyrodata import physics
-from gyrodata.benchmark.failures import textbook_root, true_rate
-from gyrodata.benchmark.motions import TOP
 from gyrodata.physics import RPM
+from gyrodata.trials.benchmark.failures import textbook_root, true_rate
+from gyrodata.trials.benchmark.motions import TOP
 
 INERTIA, ACROSS, TORQUE, SPIN = 4.44e-3, 7.12e-3, 0.0882, 400 * RPM
 

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
 
-from gyrodata.errors import DiagnosticJson, GyroError
+from gyrodata.base.errors import DiagnosticJson, GyroError
+from gyrodata.base.tool import Tool
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
 from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.reporting.data import csv_cell, csv_lines, json_text
-from gyrodata.results import Tool, encode, to_json
+from gyrodata.results import encode, to_json
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades

@@ -22,7 +22,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from msgspec import Struct
 
-from gyrodata.errors import InputError
+from gyrodata.base.errors import InputError
 from gyrodata.grading.exports.pages import feedback_comment
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.ledger import read_number

@@ -17,9 +17,9 @@ from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 from typing import Any
 
-import gyrodata
-from gyrodata.diagnostics import explanations
-from gyrodata.errors import GyroError, InputError
+from gyrodata.base.diagnostics import explanations
+from gyrodata.base.errors import GyroError, InputError
+from gyrodata.base.version import __version__
 from gyrodata.grading.criteria import ASKS, Mark
 from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.grade import Grade, not_graded
@@ -45,9 +45,9 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
         ]
     except PackageNotFoundError:
         raise InputError.named(
-            "autograder_not_installed", version=gyrodata.__version__
+            "autograder_not_installed", version=__version__
         ) from None
-    home = Path(gyrodata.__file__).parent
+    home = Path(__file__).parents[2]
     paths = [
         path
         for path in sorted(home.rglob("*"))

@@ -21,14 +21,14 @@ from urllib.parse import quote
 
 from msgspec.structs import replace
 
-from gyrodata import __version__
-from gyrodata.errors import shown
+from gyrodata.base.errors import shown
+from gyrodata.base.version import __version__
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import Offer
 from gyrodata.grading.yardsticks import fit_words, in_order
-from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines, templates
+from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.values import (
     count_text,
     factor_text,

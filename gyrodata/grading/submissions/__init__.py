@@ -16,7 +16,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from gyrodata.errors import Diagnostic, GyroError, InputError, shown
+from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
+from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions import names, submission
 from gyrodata.grading.submissions.archives import (
     TEXTS,
@@ -29,7 +30,6 @@ from gyrodata.grading.submissions.archives import (
 )
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
-from gyrodata.workers import reads_file
 
 __all__ = [
     "Submission",

@@ -26,15 +26,15 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import readings
-from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.base.errors import Diagnostic, GyroError
 from gyrodata.fitting import K_95
 from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
-from gyrodata.quantities import to_float
+from gyrodata.quantities.notation import to_float
+from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
-from gyrodata.units import kinds_of
 
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))

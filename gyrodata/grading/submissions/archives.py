@@ -25,7 +25,7 @@ from typing import IO
 
 from msgspec import Struct
 
-from gyrodata.errors import Diagnostic, InputError, shown
+from gyrodata.base.errors import Diagnostic, InputError, shown
 from gyrodata.readings import MAX_BYTES, Faults
 from gyrodata.reporting.values import size_text
 

@@ -26,7 +26,7 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.errors import InputError, printable, shown
+from gyrodata.base.errors import InputError, printable, shown
 from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_start
 from gyrodata.grading.submissions.submission import Submission
 from gyrodata.readings import Faults

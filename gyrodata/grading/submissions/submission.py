@@ -16,7 +16,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, readings
-from gyrodata.errors import Diagnostic, GyroError, InputError, shown
+from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
+from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions.answers import (
     Answers,
     as_log,
@@ -38,7 +39,6 @@ from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
 from gyrodata.readings.roles import noted_origin
 from gyrodata.readings.source import Row, workbook_text
-from gyrodata.workers import reads_file
 
 _MOST_REPORT = 30_000_000  # bytes
 # largest relative distance of a reported I_zz from that of the log, if turns that are

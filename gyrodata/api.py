@@ -1,0 +1,274 @@
+"""The interface of Python: what ``import gyrodata`` gives to a user.
+
+`analyze` and `read_log` do the same as the functions of `gyrodata.analysis` and
+`gyrodata.readings`. In addition, they warn about the diagnostics of a log, and write
+remedies in the syntax of Python instead of options of the command. `Analysis` adds to
+the data of an analysis what draws it, prints it, and simulates its lab. This is the
+only module that hands a result to the rooms above `gyrodata.results`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from base64 import b64encode
+from collections.abc import Callable, Iterable
+from functools import wraps
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+from msgspec.structs import astuple, replace
+
+from gyrodata import analysis, readings, results
+from gyrodata.base.disk import write_folder
+from gyrodata.base.errors import Diagnostic, GyroError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from gyrodata.trials.coverage import SelfCheck
+
+P = ParamSpec("P")
+R = TypeVar("R", results.Analysis, readings.Readings)
+S = TypeVar("S", "Analysis", readings.Readings)
+
+_ARGUMENTS = {"set": "settings", "map": "mapping", "config": "config"}
+_PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]+)"""
+_OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} | {
+    "--keep-flagged": "keep_flagged=True",
+    "gyro analyze --format csv prints that table": "the attribute runs contains that table",
+}
+
+
+class GyroWarning(UserWarning):
+    """A warning about a log, one for each code of its warnings, as `gyro analyze` prints them.
+
+    ``warnings.simplefilter("ignore", gyrodata.GyroWarning)`` hides these warnings.
+    """
+
+
+class PythonDiagnostic(Diagnostic, frozen=True):
+    """A diagnostic that prints its remedy in the syntax of Python."""
+
+    def __str__(self) -> str:
+        return in_python(super().__str__())
+
+
+def in_python(text: str) -> str:
+    """Replace options such as ``--set g=9.8`` by arguments such as ``settings={"g": "9.8"}``."""
+
+    def arguments(found: re.Match[str]) -> str:
+        given: dict[str, list[str]] = {}
+        for option, key, value in re.findall(_PAIR, found[0]):
+            value = value.strip("\"'")
+            given.setdefault(_ARGUMENTS[option], []).append(f'"{key}": "{value}"')
+        return ", ".join(
+            f"{name}={{{', '.join(pairs)}}}" for name, pairs in given.items()
+        )
+
+    text = re.sub(f"{_PAIR}(?: {_PAIR})*", arguments, text)
+    text = re.sub(
+        r"--(set|map|config) (\w+)(?=:)",
+        lambda found: f'{_ARGUMENTS[found[1]]}["{found[2]}"]',
+        text,
+    )
+    text = re.sub(r"--model (\w+)", r'model="\1"', text)
+    for option, argument in _OTHERS.items():
+        text = text.replace(option, argument)
+    return text
+
+
+class Analysis(results.Analysis, frozen=True, eq=False):
+    """The analysis of a log: its data, and what Python draws and prints of it."""
+
+    def __str__(self) -> str:
+        return summary(self)
+
+    def summary(self) -> str:
+        """Return the answer and the findings as text, the same as ``print(lab)`` shows."""
+        return summary(self)
+
+    def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
+        """Simulate this lab many times and count how often its intervals contain I_zz.
+
+        See `gyrodata.selfcheck`.
+        """
+        return selfcheck(self, labs, seed)
+
+    def plot(self, name: str = "torque", ax: Axes | None = None) -> Axes:
+        """Draw one of the figures of the report.
+
+        Parameters
+        ----------
+        name : {"period", "product", "torque", "residuals"}
+            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque
+            against φ̇ψ̇ [rad²/s²]; or the difference of each time and its prediction
+            [u].
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; ``ax.legend()`` names the torques. None: a new figure with
+            its legend.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `ax` is not an ``Axes``, or if the name is unknown.
+        """
+        return plot(self, name, ax)
+
+    def report(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the HTML report, the figures and the data of ``gyro analyze`` into a folder.
+
+        Parameters
+        ----------
+        folder : path
+            The folder is created if it does not exist; other files in it are not
+            changed.
+
+        Returns
+        -------
+        Path
+            The path of report.html.
+        """
+        return report(self, folder)
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
+
+    def _repr_markdown_(self) -> str:
+        return markdown(self)
+
+
+def summary(lab: results.Analysis) -> str:
+    """Return the answer and the findings as text, with remedies in the syntax of Python."""
+    from gyrodata.reporting import text
+
+    words = text.summary(lab, verbose=False, rest="More: .report(FOLDER)")
+    return in_python(words.rstrip("\n"))
+
+
+def selfcheck(lab: results.Analysis, labs: int = 1000, seed: int = 1) -> SelfCheck:
+    """Simulate a lab many times; see `gyrodata.selfcheck`."""
+    from gyrodata.trials import coverage
+
+    return coverage.selfcheck(lab, labs, seed)
+
+
+def plot(lab: results.Analysis, name: str = "torque", ax: Axes | None = None) -> Axes:
+    """Draw one of the figures of the report; see `Analysis.plot`."""
+    from gyrodata.reporting import figures
+
+    return figures.plot_on(lab, name, ax)
+
+
+def report(lab: results.Analysis, folder: str | os.PathLike[str]) -> Path:
+    """Write the report into a folder, and return the path of report.html."""
+    from gyrodata.reporting.page import report_files
+
+    target = Path(folder)
+    write_folder(target, report_files(lab))
+    return target / "report.html"
+
+
+def markdown(lab: results.Analysis) -> str:
+    """Return the report as Markdown."""
+    from gyrodata.reporting.markdown import markdown_report
+
+    return markdown_report(lab)
+
+
+def notebook_html(lab: results.Analysis) -> str:
+    """Return what a notebook shows of an analysis: the answer, a figure, the findings."""
+    from gyrodata.reporting import figures
+
+    drawn = figures.render(lab, "png", names=("torque",), faults={})
+    findings = "".join(
+        f"<li>{escape(f'{finding.severity} {finding.code}: {finding.message}')}</li>"
+        for finding in lab.diagnostics
+    )
+    words = escape(figures.alt_text(lab, "torque"))
+    picture = f"<p>{words}</p>"
+    if "torque" in drawn:
+        image = b64encode(drawn["torque"]).decode()
+        picture = (
+            f'<img src="data:image/png;base64,{image}" alt="{words}" '
+            f'style="max-width: 36em">'
+        )
+    answer = f'<pre style="white-space: pre-wrap">{escape(summary(lab))}</pre>'
+    return answer + picture + (f"<ul>{findings}</ul>" if findings else "")
+
+
+def warn(diagnostics: Iterable[Diagnostic]) -> None:
+    """Warn once for each code of the warnings of a log."""
+    warned = [one for one in diagnostics if one.severity == "warning"]
+    for code in dict.fromkeys([one.code for one in warned]):
+        first, *others = [one for one in warned if one.code == code]
+        more = (
+            f"\n   and {len(others)} more, see the attribute diagnostics"
+            if others
+            else ""
+        )
+        warnings.warn(f"{first}{more}", GyroWarning, stacklevel=3)
+
+
+def _with_warnings(
+    function: Callable[P, R], as_result: Callable[[R, tuple[Diagnostic, ...]], S]
+) -> Callable[P, S]:
+    """Let a function warn about the diagnostics of its log, with remedies for Python.
+
+    `as_result` makes the result of the new function from that of the old one and from
+    the diagnostics. The diagnostics of an error get remedies for Python too.
+    """
+
+    @wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> S:
+        try:
+            result = function(*args, **kwargs)
+        except GyroError as error:
+            raise type(error)(_for_python(error.diagnostics)) from None
+        diagnostics = _for_python(result.diagnostics)
+        warn(diagnostics)
+        return as_result(result, diagnostics)
+
+    return called
+
+
+def _for_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    return tuple(PythonDiagnostic(*astuple(one)) for one in diagnostics)
+
+
+def _analysis(found: results.Analysis, diagnostics: tuple[Diagnostic, ...]) -> Analysis:
+    fields = {name: getattr(found, name) for name in found.__struct_fields__}
+    return Analysis(**fields | {"diagnostics": diagnostics})
+
+
+def _readings(
+    found: readings.Readings, diagnostics: tuple[Diagnostic, ...]
+) -> readings.Readings:
+    return replace(found, diagnostics=diagnostics)
+
+
+analyze = _with_warnings(analysis.analyze, _analysis)
+read_log = _with_warnings(readings.read_log, _readings)
+
+
+def sample() -> Path:
+    """Return the path of a log that is part of the package: ten runs, simulated with I_zz = 4.44e-3 kg·m².
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> import gyrodata
+    >>> lab = gyrodata.analyze(gyrodata.sample())
+    >>> print(lab.inertia)
+    0.004429±0.000034 kg·m²
+    """
+    return Path(__file__).with_name("docs") / "demo.csv"

@@ -1,0 +1,5 @@
+"""What every room needs: messages and errors, files that are written whole, worker processes.
+
+A message is one entry of `messages.toml`, and its code is explained in
+`diagnostics.toml`. Nothing here knows what a log contains.
+"""

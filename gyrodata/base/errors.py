@@ -1,0 +1,230 @@
+"""Diagnostics: what is wrong, where, and what to type; and the errors that contain them.
+
+The only handler of these errors is in `gyrodata.cli`. `gyrodata.base.diagnostics` contains
+the codes.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Collection, Iterable
+from types import UnionType
+from typing import Any, TypedDict
+
+from msgspec import Struct, convert
+
+from gyrodata.base.diagnostics import Severity, message, severities
+
+_TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+"""Characters that reverse the direction of a line, or break it."""
+
+PICTURES = {
+    **{code: 0x2400 + code for code in range(32) if code != ord("\n")},
+    **dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD),
+}
+"""Pictures of control characters, for `str.translate`: a log's text must not move the
+cursor of a terminal."""
+
+
+def printable(name: str) -> str:
+    """Return a file name that can be printed: a byte that is not UTF-8 becomes a question mark."""
+    return name.encode("utf-8", "replace").decode("utf-8")
+
+
+def count_text(count: int, noun: str) -> str:
+    """Write a count with its noun: "1 run", "9 runs"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def shown(text: object) -> str:
+    """Return a text that can be printed: one line, composed letters, no control characters."""
+    line = " ".join(printable(str(text)).split())
+    if line.isprintable() and unicodedata.is_normalized("NFC", line):
+        return line
+    # Some scripts need the two joiners.
+    kept = (
+        one
+        for one in line
+        if one in "\u200c\u200d" or unicodedata.category(one) not in ("Cc", "Cf")
+    )
+    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
+
+
+class DiagnosticJson(TypedDict):
+    """One fault at one place, with its remedy."""
+
+    code: str
+    """Stable code; ``gyro schema diagnostics`` lists all codes."""
+    severity: Severity
+    """An error means that the log cannot be analysed as it is."""
+    file: str
+    line: int | None
+    """From 1; null if the fault has no single place."""
+    column: int | None
+    """From 1, in characters."""
+    message: str
+    """What is wrong."""
+    hint: str
+    """What to type."""
+
+
+class Diagnostic(Struct, frozen=True):
+    """One fault at one place, with its remedy.
+
+    Attributes
+    ----------
+    code : str
+        Stable code, a key of `severities`.
+    severity : {"error", "warning", "note"}
+        An error means that the log cannot be analysed as it is.
+    message : str
+        What is wrong.
+    hint : str
+        What to type.
+    file : str
+        Name of the file: its path as it was given, if that is relative.
+    line, column : int or None
+        From 1, as in an editor; None if the fault has no single place.
+    excerpt : str
+        The line of the file, or "".
+    width : int
+        Number of wrong characters, for the mark below the excerpt.
+    doubt : str
+        Kind of doubt if the answer must not be quoted: "ball", "size", "note",
+        "contradiction", "exponent", "scatter" or "pattern"; else "".
+    cell : str
+        Cell of a workbook, such as "Sheet2!B5"; else "".
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    hint: str = ""
+    file: str = ""
+    line: int | None = None
+    column: int | None = None
+    excerpt: str = ""
+    width: int = 1
+    doubt: str = ""
+    cell: str = ""
+
+    @classmethod
+    def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
+        """Make a diagnostic with the severity of its code.
+
+        The arguments after the message are those of the record.
+        """
+        return cls(code, severities()[code], message, *about, **more)
+
+    @classmethod
+    def named(
+        cls, name: str, file: str = "", line: int | None = None, /, **values: Any
+    ) -> Diagnostic:
+        """Fill in a message of `messages.toml`."""
+        about = message(name)
+        return cls.of(
+            about.code.split()[1],
+            about.message.format(**values),
+            about.hint.format(**values),
+            file,
+            line,
+        )
+
+    def to_dict(self) -> DiagnosticJson:
+        """Return the diagnostic as it is in JSON, without its excerpt."""
+        return convert(
+            {name: getattr(self, name) for name in DiagnosticJson.__annotations__},
+            DiagnosticJson,
+        )
+
+    def __str__(self) -> str:
+        numbers = [str(n) for n in (self.line, self.column) if n is not None]
+        where = ":".join(
+            filter(None, [self.file, self.cell] if self.cell else [self.file, *numbers])
+        )
+        head = f"{self.severity} {self.code}: {self.message}"
+        lines = [f"{where}: {head}" if where else head]
+        if self.excerpt and self.column is not None:
+            shown, before = _window(self.excerpt, self.column - 1)
+            mark = " " * before + "^" * max(1, min(self.width, len(shown) - before))
+            lines.append(f"   {shown}")
+            hint, *more = self.hint.split("\n")
+            lines += [f"   {mark}  {hint}".rstrip(), *(f"   {line}" for line in more)]
+        elif self.hint:
+            lines += [f"   {line}" for line in self.hint.split("\n")]
+        return "\n".join(lines).translate(PICTURES)
+
+
+def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
+    """Cut a long line to the part around `position`.
+
+    A tab becomes one blank, so that the mark is below its place.
+    """
+    text = "".join(
+        " " if character in "\t\r\n\v\f" else character for character in excerpt
+    )
+    start = 0 if position < width - 16 else position - width // 2
+    cut = text[start : start + width]
+    if start:
+        cut = "…" + cut[1:]
+    if start + width < len(text):
+        cut = cut[:-1] + "…"
+    return cut, min(max(position - start, 0), len(cut))
+
+
+def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None:
+    """Raise a ValueError if an argument of a function is not one of its choices.
+
+    It names the nearest choice.
+    """
+    if value not in choices:
+        from difflib import get_close_matches
+
+        near = get_close_matches(str(value).lower(), choices, n=1)
+        meant = f"; did you mean {near[0]!r}?" if near else ""
+        raise ValueError(
+            f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}"
+        )
+
+
+def insist_on_type(
+    name: str, value: object, kinds: type | UnionType, what: str
+) -> None:
+    """Raise a TypeError if an argument of a function has another type."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
+
+
+class GyroError(Exception):
+    """Base of all errors that a user can cause.
+
+    Parameters
+    ----------
+    diagnostics : iterable of Diagnostic
+        All faults found, at least one.
+    """
+
+    exit_code = 2
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
+
+    def __reduce__(self) -> tuple[type[GyroError], tuple[tuple[Diagnostic, ...]]]:
+        # Worker processes send their errors to the main process.
+        return type(self), (self.diagnostics,)
+
+
+class InputError(GyroError):
+    """The input is not a log, or an option is wrong (exit code 2)."""
+
+    @classmethod
+    def named(cls, name: str, file: str = "", /, **values: Any) -> InputError:
+        """Make an error of one message of `messages.toml`."""
+        return cls([Diagnostic.named(name, file, **values)])
+
+
+class LogError(GyroError):
+    """The log was read, but it is wrong or incomplete (exit code 1)."""
+
+    exit_code = 1

@@ -1,0 +1,55 @@
+"""The pages of documentation: Markdown files of the package, for a terminal or a browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+PAGES = (
+    "first-timer",
+    "log-format",
+    "theory",
+    "statistics",
+    "approximations",
+    "instructors",
+    "python",
+    "pipelines",
+)
+"""Names of the pages, in the order of the list."""
+
+FOLDER = Path(__file__).parents[1] / "docs"
+"""The folder of the pages, and of the files that belong to them."""
+
+WIDEST = 100
+"""Maximum width of a line [characters]; longer lines are hard to read."""
+
+
+def page_text(name: str) -> str:
+    """Return a page as Markdown."""
+    return (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+
+
+def page_title(name: str) -> str:
+    """Return the title of a page, its first line."""
+    return page_text(name).partition("\n")[0].removeprefix("# ")
+
+
+def for_terminal(markdown: str, width: int | None = None) -> str:
+    """Format a page for a terminal of `width` columns, or of its own width."""
+    from rich.console import Console
+    from rich.markdown import Markdown
+    from rich.theme import Theme
+
+    # The usual black background of code is too dark for a light terminal.
+    plain = Theme({"markdown.code": "bold cyan"})
+    console = Console(
+        width=width, force_terminal=True, legacy_windows=False, theme=plain
+    )
+    console.width = min(console.width, WIDEST)
+    # Remove pictures and the targets of links, which a terminal cannot show, and
+    # comments, which are for tests.
+    words = re.sub(r"^!\[.*\n|<!--.*?-->\n?", "", markdown, flags=re.MULTILINE)
+    words = re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", words)
+    with console.capture() as captured:
+        console.print(Markdown(words, code_theme="ansi_dark", hyperlinks=False))
+    return "\n".join(line.rstrip() for line in captured.get().splitlines()) + "\n"

@@ -1,0 +1,96 @@
+"""The JSON Schema of each output and of a rubric, and the table of diagnostics.
+
+Each schema is made from the records of the output: their annotations are the types, and
+the text below an attribute is its description.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from inspect import getdoc, getsource
+from typing import Any, get_args, get_type_hints
+
+import msgspec
+from msgspec import Struct
+
+from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.grading.exports import GradesDocument
+from gyrodata.grading.rubric import rubric_shape
+from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
+from gyrodata.results import AnalysisDocument, CheckDocument
+from gyrodata.trials.coverage import SelfCheck
+
+DOCUMENTS: dict[str, tuple[str, tuple[type, ...]]] = {
+    "analysis": ("gyro.analysis/2", (AnalysisDocument,)),
+    "check": ("gyro.check/1", (CheckDocument,)),
+    "grades": ("gyro.grades/1", (GradesDocument,)),
+    "predictions": ("gyro.prediction/2", (Earth, Platform, Tip, Precession, Twist)),
+    "selfcheck": ("gyro.selfcheck/1", (SelfCheck,)),
+}
+"""Title and records of each output; an output is one of its records."""
+
+
+def json_schema(name: str) -> dict[str, Any]:
+    """Return a JSON Schema (2020-12).
+
+    Parameters
+    ----------
+    name : str
+        A key of `DOCUMENTS`, or "rubric".
+    """
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    if name == "rubric":
+        return {"$schema": dialect, "title": "gyro.rubric/1", **rubric_shape()}
+    title, records = DOCUMENTS[name]
+    shapes, tables = msgspec.json.schema_components(
+        records, ref_template="#/$defs/{name}"
+    )
+    for record in {part for one in records for part in _records(one)}:
+        table, texts = tables[record.__name__], _descriptions(record)
+        table["description"] = " ".join((getdoc(record) or "").split("\n\n")[0].split())
+        if issubclass(record, Struct):
+            # An output contains all keys of its records.
+            table["required"] = list(table["properties"])
+        for key, shape in table["properties"].items():
+            shape.pop("default", None)
+            if key in texts:
+                shape["description"] = texts[key]
+    one_of = shapes[0] if len(shapes) == 1 else {"oneOf": list(shapes)}
+    return {"$schema": dialect, "title": title, **one_of, "$defs": tables}
+
+
+def diagnostics_table() -> list[dict[str, str]]:
+    """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
+    return [
+        {
+            "code": code,
+            "severity": severities()[code],
+            "title": entry.title,
+            "example": entry.example,
+        }
+        for code, entry in sorted(explanations().items())
+    ]
+
+
+def _records(kind: Any) -> Iterator[type]:
+    """Find the records that are parts of a type."""
+    if isinstance(kind, type) and hasattr(kind, "__annotations__"):
+        yield kind
+    for part in (
+        get_type_hints(kind).values() if isinstance(kind, type) else get_args(kind)
+    ):
+        yield from _records(part)
+
+
+def _descriptions(record: type) -> dict[str, str]:
+    """Read the text below each attribute of a record."""
+    source = "".join(
+        getsource(one)
+        for one in record.__mro__
+        if one.__module__.startswith("gyrodata")
+    )
+    texts = re.findall(
+        r'^    (\w+): [^\n]*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL
+    )
+    return {name: " ".join(text.split()) for name, text in texts}

@@ -1,0 +1,815 @@
+"""What would I_zz be if …? One list of changes, one way to answer: fit the changed log.
+
+A change is a log after it: its runs, their errors or its model. It is fitted exactly as
+the log itself is fitted, with the model that it needs. So a report's "without this
+weight" is what ``gyro analyze`` gives if the rows are deleted from the file.
+
+The size of an effect, which is a simplification, is the fit with it minus the fit
+without it. An effect below 0.2 of the standard uncertainty is left out, the smallest
+first, if all of these together stay below 0.3 and if the single runs do not deviate
+because of it. `choose_model` keeps the others. Effects of unknown size (M0, b) are
+parameters of every model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting, physics
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Widths
+from gyrodata.judging.tables import load_words
+from gyrodata.measurements import (
+    SOURCES,
+    WHOLE,
+    Measurements,
+    Source,
+    select,
+    total_spin_excess,
+)
+from gyrodata.readings import Readings
+
+WATCHED = 180.0
+"""Duration of a run without a weight [s]."""
+
+EASY_TEST = 400 * physics.RPM * math.radians(5.0) / 60.0
+"""u of M0 over I_zz [rad²/s²] after a balance test that is easy to pass: 5° in a minute
+at 400 rpm."""
+
+LATE = 0.1
+"""How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
+
+LEVEL_TO = math.radians(2.0)
+"""How far from level [rad] a rod may be if nobody measured it: the default standard
+uncertainty of a pitch."""
+
+MOST_WEIGHTS = 12
+"""With more torques than this, none is left out."""
+
+MOST_RUNS = 500
+"""Of a longer log nothing is asked: each answer is a fit of all runs."""
+
+
+class Lab(Struct, frozen=True):
+    """A log and its fit, from which each change starts."""
+
+    readings: Readings | None
+    """None for a simulated lab: nothing then changes in the text of a log."""
+    measured: Measurements
+    """Its n runs, as they were fitted."""
+    fit: FitResult
+    chosen: ChosenModel
+    left_out: tuple[int, ...] = ()
+    effects: tuple[Effect, ...] = ()
+    """Effects whose sizes in this fit are known."""
+
+    def change(
+        self,
+        name: str,
+        words: str,
+        changed: Mapping[str, Any] | None = None,
+        **how: Any,
+    ) -> Change:
+        """Give this lab with other fields of its measurements, and with other fields of the change."""
+        runs = replace(self.measured, **changed) if changed else self.measured
+        return replace(Change(name, words, runs, self.chosen, self.left_out), **how)
+
+
+class Change(Struct, frozen=True):
+    """One question "what would I_zz be if …?": a lab after one change."""
+
+    name: str
+    """Its name in the JSON."""
+    words: str
+    """What is different, for users; of an effect, why it is kept or dropped."""
+    measured: Measurements | None
+    """None: there is nothing to fit."""
+    chosen: ChosenModel
+    left_out: tuple[int, ...] = ()
+    widths: Widths | None = None
+    """Fixed widths; None: integrate over them as for the log."""
+    torque: int | None = None
+    """Number of the torque that is left out, in the order of the log."""
+    kept: bool = False
+    """Of an effect: whether the model of the log takes it into account."""
+    without: bool = True
+    """Of an effect: whether the change leaves it out, or adds it."""
+    sized: bool = True
+    """Of an effect: whether its size decides if it is kept."""
+    in_u: bool = False
+    """Of an effect: whether u of I_zz contains the doubt about it."""
+
+
+# --- effects: each simplification ---
+
+EFFECTS = {
+    "residual_torque": "imperfect balance",
+    "timing_bias": "timing bias of the hand",
+    "spin_decay": "falling spin, plain mean of start and end",
+    "decay_law": "law by which the spin falls",
+    "spin_delay": "spin read late",
+    "tilt": "tilted rod, eq. (9) for eq. (8)",
+    "tachometer": "tilted rod, total spin taken for ψ̇",
+    "release": "nutation after letting go",
+    "earth": "the Earth's rotation",
+}
+"""The simplifications by their name in the JSON, in words, in the order of the table.
+"""
+
+
+def _effects(lab: Lab) -> Iterator[Change]:
+    """List what an imperfect balance, a late hand and a falling spin do, and then what the motion of the rod does."""
+    measured, widths = lab.measured, lab.fit.widths
+    # Fit with M0 = 0; a run without a weight then stands still, and is not used.
+    lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
+    prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
+    words = (
+        f"its size is unknown beforehand, so M0 is a parameter with prior width "
+        f"{prior:.2g} N·m, with wide tails"
+    )
+    assert widths.residual_torque is not None
+    none = replace(widths, residual_torque=fitting.NEGLIGIBLE * widths.residual_torque)
+    left_out = tuple({*lab.left_out, *np.flatnonzero(measured.torque == 0).tolist()})
+    yield lab.change(
+        "residual_torque", words, kept=True, sized=False, left_out=left_out, widths=none
+    )
+    width = measured.timing_bias_u
+    if width:
+        words = f"its size is unknown beforehand, so b is a parameter with prior width {width:g} s"
+        yield lab.change(
+            "timing_bias", words, {"timing_bias_u": 0.0}, kept=True, sized=False
+        )
+    else:
+        yield lab.change(
+            "timing_bias", "not a stopwatch's time, or u_time_bias is 0", sized=False
+        )
+    start, end, drag = measured.spin_start, measured.spin_end, measured.drag
+    if start is None or end is None:
+        words = (
+            "one reading of the spin in each run; at the midpoint its error is 0.05 % "
+            "for a fall of 10 %"
+        )
+        yield lab.change("spin_decay", words, sized=False, measured=None)
+    else:
+        readings = (
+            "start and end"
+            if measured.spin_readings == 2
+            else "start, midpoint and end"
+        )
+        words = (
+            f"the harmonic mean in time of {readings} is used, because it costs nothing"
+        )
+        yield lab.change(
+            "spin_decay", words, {"spin": (start + end) / 2}, kept=True, sized=False
+        )
+        if measured.spin_readings == 2:
+            law, exponent = (
+                "a viscous decay is assumed, as of an air film",
+                physics.VISCOUS,
+            )
+            if drag is not None:
+                exponent = drag.exponent
+                law = f"the readings give the exponent {exponent:.1f} ± {drag.u_exponent:.1f}"
+            in_u = any(
+                one.name == "decay_exponent" and one.relative.any()
+                for one in measured.sources
+            )
+            words = (
+                f"{law}; this is for dry "
+                f"friction{'; u includes the uncertainty of the law' if in_u else ''}"
+            )
+            dry, mean = (
+                physics.harmonic_mean_spin(start, end, power)
+                for power in (0.0, exponent)
+            )
+            yield lab.change(
+                "decay_law",
+                words,
+                {"spin": measured.spin * dry / mean},
+                sized=not in_u,
+                in_u=in_u,
+            )
+    yield _delay_of_spin(lab)
+    yield from _effects_of_motion(lab)
+
+
+def _delay_of_spin(lab: Lab) -> Change:
+    """Leave out the correction for a spin that was read after the middle of the run, when it had already fallen."""
+    measured = lab.measured
+    if measured.delay_factor is None:
+        words = (
+            "no delay on average: the log states u_spin_delay, or the spin was not "
+            "read once in each run"
+        )
+        return lab.change("spin_delay", words, sized=False)
+    law = (
+        "as usual, because the log has no spin-down"
+        if measured.drag is None
+        else "as the log shows"
+    )
+    words = (
+        f"the spin is corrected for its fall during the delay, {law}; u includes the "
+        f"uncertainty of the delay"
+    )
+    return lab.change(
+        "spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True
+    )
+
+
+def _effects_of_motion(lab: Lab) -> Iterator[Change]:
+    """List what a tilted rod, its release and the turning Earth do: each once in the model, and once not."""
+    measured, chosen = lab.measured, lab.chosen
+    as_asked, tilted = ", as asked" if chosen.asked else "", chosen.tilted
+    other = replace(chosen, tilted=not tilted)
+    if measured.pitch.any():
+        words = f"{'eq. (8)' if tilted else 'eq. (9)'} is used{as_asked}"
+        yield lab.change("tilt", words, kept=tilted, without=tilted, chosen=other)
+        if measured.tachometer is None:
+            words = (
+                'it follows the rod; this is for one that stands still ("# tachometer: '
+                'still" in the log)'
+            )
+            spin = measured.spin - total_spin_excess(
+                lab.fit.sense, measured.turns, measured.time, measured.pitch
+            )
+            yield lab.change("tachometer", words, {"spin": spin}, without=False)
+    else:
+        words, pitch = (
+            "no pitch in the log; this is for 2° off level",
+            np.full(len(measured.runs), LEVEL_TO),
+        )
+        yield lab.change("tilt", words, {"pitch": pitch}, without=False, chosen=other)
+    released, told = chosen.released, measured.motion
+    if told == "steady":
+        words = "steady, as the log says; this is for a rod released from rest"
+    elif told is None and released and not chosen.asked:
+        words = (
+            "a release with a light push is assumed, because the log does not say how "
+            "the rod was started"
+        )
+    elif told is None and not released:
+        words = (
+            'assumed steady; this is for a rod released from rest ("# motion: '
+            'released" in the log)'
+        )
+    else:
+        words = (
+            "the mean rate of a rod released from rest is used"
+            if released
+            else "assumed steady"
+        ) + as_asked
+    motion, other = (
+        {} if released else {"motion": "released"},
+        replace(chosen, released=not released),
+    )
+    yield lab.change(
+        "release", words, motion, kept=released, without=released, chosen=other
+    )
+    earth, other = chosen.earth, replace(chosen, earth=not chosen.earth)
+    if fitting.earth_is_told(measured):
+        words = (
+            "the angles are counted against the stars"
+            if earth
+            else "at the log's latitude"
+        )
+    else:
+        words = (
+            "at most, at a pole"
+            if measured.latitude is None
+            else "at the log's latitude, its sign unknown"
+        )
+    yield lab.change("earth", words, kept=earth, without=earth, chosen=other)
+
+
+# --- sensitivity: what the answer depends on ---
+
+
+def _sensitivity(lab: Lab) -> Iterator[Change]:
+    """List other times, another balance, and each weight left out."""
+    measured = lab.measured
+    if measured.timed:
+        sources = _scaled(measured, "time", 2.0)
+        yield lab.change(
+            "u_time_twice", "times twice as uncertain", {"sources": sources}
+        )
+    if measured.timing_bias_u:
+        for name, late, how in (
+            ("hand_late", LATE, "long"),
+            ("hand_early", -LATE, "short"),
+        ):
+            changed = {"time": measured.time - late, "timing_bias_u": 0.0}
+            yield lab.change(name, f"times {LATE:g} s too {how}", changed)
+    if not measured.balanced:
+        yield lab.change(
+            "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
+        )
+    if measured.balanced or measured.balance_test is not None:
+        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
+        yield lab.change("balance_free", "balance unknown", unknown)
+    elif measured.balanced is None and measured.torque_unseen is None:
+        yield lab.change(
+            "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
+        )
+    groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
+    for number, group in enumerate(groups) if 1 < len(groups) <= MOST_WEIGHTS else ():
+        rest = np.delete(np.arange(len(measured.runs)), group)
+        if used[group].any() and measured.torque[rest[used[rest]]].any():
+            words = (
+                load_words(measured, group[0])
+                if measured.torque[group[0]]
+                else "the unloaded runs"
+            )
+            left_out, fewer = (
+                tuple(np.flatnonzero(~used[rest]).tolist()),
+                select(measured, rest.tolist()),
+            )
+            yield lab.change(
+                "without",
+                f"without {words}",
+                measured=fewer,
+                left_out=left_out,
+                torque=number,
+            )
+
+
+def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:
+    """Return the sources with the errors of one of them `factor` times as large."""
+    return tuple(
+        replace(one, absolute=factor * one.absolute, relative=factor * one.relative)
+        if one.name == name
+        else one
+        for one in measured.sources
+    )
+
+
+# --- advice: what would make the next lab better ---
+
+
+def _unloaded_run(lab: Lab) -> Iterator[Change]:
+    """Add a run without a weight at the middle spin, with its direction written down."""
+    measured, fit = lab.measured, lab.fit
+    if not measured.torque.all():
+        return
+    # The gain does not depend on how large M0 is; but without a residual torque the rod
+    # stands still.
+    least = 0.005 * np.abs(measured.torque).min()
+    torque = math.copysign(
+        max(abs(fit.residual_torque.value), least), fit.residual_torque.value or 1.0
+    )
+    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
+    turns = (
+        WATCHED
+        * abs(physics.horizontal_precession_rate(torque, spin, fit.inertia.value))
+        / (2 * np.pi)
+    )
+    run = {
+        "time": WATCHED + fit.timing_bias.value,
+        "turns": turns,
+        "spin": spin,
+        "mass": 0.0,
+        "position": 0.0,
+        "force": 0.0,
+        "given_torque": 0.0,
+        "torque": 0.0,
+        "sense": math.copysign(1.0, torque),
+        "pitch": 0.0,
+    }
+    # In the rest, the new run is like the last one.
+    more = select(measured, [*range(len(measured.runs)), len(measured.runs) - 1])
+    for name, value in run.items():
+        values = getattr(more, name)
+        values[-1] = np.nan if np.isnan(values).all() else value
+    for one in more.sources:
+        shared, touched = (
+            one.shared_by.startswith("all runs"),
+            one.quantity in ("time", "spin", "turns", "g"),
+        )
+        one.groups[-1] = 0 if shared else one.groups.max() + 1 if touched else -1
+        one.absolute[-1], one.relative[-1] = one.absolute.max(), one.relative.max()
+    names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
+    words = (
+        "one run without a weight, with the direction of its precession (column "
+        "precession_sense: ccw or cw)"
+    )
+    yield lab.change("unloaded_run", words, measured=replace(more, **names))
+
+
+def _advice(lab: Lab) -> Iterator[Change]:
+    """List what the next lab can do: another run, better readings, a balance test, more turns."""
+    yield from _unloaded_run(lab)
+    measured, fit = lab.measured, lab.fit
+    variances = (fit.adjusted.slopes * fit.adjusted.problem.independent) ** 2
+    own = np.maximum(variances.sum(axis=0), 1e-300)
+    for share in fit.budget:
+        if (
+            share.share > 0.05
+            and share.source in SOURCES
+            and SOURCES[share.source].better
+        ):
+            names = list(map(attrgetter("name"), fit.adjusted.problem.sources))
+            # Readings with half the error of their own scatter less about the fit.
+            smaller = np.sqrt(
+                np.where(np.array(names) == share.source, 0.25, 1.0) @ variances / own
+            )
+            nearer = (measured.time - fit.fitted_time) * np.where(
+                smaller > 0, 1 - smaller, 0.0
+            )
+            changed = {
+                "sources": _scaled(measured, share.source, 0.5),
+                "time": measured.time - nearer,
+            }
+            yield lab.change("half_the_error", SOURCES[share.source].better, changed)
+    # Only if the ball can pass it, by what the runs say of M0.
+    m0 = fit.residual_torque
+    limit = 2 * math.hypot(m0.u or 0.0, EASY_TEST * fit.inertia.value)
+    if measured.balance_test is None and abs(m0.value) < limit:
+        words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
+        yield lab.change(
+            "balance_test", words, {"balance_test": lambda inertia: EASY_TEST * inertia}
+        )
+    if measured.timed:
+        off, turns = (
+            fit.timing_bias.value + (measured.time - fit.fitted_time),
+            3 * measured.turns,
+        )
+        # Whole turns end where they began: no mark has to be sighted.
+        part = np.abs(turns - np.round(turns)) > WHOLE
+        sources = tuple(
+            replace(one, absolute=np.where(part, one.absolute, 0.0))
+            if one.name == "angle" and one.default
+            else one
+            for one in measured.sources
+        )
+        changed = {
+            "time": 3 * (measured.time - off) + off,
+            "turns": turns,
+            "sources": sources,
+        }
+        yield lab.change(
+            "three_times",
+            "time three times as many turns of the rod in every run",
+            changed,
+        )
+
+
+def _direction(lab: Lab) -> Iterator[Change]:
+    """Write the direction of the runs without a weight, if M0 may have either sign without it."""
+    if lab.fit.two_signs:
+        yield lab.change(
+            "direction",
+            "the direction of each run without a weight",
+            {"sense": lab.fit.sense},
+        )
+
+
+CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
+    "effect": _effects,
+    "sensitivity": _sensitivity,
+    "advice": _advice,
+    "unloaded_run": _unloaded_run,
+    "direction": _direction,
+}
+"""The changes by the table to which they belong, each in the order of its table; none
+that does not apply to a log."""
+
+
+# --- the size of an effect ---
+
+DROP_ONE = 0.2
+"""An effect below this many standard uncertainties of I_zz may be left out …"""
+
+DROP_ALL = 0.3
+"""… as long as all that are left out stay below this many together."""
+
+CLEARLY_SMALL = 0.05
+"""An effect below this many standard uncertainties does not change how the runs
+scatter."""
+
+
+class Effect(Struct, frozen=True):
+    """One simplification: how much it would change I_zz of a log, and whether it is made."""
+
+    effect: str
+    bias: float | None
+    """I_zz without it over I_zz with it, minus 1; None if it cannot be computed."""
+    size: float | None
+    """The same without its sign, in standard uncertainties of I_zz."""
+    kept: bool
+    """True if the model takes it into account."""
+    in_u: bool
+    """True if u of I_zz contains its uncertainty."""
+    reason: str
+
+
+def _bias(lab: Lab, change: Change) -> float | None:
+    """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
+    if (
+        change.measured is lab.measured
+        and change.chosen == lab.chosen
+        and not change.widths
+    ):
+        return 0.0
+    if change.measured is None:
+        return None
+    try:
+        _, fit = fitting.fit_model(
+            change.measured,
+            change.chosen,
+            change.left_out,
+            change.widths or lab.fit.widths,
+        )
+        ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
+        is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
+        if is_large and lab.fit.posterior is not None and not change.widths:
+            # A large effect changes how the runs scatter, and so the widths.
+            _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out)
+            ratio = fit.inertia.value / lab.fit.inertia.value
+    except fitting.NoFit:
+        return None
+    return ratio - 1 if change.without else 1 / ratio - 1
+
+
+def _sample(lab: Lab) -> Lab:
+    """Take a sample of very many runs, with the u of I_zz of all runs."""
+    some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
+    try:
+        measured, fit = fitting.fit_model(some, lab.chosen)
+    except fitting.NoFit:
+        return lab
+    # Without a posterior the sizes are those at the widths of this fit, however large
+    # they are.
+    return Lab(None, measured, replace(fit, posterior=None), lab.chosen)
+
+
+def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
+    """List every simplification, or those of some names, with its size in a log and the decision."""
+    u, effects, told = (
+        fitting.relative_u(lab.fit.inertia),
+        [],
+        fitting.earth_is_told(lab.measured),
+    )
+    if len(lab.measured.runs) > fitting.MANY:
+        lab = _sample(lab)
+    known = {one.effect: one for one in lab.effects}
+    for change in CHANGES["effect"](lab):
+        if names and change.name not in names:
+            continue
+        if change.name in known:
+            effects.append(known[change.name])
+            continue
+        bias = _bias(lab, change)
+        if change.name == "earth" and bias is not None and not told:
+            bias = abs(bias)
+        size, reason = None if bias is None or not u else abs(bias) / u, change.words
+        if change.sized and bias is None:
+            reason += ": without a fit that could be compared"
+        elif change.sized and size is not None:
+            verdict = ", small enough"
+            if change.kept:
+                is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                verdict = "; kept because the single runs show it" if is_seen else ""
+            elif size >= DROP_ONE:
+                verdict = (
+                    ", NOT small, and the log does not say enough to correct for it"
+                )
+                verdict += (
+                    "; read the spin at the midpoint as well"
+                    if change.name == "decay_law"
+                    else ""
+                )
+            reason += f": {size:.2g} u{verdict}"
+        effects.append(
+            Effect(change.name, bias, size, change.kept, change.in_u, reason)
+        )
+    return tuple(effects)
+
+
+def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
+    """Return whether a release may change I_zz by `least` standard uncertainties: only a fit can then show how much."""
+    measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
+    if measured.pitch.any() or lab.chosen.released or not u:
+        return True
+    total, across = (
+        measured.torque + fit.residual_torque.value,
+        fitting.transverse_inertia(measured),
+    )
+    biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
+    # Runs that scatter more than stated may do so because of the release, which then
+    # widens u.
+    return (
+        not abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u < least
+    )
+
+
+# --- answers ---
+
+
+class Sensitivity(Struct, frozen=True):
+    """I_zz if one thing were different."""
+
+    name: str
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or
+    "without"."""
+    words: str
+    """What is different: "without 20 g at 15 cm"."""
+    inertia: Estimate | None
+    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero.
+    """
+    deviation: float | None
+    """Its distance from I_zz in standard uncertainties of I_zz."""
+
+
+FAR_FROM_LIMIT = 2.0
+"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so
+in each changed log too."""
+
+FEW = 50
+"""Of a log with more runs, a changed log has the model of the log itself: another
+choice takes a second."""
+
+
+def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
+    """Answer every question of a table of `CHANGES` that applies to a lab."""
+    if len(lab.measured.runs) > MOST_RUNS:
+        return []
+    answer, found, limit = lab.fit.inertia, [], DROP_ONE / FAR_FROM_LIMIT
+    # Then all changes need the model of the log itself.
+    is_clear = not (
+        lab.chosen.tilted
+        or lab.measured.pitch.any()
+        or fitting.earth_is_told(lab.measured)
+    )
+    if is_clear and lab.measured.motion != "steady":
+        release = next(
+            (one.size for one in lab.effects if one.effect == "release"), None
+        )
+        small = (
+            not release_may_matter(lab, limit) if release is None else release < limit
+        )
+        is_clear = (
+            (release or 0.0) > FAR_FROM_LIMIT * DROP_ONE
+            if lab.chosen.released
+            else small
+        )
+    for change in CHANGES[table](lab):
+        measured, chosen, inertia, whole = (
+            change.measured or lab.measured,
+            change.chosen,
+            None,
+            None,
+        )
+        if not (
+            chosen.asked
+            or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))
+        ):
+            chosen, whole = choose_model(measured, "auto")
+        with suppress(fitting.NoFit):
+            if whole is None or change.left_out or change.widths:
+                _, fit = fitting.fit_model(
+                    measured, chosen, change.left_out, change.widths
+                )
+            else:
+                fit = whole.fit
+            # An interval that includes zero is not an answer.
+            if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
+                inertia = fit.inertia
+        deviation = (
+            (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+        )
+        found.append(
+            (change, Sensitivity(change.name, change.words, inertia, deviation))
+        )
+    return found
+
+
+# --- the model of a log ---
+
+STEEP, FALLEN = math.radians(45), math.radians(52)
+"""A released rod that sags by more than the first angle hits the cup of the ball. No
+answer is given from the second angle on: without a fit the sag is known to some degrees
+only."""
+
+
+ALWAYS_OUT = ("decay_law", "earth")
+"""Effects that are left out if the log lacks the readings for them, and that count
+towards the sum."""
+
+
+def choose_model(
+    measured: Measurements, model: Model
+) -> tuple[ChosenModel, Lab | None]:
+    """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
+
+    If the log does not say how the rod was started, a release from rest is assumed if
+    it matters. The second value contains the fit of all runs with this model and its
+    effects, if the choice needed them.
+    """
+    tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
+    if model != "auto":
+        tilted = model == "steady" or (model == "released" and tilts)
+        return ChosenModel(tilted, released=model == "released", asked=True), None
+    simplest = ChosenModel(tilted=False, released=False, asked=False)
+    fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
+    if simplest == fullest and measured.motion == "steady":
+        return simplest, None
+    try:
+        runs, fit = fitting.fit_model(
+            measured,
+            simplest,
+            widths=None if measured.motion is None else fitting.AS_STATED,
+        )
+        lab = Lab(None, runs, fit, simplest)
+    except fitting.NoFit:
+        # It is unknown what could be left out.
+        return fullest, None
+    whole = None if fit.posterior is None else lab
+    released = fullest.released or (measured.motion is None and release_may_matter(lab))
+    if released and not fullest.released:
+        # A rod that would sag steeply in a run was not released.
+        loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
+        total = measured.torque + fit.residual_torque.value
+        sag = physics.greatest_sag(
+            total, measured.spin, fit.inertia.value, across, measured.pitch
+        )
+        released = bool(np.max(sag[loaded]) < FALLEN)
+    if simplest == fullest and not released:
+        return simplest, whole
+    named = {"tilt": tilts, "release": released, "earth": told}
+    lab = replace(lab, effects=list_effects(lab, (*named, *ALWAYS_OUT)))
+    sizes = {effect.effect: effect for effect in lab.effects}
+    may = {name: sizes[name].bias for name, has in named.items() if has}
+    rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
+    dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
+    kept, u = set(may), fitting.relative_u(lab.fit.inertia)
+    # Leave out the smallest first. If the fit without an effect fails, the effect
+    # cannot be left out.
+    for size, name in sorted(
+        (abs(bias), name) for name, bias in may.items() if bias is not None
+    ):
+        dropped += size
+        if size > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        kept.discard(name)
+    # A release that the log does not state is assumed for its effect on I_zz only.
+    kept |= {
+        name
+        for name in may
+        if _seen_in_scatter(measured, lab.fit, name)
+        and (name != "release" or fullest.released)
+    }
+    chosen = ChosenModel(
+        "tilt" in kept, "release" in kept, asked=False, earth="earth" in kept
+    )
+    steady = replace(chosen, released=False)
+    if (
+        chosen.released
+        and measured.motion is None
+        and _agrees_better(measured, steady, chosen)
+    ):
+        chosen = steady
+    return chosen, lab if whole and chosen == simplest else None
+
+
+CLEARLY = math.log(200.0)
+"""One explanation is clearly better than another if it makes the times 200 times as
+likely."""
+
+
+def _agrees_better(
+    measured: Measurements, one: ChosenModel, other: ChosenModel
+) -> bool:
+    """Return whether the runs, or a sample of very many, agree clearly better with one model than with another."""
+    if len(measured.runs) > fitting.MANY:
+        measured = select(
+            measured, fitting.sample(measured, np.ones(len(measured.runs)))
+        )
+    try:
+        fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
+    except fitting.NoFit:
+        return False
+    return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
+
+
+def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
+    """Return whether an effect that cancels in I_zz, as of a rod tilted up and down, is visible in the single runs."""
+    if name not in ("tilt", "release"):
+        return False
+    across = fitting.transverse_inertia(measured)
+    if name == "release":
+        total = measured.torque + fit.residual_torque.value
+        biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
+    else:
+        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+        biases = physics.tilt_bias(
+            rate, measured.spin, measured.pitch, fit.inertia.value, across
+        )
+    return (
+        float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
+    )

@@ -1,0 +1,812 @@
+"""The list of all checks of a log, and of advice for the next one.
+
+A check uses a log and its fit (`Seen`) and returns findings: diagnostics with a code, a
+severity, a place, words and a remedy. A finding with a kind of `doubt` means that the
+answer is not safe to quote. Terminal, page, `gyro check`, grading and JSON select from
+these findings and make none of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from gyrodata import fitting
+from gyrodata.base.errors import Diagnostic
+from gyrodata.fitting import Estimate, Outlier, relative_u
+from gyrodata.judging import changes, mistakes
+from gyrodata.judging.changes import DROP_ONE, Lab
+from gyrodata.judging.tables import (
+    Ball,
+    Constancy,
+    Exponent,
+    Pattern,
+    load_words,
+    outlier_reason,
+    scatter_in_u,
+)
+from gyrodata.judging.wrong_cells import exchanged_digits
+from gyrodata.measurements import spin_columns
+from gyrodata.measurements.checks import unit_within
+from gyrodata.physics import RPM
+from gyrodata.quantities.notation import take_apart
+from gyrodata.quantities.units import from_si, parse_unit
+from gyrodata.readings import Readings, kind_of_role, to_display
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE
+from gyrodata.readings.roles import TIMINGS
+
+# --- the checks ---
+
+
+class Seen(Lab, frozen=True, kw_only=True):
+    """A log and its fit, with all that the checks need."""
+
+    readings: Readings
+    outliers: tuple[Outlier, ...]
+    without: Estimate | None
+    """I_zz without any odd run [kg*m^2], if one is kept."""
+    p: float | None
+    """Chance of a chi-square at least as large; None without degrees of freedom."""
+    constancy: Constancy | None
+    """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
+    patterns: tuple[Pattern, ...]
+    exponent: Exponent | None
+    ball: Ball | None
+    sizes: tuple[Diagnostic, ...]
+    """Questions about readings, asked before the fit."""
+    whole: bool
+    """False if only a grade is asked for: without advice, doubts and what takes several
+    fits."""
+
+    @property
+    def contradicts_itself(self) -> bool:
+        """Whether the runs scatter so much that other findings mean nothing."""
+        return self.fit.widths.scatter > CONTRADICTING
+
+
+def _outliers(seen: Seen) -> Iterator[Diagnostic]:
+    """Name each run that looks odd, what was done with it, and what it does to the answer."""
+    readings, without, out = seen.readings, seen.without, set(seen.left_out)
+    kept = (
+        f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
+        if without
+        else ""
+    )
+    for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
+        i, timing = (
+            outlier.index,
+            next(
+                readings.columns[role] for role in TIMINGS if role in readings.columns
+            ),
+        )
+        # "position 15.4 cm would fit" is about the position.
+        about = readings.columns.get(
+            "".join(outlier.cells[:1]).partition(" ")[0].replace("fits", "turns"),
+            timing,
+        )
+        values = {
+            "run": seen.measured.runs[i],
+            "reason": outlier_reason(seen.measured, outlier),
+            "without": kept,
+        }
+        name, cell = (
+            "outlier_left_out" if i in out else "outlier_kept",
+            about.cell(i) or timing.cell(i),
+        )
+        yield readings.say(name, cell, **values)
+    if len(seen.outliers) > MOST_OF_ONE_CODE:
+        yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
+
+
+CONTRADICTING = 10.0
+"""Runs with this many times the stated scatter contradict each other."""
+
+OTHER_LAW = 4.0
+"""An exponent at least this many u from 1 means another law; its u includes the
+remaining scatter of the runs."""
+
+EXPLAINED = 0.01
+"""Another motion explains the scatter if chi-square is more probable than this with it.
+"""
+
+NO_ACCIDENT = 0.001
+"""If the scatter of the runs has a smaller probability, they do not follow the law
+within their uncertainties."""
+
+
+def _other_motion(seen: Seen) -> str:
+    """Return the beginning of a hint if another motion of the rod explains how the runs deviate; "" if not."""
+    measured, chosen = seen.measured, seen.chosen
+    if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
+        return ""
+    for motion, words in (
+        ("released", "was released from rest"),
+        ("steady", "was guided until it precessed steadily"),
+    ):
+        model, other = (
+            replace(chosen, released=motion == "released"),
+            replace(measured, motion=motion),
+        )
+        with suppress(fitting.NoFit):
+            _, fit = fitting.fit_model(other, model, seen.left_out, fitting.AS_STATED)
+            p = fitting.chi2_tail(fit.chi2, fit.dof)
+            if measured.motion != motion and p > EXPLAINED:
+                return (
+                    f'if the rod {words}, the runs agree (p = {p:.1g}): write "# '
+                    f'motion: {motion}". If not, '
+                )
+    return ""
+
+
+def _scatter(seen: Seen) -> Iterator[Diagnostic]:
+    """Say that the runs scatter more than stated, or contradict each other."""
+    say, measured, fit = seen.readings.say, seen.measured, seen.fit
+    if seen.contradicts_itself:
+        yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
+    # If there are as many unknowns as runs, the runs can still contradict what is
+    # expected of M0.
+    dof = max(fit.dof, 1)
+    if (
+        seen.contradicts_itself
+        or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
+    ):
+        return
+    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
+    values = {
+        "scatter": fit.widths.scatter,
+        "u_time": fit.widths.scatter * (measured.time_u or 0.14),
+    }
+    if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
+        yield say("not_one_line", **values, motion=_other_motion(seen))
+    else:
+        time = next(
+            (source for source in measured.sources if source.quantity == "time"), None
+        )
+        alike = (
+            time is not None and not time.relative.any() and not np.ptp(time.absolute)
+        )
+        stated = (
+            f"{float(time.absolute[0]):.2g} s"
+            if time is not None and alike
+            else "stated"
+        )
+        words = {
+            "stated": stated,
+            "in_u": scatter_in_u(seen.constancy),
+            "motion": _other_motion(seen),
+        }
+        yield say("scatter_too_large", **values, **words)
+
+
+def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
+    """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
+    if seen.contradicts_itself or not seen.whole or not seen.left_out:
+        return
+    measured, left_out = seen.measured, seen.left_out
+
+    def named(runs: list[int]) -> str:
+        *first, last = (measured.runs[i] for i in runs)
+        return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
+
+    for gone, rest, other in fitting.rivals(measured, seen.fit, left_out):
+        gone_are, rest_are = (
+            "is" if len(runs) == 1 else "are" for runs in (gone, rest)
+        )
+        words = {
+            "gone": named(gone),
+            "rest": named(rest),
+            "gone_are": gone_are,
+            "rest_are": rest_are,
+        }
+        answers = {"here": seen.fit.inertia.value, "there": other.inertia.value}
+        yield seen.readings.say(
+            "either_run_wrong", **words, load=load_words(measured, gone[0]), **answers
+        )
+    gone = next(
+        (
+            group
+            for group in measured.by_torque
+            if len(group) > 1 and set(group) <= set(left_out)
+        ),
+        [],
+    )
+    if gone and (poor := _poor_balance(seen)):
+        # The runs do not say which of two weights is wrong; the balance does.
+        yield seen.readings.say(
+            "either_weight_wrong", load=load_words(measured, gone[0]), poor=poor
+        )
+
+
+CHANCE = 0.015
+"""A pattern is reported if its probability, corrected for the number of tests, is below
+this."""
+
+NEAR = 0.15
+"""A mass with two exchanged digits is named if it agrees with the size of the pattern
+within this part of it."""
+
+
+def pattern_values(pattern: Pattern) -> dict[str, Any]:
+    """Return the values of the message about a pattern; the message has its name."""
+    size = pattern.size or 0.0
+    off, digits = abs(size), ""
+    if pattern.name == "mass" and " g" in pattern.of:
+        written = f"{float(pattern.of.split()[0]):#.4g}"
+        for meant in exchanged_digits(written):
+            if abs(float(meant) / float(written) - (1 - size)) < NEAR * off:
+                digits += f": is it {float(meant):g} g, and two digits are exchanged?"
+    # If the reading is too large, the true value is smaller.
+    more, late = ("less", "later") if size > 0 else ("more", "earlier")
+    values = {
+        "of": pattern.of,
+        "statistic": pattern.statistic,
+        "digits": digits,
+        "more": more,
+        "late": late,
+    }
+    return values | {
+        "size": off,
+        "twice": 2 * off,
+        "milli": 1e3 * off,
+        "percent": 100 * off,
+    }
+
+
+def _deviations(seen: Seen) -> Iterator[Diagnostic]:
+    """Doubt a period that is not in proportion to the spin, and name the cause of residuals that are not random."""
+    fit, exponent, patterns = seen.fit, seen.exponent, seen.patterns
+    if seen.contradicts_itself:
+        return
+    # The period of a tilted or nutating rod is not a power of the spin; then chi-square
+    # of the fit decides.
+    other_law = fit.adjusted.problem.tilted or seen.measured.slowing is not None
+    if (
+        exponent is not None
+        and fit.dof >= 2
+        and not (other_law and (seen.p or 0.0) > NO_ACCIDENT)
+    ):
+        far = exponent.deviation / math.sqrt(
+            max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0)
+        )
+        if abs(far) > OTHER_LAW:
+            late = "a stopwatch that is late in every run, or wrong turns in the short runs"
+            drag = (
+                "a spin that was not read at the midpoint of the run, or wrong turns "
+                "in the long runs"
+            )
+            values = {
+                "power": round(exponent.value, 2) + 0.0,
+                "far": abs(far),
+                "cause": late if far < 0 else drag,
+            }
+            yield seen.readings.say(
+                "period_not_in_proportion", **values, motion=_other_motion(seen)
+            )
+    # The most likely cause is the first one.
+    if patterns and patterns[0].p_corrected < CHANCE:
+        p = (
+            f"p = {patterns[0].p_corrected:.1g}"
+            if patterns[0].p_corrected > 1e-6
+            else "p < 1e-6"
+        )
+        words = {"p": p, "tests": len(patterns), "motion": _other_motion(seen)}
+        yield seen.readings.say(
+            patterns[0].name, **words, **pattern_values(patterns[0])
+        )
+
+
+def _balance(seen: Seen) -> Iterator[Diagnostic]:
+    """Report a balance test that the runs contradict, and runs that cannot separate M0 from I_zz."""
+    measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
+    if fit.contradicted_balance is not None:
+        m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
+        yield seen.readings.say(
+            "balance_test_contradicted", m0=m0, allowed=allowed, test=test
+        )
+    if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
+        yield seen.readings.say("single_torque")
+
+
+WORTH = 0.95
+"""gyro advises a change only if it reduces u of I_zz to at most this part of its value.
+"""
+
+
+def _direction(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
+    measured, now = seen.measured, seen.fit.inertia
+    bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
+    answers = changes.answers(seen, "direction") if bare else []
+    then = answers[0][1].inertia if answers else None
+    if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
+        return
+    runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
+    place, u = (
+        seen.readings.place(bare[0]),
+        {"now": 100 * relative_u(now), "then": 100 * relative_u(then)},
+    )
+    yield seen.readings.say("direction_missing", place, runs=runs, **u)
+
+
+POOR_BALANCE = 0.2
+"""A balanced ball has an M0 below this part of the smallest torque."""
+
+FELL_MORE = 4.0
+"""If a spin falls this many times as fast as in the middle run …"""
+
+FELL_BY = 0.03
+"""… and by this much more [1], then something rubbed, or the spin was read wrongly."""
+
+
+def _poor_balance(seen: Seen) -> str:
+    """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
+    m0, lightest = (
+        seen.fit.residual_torque,
+        fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept),
+    )
+    if seen.measured.balanced is False or abs(m0.value) <= max(
+        POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)
+    ):
+        return ""
+    share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
+    return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
+
+
+def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
+    """Report an M0 that is too large for a balanced ball, and its possible causes."""
+    measured, poor = seen.measured, _poor_balance(seen)
+    if not poor or seen.contradicts_itself:
+        return
+    arms = np.unique(measured.position[measured.torque != 0]).tolist()
+    missing = (
+        seen.fit.residual_torque.value / (measured.g * arms[0])
+        if len(arms) == 1
+        else math.nan
+    )
+    hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; "
+    hanger = (
+        hanger
+        if missing > 0
+        else "add to the masses what else hung on the rod, such as a clip; "
+    )
+    yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
+
+
+def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs in which the spin fell much faster than in the middle run.
+
+    Report whether friction is negligible.
+
+    If more than a quarter of the runs would be named, none is.
+    """
+    measured, start, end, drag = (
+        seen.measured,
+        seen.measured.spin_start,
+        seen.measured.spin_end,
+        seen.measured.drag,
+    )
+    if start is not None and end is not None and len(measured.runs) >= 4:
+        fall = np.log(start / end)
+        share = (
+            max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
+            * measured.time
+        )
+        far = np.flatnonzero(
+            (fall > FELL_MORE * share) & (fall - share > FELL_BY)
+        ).tolist()
+        for i in far if len(far) <= len(fall) / 4 else ():
+            place, fell = (
+                spin_columns(seen.readings)[-1].place(i),
+                100 * (1 - end[i] / start[i]),
+            )
+            yield seen.readings.say(
+                "spin_fell_alone",
+                place,
+                run=measured.runs[i],
+                percent=fell,
+                more=FELL_MORE,
+            )
+    if drag is None or not seen.readings.spin_down:
+        return
+    torque, longest = (
+        seen.fit.inertia.value * drag.rate * drag.spin,
+        int(np.argmax(measured.time)),
+    )
+    lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = lost**2 / 24
+    values = {"time": 1 / drag.rate, "spin": drag.spin / RPM, "torque": 1e3 * torque}
+    small = size < DROP_ONE * relative_u(seen.fit.inertia)
+    hint = (
+        "friction is negligible here"
+        if small
+        else "friction is not negligible: read the spin at start and end too"
+    )
+    yield seen.readings.say(
+        "spin_falls", **values, percent=100 * lost, size=100 * size, hint=hint
+    )
+
+
+def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
+    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    if readings.falling_mass:
+        mass, radius, height, time, friction = readings.falling_mass
+        # The thread pulls with m (g − a), less the friction.
+        found = radius**2 * (
+            (mass - friction) * measured.g * time**2 / (2 * height) - mass
+        )
+        off = 100 * (found / inertia.value - 1)
+        yield readings.say(
+            "falling_mass", inertia=found, off=off, u=100 * relative_u(inertia)
+        )
+    if measured.nutation_ratio is not None:
+        yield readings.say(
+            "nutation", ratio=float(np.nanmedian(measured.nutation_ratio))
+        )
+
+
+MOST_ROUNDING = 0.5
+"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more
+digit is worth writing."""
+
+
+def _digits(seen: Seen) -> Iterator[Diagnostic]:
+    """Report a column with too few digits: its part of u(I_zz), u with one more digit, and what to write."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    parts = {
+        share.source: share.u_inertia / (inertia.u or 1.0) for share in seen.fit.budget
+    }
+    for source in measured.sources:
+        role = source.name
+        if (
+            role not in ("mass", "position", "time", "spin")
+            or role not in readings.columns
+            or not source.default
+        ):
+            continue
+        if parts.get(role, 0.0) < MOST_ROUNDING:
+            continue  # the rounding is only a part of its error
+        column, kind, touched = (
+            readings.columns[role],
+            kind_of_role(role),
+            source.groups >= 0,
+        )
+        size = np.where(
+            touched,
+            source.absolute + source.relative * np.abs(getattr(measured, role)),
+            1.0,
+        )
+        steps = np.array(column.steps) / math.sqrt(12)
+        steps[[i for i, _ in column.stated]] = 0.0
+        # Share of the rounding in the error of each reading, and in u(I_zz); a reading
+        # may be stated as exact.
+        ratio = np.divide(
+            steps, size, out=np.zeros_like(size), where=touched & (size > 0)
+        )
+        rounding = math.sqrt(np.mean(ratio[touched] ** 2)) * parts[role]
+        if rounding < MOST_ROUNDING:
+            continue
+        run = int(np.argmax(ratio))
+        reading = column.readings[run]
+        value, step = (
+            from_si(number or 0.0, column.unit, kind)
+            for number in (reading.value, reading.step)
+        )
+        if (
+            role == "position"
+            and (written := take_apart(reading.text))
+            and not written.unit
+        ):
+            value = written.value  # from the surface of the ball
+        # One digit more, and at least as many as give a step of 1 %.
+        digits = max(
+            0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value)))
+        )
+        high = f"{value + step / 2:.4g} {column.unit}".rstrip()
+        half, in_unit = to_display(
+            0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role
+        )
+        # A spreadsheet removes zeros at the end of a number.
+        how = (
+            " (by a number format that shows it)"
+            if readings.name.lower().endswith(".xlsx")
+            else ""
+        )
+        typed = {
+            "role": role,
+            "text": reading.text,
+            "low": value - step / 2,
+            "high": high,
+        }
+        # A step of a tenth has a hundredth of the variance.
+        now = 100 * relative_u(inertia)
+        gain = {
+            "percent": 100 * rounding**2,
+            "now": now,
+            "then": now * math.sqrt(max(1 - 0.99 * rounding**2, 0.01)),
+        }
+        better_typed = {
+            "example": f"{value:.{digits}f}",
+            "how": how,
+            "u": half,
+            "unit": in_unit,
+        }
+        yield readings.say(
+            "digits_too_few", column.cell(run), **typed, **gain, **better_typed
+        )
+
+
+def _model(seen: Seen) -> Iterator[Diagnostic]:
+    """Report what the log does not contain for the choice of the model, and how much it matters."""
+    readings, measured, fit = seen.readings, seen.measured, seen.fit
+    for share in fit.budget if measured.transverse_inertia is None else ():
+        if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
+            across = fitting.transverse_inertia(measured)
+            size = 100 * share.u_inertia / abs(fit.inertia.value)
+            taken = {
+                "low": across.min(),
+                "high": across.max(),
+                "middle": np.median(across),
+            }
+            yield readings.say("transverse_inertia_not_given", **taken, percent=size)
+    unused = (
+        ("u_pitch",) if seen.chosen.released else ("u_pitch", "u_transverse_inertia")
+    )
+    for key, place in readings.stated_at.items():
+        if (
+            key in unused
+            and "pitch" in readings.columns
+            and not fit.adjusted.problem.tilted
+        ):
+            yield readings.say("u_of_pitch_not_used", place, key=key)
+    for effect in seen.effects:
+        off, high = 100 * abs(effect.bias or 0.0), (effect.bias or 0.0) > 0
+        matters = (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
+        if effect.effect == "tachometer" and matters:
+            yield readings.say(
+                "tachometer_not_told", off=off, direction="lower" if high else "higher"
+            )
+        elif effect.effect == "release" and effect.bias is not None:
+            name = "release_assumed" if effect.kept else "release_not_told"
+            if (
+                measured.motion is None
+                and not seen.chosen.asked
+                and (effect.kept or matters)
+            ):
+                yield readings.say(name, off=off, direction="high" if high else "low")
+
+
+BY_HAND = (60 * RPM, 2000 * RPM)
+"""Range of spins of a ball that is spun by hand [rad/s], with a margin."""
+
+NO_MOTOR = 0.7
+"""A rotor with less angular momentum than this has no motor: published ones with a
+motor have 1 to 2 [kg*m^2/s]."""
+
+LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
+"""Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
+precession over spin [1]."""
+
+
+def _unusual(seen: Seen) -> Iterable[Diagnostic]:
+    """Ask about columns that are possible but not usual.
+
+    All published logs are within the bounds.
+    """
+    readings, measured = seen.readings, seen.measured
+    loaded = measured.torque != 0
+    spin, rate = (
+        measured.spin[loaded],
+        np.abs(measured.product[loaded]) / measured.spin[loaded],
+    )
+    turn, arm = (
+        fitting.median(2 * np.pi / rate),
+        float(np.abs(measured.position[loaded]).max()),
+    )
+    # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m
+    # x²/I_zz = x φ̇ψ̇/g.
+    momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
+    lever = arm * fitting.median(rate * spin) / measured.g
+    fastest, turned_by_hand = (
+        float(spin.max()),
+        spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR,
+    )
+    asked = (
+        (
+            "spin_not_usual",
+            fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM),
+            "spin",
+            BY_HAND,
+        ),
+        ("turn_not_usual", turn > LONG_TURN, "time", (1.0, LONG_TURN)),
+        (
+            "turn_too_fast",
+            float((rate / spin).min()) > NEARLY_AS_FAST,
+            "time",
+            (1.0, LONG_TURN),
+        ),
+        ("arm_not_usual", arm < SHORT_ARM, "position", (SHORT_ARM, 0.6)),
+        ("weight_too_large", lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND),
+    )
+    values = {
+        "rpm": fastest / RPM,
+        "minutes": turn / 60,
+        "turn": turn,
+        "arm": 100 * arm,
+        "lever": lever,
+    }
+    found: dict[str, Diagnostic] = {}
+    for name, odd, role, range_ in asked:
+        column = readings.columns.get(role)
+        unit = unit_within(readings, role, range_) if odd and column else ""
+        hint = "check the unit in the header of each column; if it is right, leave it"
+        if unit:
+            hint = (
+                f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; '
+                f"if it is right, add "
+            )
+            hint += "# ball_mass and # ball_diameter: gyro then compares I_zz with the ball instead"
+        if odd and role not in found:
+            # The message about an arm or a spin contains the largest one.
+            sizes = np.where(
+                loaded,
+                np.abs(measured.position if role == "position" else measured.spin),
+                0.0,
+            )
+            run = int(np.argmax(sizes))
+            place = (
+                column.place(run if role in ("position", "spin") else 0)
+                if column
+                else None
+            )
+            # If only another unit makes the column usual, or if no such rod was seen,
+            # the answer is not safe to quote.
+            doubt = (
+                "size" if unit or name in ("turn_too_fast", "weight_too_large") else ""
+            )
+            found[role] = replace(
+                readings.say(name, place, **values, hint=hint), doubt=doubt
+            )
+    return found.values()
+
+
+INERTIA_RANGE = (1e-6, 1.0)
+"""Range of I_zz of a body that is spun on a table [kg*m^2]."""
+
+FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
+"""A difference from the ball outside these limits [1], over this many u, needs a cause;
+a bore increases I_zz."""
+
+
+DIFFERS = 2.0
+"""A difference from a well known ball of more than this many standard uncertainties is
+reported."""
+
+ARM_BY = (0.001, 0.02)
+"""Smallest and largest error of an arm [m] that is proposed as a cause: the size of a
+weight."""
+
+MASS_BY = 0.2
+"""Largest relative error of all masses that is proposed as a cause."""
+
+
+def _well_known(ball: Ball, inertia: Estimate) -> bool:
+    """Return whether the uncertainty of a difference from the ball is that of the runs."""
+    return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
+
+
+def _causes_of_difference(seen: Seen, ball: Ball) -> str:
+    """List what can make I_zz differ from the value for the ball or disk, the likeliest cause first."""
+    measured = seen.measured
+    share, is_high = abs(ball.relative), ball.relative > 0
+    causes = []
+    if is_high and not ball.bore:
+        causes.append(
+            "a bore along the rod, or a rod or a disk that the log does not describe"
+        )
+    by = share * float(np.mean(np.abs(measured.position[measured.torque != 0])))
+    if ARM_BY[0] < by < ARM_BY[1]:
+        edge, side = ("far", "long") if is_high else ("near", "short")
+        origin = f"to the middle of the weight, not to its {edge} edge"
+        causes.append(
+            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball {origin}"
+        )
+    if is_high and measured.delay_factor is not None and measured.drag is None:
+        causes.append(
+            'a spin that falls fast and was read late: add "# spin_down: 612 rpm '
+            'to 540 rpm in 120 s"'
+        )
+    causes.append("a ball whose balance changed when the weights were changed")
+    if "mass" in seen.readings.columns and share < MASS_BY:
+        causes.append(
+            f"masses {100 * share:.1f} % too {'large' if is_high else 'small'}"
+        )
+    body = "ball" if ball.mass is not None else "disk"
+    causes.append(f"the mass or the diameter of the {body} in the log")
+    return "; ".join(
+        f"({number}) {cause}" for number, cause in enumerate(causes, start=1)
+    )
+
+
+def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
+    """Report an I_zz that is near the value for a well known ball, but not within its uncertainty."""
+    deviation = ball.deviation or 0.0
+    if abs(deviation) < DIFFERS or not _well_known(ball, seen.fit.inertia):
+        return
+    side = "above" if deviation > 0 else "below"
+    sizes = {
+        "percent": 100 * abs(ball.relative),
+        "side": side,
+        "expected": ball.inertia,
+        "far": abs(deviation),
+    }
+    yield seen.readings.say(
+        "ball_differs", **sizes, causes=_causes_of_difference(seen, ball)
+    )
+
+
+def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
+    """Report an I_zz that is far from the value for the ball or disk, and the mistakes that explain it."""
+    value = abs(seen.fit.inertia.value)
+    body = "the ball" if ball.mass is not None else "the disk"
+    ratio = value / ball.inertia
+    part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
+    slips = mistakes.explaining_mistakes(
+        seen.readings, seen.measured, value, ball.inertia
+    )
+    if slips:
+        cause = "it would be " + "; or ".join(
+            f"{after:.4g} if {kind.log}" for kind, after in slips
+        )
+        hint = "; or else: ".join(kind.remedy for kind, _ in slips)
+    else:
+        cause = "no common mistake explains this"
+        hint = (
+            f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a "
+            f"unit in a header"
+        )
+    sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
+    return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+
+
+def _body(seen: Seen) -> Iterator[Diagnostic]:
+    """Report an I_zz that disagrees with the ball or disk in the log, or that is impossible in this lab."""
+    readings, (low, high), value, ball = (
+        seen.readings,
+        INERTIA_RANGE,
+        abs(seen.fit.inertia.value),
+        seen.ball,
+    )
+    close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
+    if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
+        yield _ball_disagrees(seen, ball)
+    elif not seen.sizes and not low <= value <= high:
+        yield readings.say("inertia_unusual", inertia=value, low=low, high=high)
+    elif ball is not None and seen.whole and not seen.contradicts_itself:
+        yield from _ball_differs(seen, ball)
+    # With a ball in the log, I_zz itself is checked.
+    elif seen.whole and not seen.sizes and readings.constants.get("ball_mass") is None:
+        yield from _unusual(seen)
+
+
+CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
+    _outliers,
+    _scatter,
+    _balance,
+    _other_choices,
+    _deviations,
+    _large_residual_torque,
+    _falling_spin,
+    _other_measurements,
+    _direction,
+    _digits,
+    _model,
+    _body,
+)
+"""Every check of a log that has been fitted, in the order in which the findings are
+shown."""

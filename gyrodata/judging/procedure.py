@@ -1,0 +1,164 @@
+"""Steps of the lab procedure that are missing in a log, each with its reason in numbers.
+
+The procedure: at least three weights, each with at least three well-spread spins; one
+run without a weight; times over 6 s; the spin at start and end if it falls much.
+Students should check this before they leave the lab.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from gyrodata import physics
+from gyrodata.base.errors import Diagnostic, count_text
+from gyrodata.fitting import relative_u
+from gyrodata.judging import changes
+from gyrodata.judging.findings import WORTH
+from gyrodata.judging.tables import load_words
+from gyrodata.measurements import Measurements
+from gyrodata.physics import RPM, Integers
+from gyrodata.readings import Readings
+
+SHORT = 6.0
+"""A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
+"""
+
+SPREAD = 1.8
+"""The spins of a weight are well spread if the largest is at least this many times the
+smallest: 302 to 599 rpm is what a student gets who wants a factor of 2."""
+
+USUAL_SPINS = np.array([200.0, 400.0, 600.0])
+"""Spins that the procedure asks for [rpm]."""
+
+FALL = 0.10
+"""If the spin falls by more than this part, the decay law matters."""
+
+
+PROCEDURE = ("G451", "G452", "G453", "G454", "G455", "G456")
+"""Steps of the procedure, each as the diagnostic that reports a missing step."""
+
+ADVICE = {*PROCEDURE, "G407", "G414", "G418", "G426"}
+"""Diagnostics about better measurements; the answer is correct without them."""
+
+
+def what_lacks(
+    readings: Readings,
+    measured: Measurements,
+    lab: changes.Lab | None,
+    asked: Collection[str] = PROCEDURE,
+) -> list[Diagnostic]:
+    """List the missing steps among those asked for.
+
+    Without a fit, only those that need none.
+    """
+    found = list(_weights_and_spins(readings, measured))
+    if lab and "G454" in asked:
+        found += _unloaded(readings, lab)
+    found += _times_and_falls(readings, measured)
+    return [one for one in found if one.code in asked]
+
+
+def _weights_and_spins(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
+    """Ask for three weights, and for three spins of each that are far enough apart."""
+    groups = [group for group in measured.by_weight if measured.torque[group[0]] != 0]
+    if len(groups) < 3:
+        torques = " and ".join(
+            f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
+        )
+        one = len(groups) == 1
+        why = (
+            "one point does not determine a line"
+            if one
+            else "a line through two points always fits"
+        )
+        yield readings.say(
+            "too_few_weights",
+            torques=count_text(len(groups), "torque"),
+            values=torques,
+            why=why,
+        )
+    for group in groups:
+        spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
+        if lacking <= 0 and spins[-1] >= SPREAD * spins[0]:
+            continue
+        name, place, have = (
+            load_words(measured, group[0]),
+            readings.place(max(group)),
+            spins / RPM,
+        )
+        if lacking > 0:
+            # The usual spins that differ most from the spins so far.
+            away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
+            wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
+            runs = {
+                "runs": count_text(len(group), "run"),
+                "lacking": count_text(lacking, "run"),
+            }
+            wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
+            yield readings.say(
+                "too_few_runs", place, load=name, **runs, spins=wanted_rpm
+            )
+        else:
+            spread = {"low": have[0], "high": have[-1], "factor": have[-1] / have[0]}
+            yield readings.say("spins_too_close", place, load=name, **spread)
+
+
+def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
+    """Ask for a run without a weight, if u of I_zz would be smaller with one."""
+    signs = set(np.sign(lab.measured.torque).tolist())
+    if 0.0 in signs or len(signs) > 1 or readings.unmoved:
+        return
+    now = 100 * relative_u(lab.fit.inertia)
+    answers = changes.answers(lab, "unloaded_run")
+    inertia = answers[0][1].inertia if answers else None
+    if inertia is not None and (then := 100 * relative_u(inertia)) <= WORTH * now:
+        yield readings.say("no_unloaded_run", now=now, then=then)
+
+
+def _times_and_falls(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
+    """Ask for longer times, and for shorter ones if the spin falls much."""
+    short = np.flatnonzero(measured.time < SHORT)
+    if measured.timed and len(short):
+        worst = int(short[np.argmin(measured.time[short])])
+        time = measured.time[worst]
+        times, runs = count_text(len(short), "time"), _named(measured, short)
+        values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
+        yield readings.say(
+            "times_too_short", readings.place(worst), times=times, runs=runs, **values
+        )
+    if measured.spin_start is None or measured.spin_end is None:
+        return
+    fall = 1 - measured.spin_end / measured.spin_start
+    far = np.flatnonzero(fall > FALL)
+    if len(far):
+        worst = int(far[np.argmax(fall[far])])
+        doubt = float(
+            np.abs(
+                physics.decay_law_doubt(
+                    measured.spin_start[worst], measured.spin_end[worst]
+                )
+            )
+        )
+        values = {
+            "most": 100 * fall[worst],
+            "run": measured.runs[worst],
+            "size": 100 * doubt,
+        }
+        runs = _named(measured, far)
+        yield readings.say(
+            "spin_falls_too_much", readings.place(worst), runs=runs, **values
+        )
+
+
+def _named(measured: Measurements, indices: Integers) -> str:
+    """Return the names of runs: "runs 2, 5"."""
+    names = ", ".join(measured.runs[i] for i in indices[:8]) + (
+        ", …" if len(indices) > 8 else ""
+    )
+    return f"run{'s' if len(indices) > 1 else ''} {names}"

@@ -1,0 +1,203 @@
+"""Why a log has no answer: wrong counts of turns, a rod that falls, no common I_zz, or a useless interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from gyrodata import fitting, physics
+from gyrodata.base.errors import Diagnostic
+from gyrodata.fitting import FitResult
+from gyrodata.judging.changes import CLEARLY, FALLEN, STEEP
+from gyrodata.judging.tables import load_words, turn_words
+from gyrodata.measurements import Measurements, select
+from gyrodata.physics import RPM, motion
+from gyrodata.readings import Readings
+
+
+def count_findings(
+    readings: Readings,
+    measured: Measurements,
+    fit: FitResult | None = None,
+    left_out: Collection[int] = (),
+) -> list[Diagnostic]:
+    """Name the torques whose turns must be wrong, because all torques agree with other counts.
+
+    `fit` is the fit with the written counts and without the runs that are left out;
+    None if that fit failed.
+    """
+    groups = measured.by_torque
+
+    def believed(counts: dict[int, float]) -> bool:
+        """Return whether the times are much more likely with other counts."""
+        if fit is None:
+            return True
+        turns = measured.turns.copy()
+        for k, count in counts.items():
+            turns[groups[k]] = count
+        try:
+            other = fitting.fit(
+                replace(measured, turns=turns),
+                tilted=fit.adjusted.problem.tilted,
+                left_out=left_out,
+            )
+        except fitting.NoFit:
+            return False
+        return other.log_evidence - fit.log_evidence > CLEARLY
+
+    answers = [
+        counts for counts in fitting.explaining_counts(measured) if believed(counts)
+    ]
+    if not answers:
+        return []
+
+    def words(k: int, turns: float) -> str:
+        first = groups[k][0]
+        written = turn_words(measured.turns[first]).split(" ")[0]
+        return f"{load_words(measured, first)} fit {turn_words(turns)}, not {written}"
+
+    each = [
+        ", those of ".join(words(k, turns) for k, turns in counts.items())
+        for counts in answers
+    ]
+    column = readings.columns.get("turns") or readings.columns.get("angle")
+    cell = column.cell(min(groups[k][0] for k in answers[0])) if column else None
+    return [
+        readings.say(
+            "turns_of_weights_wrong", cell, counts="; or else those of ".join(each)
+        )
+    ]
+
+
+def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the released run with the largest sag, if the sag is too large for a fit."""
+    loaded = np.flatnonzero(measured.torque)
+    torque, pitch = measured.torque[loaded], measured.pitch[loaded]
+    load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
+
+    def across(inertia: Any) -> Any:
+        given = measured.transverse_inertia
+        return (
+            fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
+            if given is None
+            else given[loaded]
+        )
+
+    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
+    # The lower quartile of the runs is nearest to the truth, and one wrong run does not
+    # change it.
+    own = np.abs(torque / measured.product[loaded])
+    inertia = np.sort(own)[(len(own) + 1) // 4]
+    kept = select(measured, loaded.tolist())
+    spin = fitting.conserved_spin(
+        kept, motion.Top(np.full(len(loaded), inertia), across(inertia), torque)
+    )
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    # An I that is far from I_zz shows a wrong unit, which `refusal` names.
+    if (
+        sag.max() < FALLEN
+        or not (inertia / 3 < across(inertia)).all()
+        or not (across(inertia) < 10 * inertia).all()
+    ):
+        return []
+    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would
+    # become smaller without limit.
+    better = own
+    for _turn in range(30):
+        top = motion.Top(
+            better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque
+        )
+        rate = motion.mean_precession_rate(top, spin, pitch)
+        better = np.maximum(np.abs(own * rate * better * kept.spin / torque), own / 10)
+    inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    worst, steep = int(sag.argmax()), int(np.sum(sag > STEEP))
+    run = int(loaded[worst])
+    least = (
+        float(
+            physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]
+        )
+        / RPM
+    )
+    more = (
+        f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees"
+        if steep > 1
+        else ""
+    )
+    fall = {
+        "spin": spin[worst] / RPM,
+        "sag": math.degrees(sag[worst]),
+        "least": 5 * math.ceil(least / 5),
+    }
+    read = (
+        f" ({kept.spin[worst] / RPM:.0f} rpm is read while it sags)"
+        if kept.spin[worst] > 1.02 * spin[worst]
+        else ""
+    )
+    words = {
+        "run": measured.runs[run],
+        "load": load_words(measured, run),
+        "read": read,
+        "more": more,
+    }
+    return [readings.say("release_falls", readings.place(run), **words, **fall)]
+
+
+def refusal(
+    readings: Readings, measured: Measurements, why: str, keep_flagged: bool
+) -> Diagnostic:
+    """Make the error of a log without an answer: the reason, and what to check."""
+    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
+    single = [
+        sorted(np.abs(measured.torque[group] / measured.product[group]).tolist())
+        for group in groups
+    ]
+    low, high = (
+        min(values[0] for values in single),
+        max(values[-1] for values in single),
+    )
+    across = (
+        0.0
+        if measured.transverse_inertia is None
+        else np.median(measured.transverse_inertia)
+    )
+    values = {"why": why, "across": across, "low": low, "high": high}
+    if keep_flagged:
+        return readings.say("no_inertia_with_flagged", **values)
+    if across and not low / 3 < across < 10 * high:
+        return readings.say("no_inertia_with_transverse", **values)
+    if high < 1.5 * low:
+        return readings.say("no_inertia_with_uncertainties", **values)
+    middle = [each[len(each) // 2] for each in single]
+    shown = [
+        f"{load_words(measured, group[0])}: {value:.2g}"
+        for group, value in zip(groups, middle, strict=True)
+    ]
+    return readings.say(
+        "no_inertia_fits",
+        why=why,
+        each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
+    )
+
+
+def not_measured(
+    readings: Readings, fit: FitResult, low: float, high: float
+) -> Diagnostic:
+    """Make the error of a log whose interval of I_zz [kg*m^2] includes zero, or is nearly as wide as I_zz."""
+    widest = fit.budget[0].source if fit.budget else "time"
+    names = {
+        "residual_torque": "not_measured_for_m0",
+        "unexplained_scatter": "not_measured_for_scatter",
+    }
+    fault = "includes zero" if low <= 0 else "is too wide"
+    return readings.say(
+        names.get(widest, "not_measured"),
+        low=low,
+        high=high,
+        fault=fault,
+        widest=widest,
+    )

@@ -1,0 +1,750 @@
+"""Tables of the report: runs, torques, power laws, patterns in the residuals, other fits, and the ball."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting, physics
+from gyrodata.fitting import Estimate, FitResult, Outlier
+from gyrodata.measurements import Measurements
+from gyrodata.physics import Floats
+from gyrodata.quantities.notation import as_read
+from gyrodata.quantities.units import Uncertainty
+
+# --- each run ---
+
+
+class Run(Struct, frozen=True):
+    """One timed run."""
+
+    run: str
+    line: int
+    mass: float | None
+    position: float | None
+    torque: float
+    spin: float
+    time: float
+    turns: float
+    precession_rate: float
+    period: float
+    product: float
+    inertia: float | None
+    residual: float
+    """Time minus fitted time [s]."""
+    residual_u: float
+    """Standard uncertainty expected of it from what this run has alone [s]."""
+    studentized_residual: float | None
+    """Time minus what the other runs predict, in standard uncertainties; None if they
+    cannot predict it."""
+    influence: float
+    """Change of I_zz if this run were left out [kg*m^2]; 0 if it is left out."""
+    flagged: bool
+    left_out: bool
+    reason: str
+
+
+def run_table(
+    measured: Measurements,
+    fit: FitResult,
+    outliers: tuple[Outlier, ...],
+    left_out: tuple[int, ...],
+) -> tuple[Run, ...]:
+    """List for each run what was read and what was computed from it."""
+    count = len(measured.runs)
+    reasons, flagged, out = (
+        [""] * count,
+        np.zeros(count, dtype=bool),
+        np.zeros(count, dtype=bool),
+    )
+    for outlier in outliers:
+        reasons[outlier.index], flagged[outlier.index] = (
+            outlier_reason(measured, outlier),
+            True,
+        )
+    out[list(left_out)] = True
+    read = (
+        measured.mass,
+        measured.position,
+        measured.torque,
+        measured.spin,
+        measured.time,
+        measured.turns,
+    )
+    rate, period = (
+        fit.sense * (2 * np.pi * measured.turns / measured.time),
+        measured.time / measured.turns,
+    )
+    product = fit.sense * np.abs(measured.product)
+    inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
+    residual = (
+        measured.time - fit.fitted_time,
+        fit.time_u,
+        fit.deviations,
+        fit.adjusted.influence,
+    )
+    numbers = np.array([*read, rate, period, product, inertia, *residual])
+    # In the order of the fields: keyword arguments for each of very many runs would
+    # take as long as the fit.
+    columns = numbers.astype(object)
+    columns[np.isnan(numbers)] = None
+    return tuple(
+        map(
+            Run,
+            measured.runs,
+            measured.lines,
+            *columns.tolist(),
+            flagged.tolist(),
+            out.tolist(),
+            reasons,
+        )
+    )
+
+
+def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
+    """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
+    if outlier.cells:
+        return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    name, time = "time" if measured.timed else "period", measured.time[outlier.index]
+    return (
+        f"its {name} is {time:.4g} s, and the other runs predict {outlier.expected:.4g} s "
+        f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
+    )
+
+
+def load_words(measured: Measurements, index: int) -> str:
+    """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
+    if not np.isnan(measured.mass[index]):
+        mass = as_read(1e3 * measured.mass[index], 1e3 * measured.mass_step[index])
+        position = as_read(
+            1e2 * measured.position[index], 1e2 * measured.position_step[index]
+        )
+        return f"{mass} g at {position} cm"
+    return f"{1e3 * measured.torque[index]:.3g} mN·m"
+
+
+def turn_words(turns: float) -> str:
+    """Write a number of turns as a student would: "1/3 turn", "2 turns"."""
+    from fractions import Fraction
+
+    near = Fraction(turns).limit_denominator(12)
+    text = str(near) if abs(near - turns) < 1e-6 * turns else f"{turns:.4g}"
+    return f"{text} turn" if turns <= 1 else f"{text} turns"
+
+
+# --- each torque ---
+
+
+class MeanProduct(Estimate, frozen=True, kw_only=True):
+    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]; u includes the errors that its runs share."""
+
+    spread: float | None
+    """Standard deviation of the single runs; null for one run."""
+    p: float | None
+    """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
+    chi2: float | None
+    """χ² of that scatter by the uncertainties that each run has alone, of one degree of
+    freedom less than runs."""
+
+
+class Torque(Struct, frozen=True):
+    """The runs of one torque."""
+
+    mass: float | None
+    """[kg]"""
+    position: float | None
+    """[m]"""
+    torque: float
+    """[N*m]"""
+    runs: int
+    without: Estimate | None
+    """I_zz from the runs of the other torques [kg*m^2]; null if undetermined, or for
+    very many torques."""
+    product: MeanProduct
+    period_per_spin: Estimate
+    """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against
+    the spin [s²/rad]."""
+
+
+def torque_table(
+    measured: Measurements,
+    fit: FitResult,
+    groups: list[list[int]],
+    without: Mapping[int, Estimate],
+) -> tuple[Torque, ...]:
+    """Constancy of φ̇ψ̇ for each torque.
+
+    `without`: I_zz without the runs of a torque, by the number of its group.
+    """
+    scale = next(
+        (
+            float(one.relative[0])
+            for one in measured.sources
+            if one.name == "spin_scale"
+        ),
+        0.0,
+    )
+    torques = []
+    for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
+        i, runs = group[0], used or group
+        # The weighted mean of |φ̇ψ̇|, and the scatter about it.
+        values = np.abs(measured.product[runs])
+        size = measured.own_relative[runs] * values
+        weight = 1 / np.maximum(size, 1e-12) ** 2
+        weight /= np.add.reduce(weight)
+        mean = float(weight @ values)
+        several = len(runs) > 1
+        chi2 = (
+            float(np.add.reduce(((values - mean) / size) ** 2))
+            if several and size.all()
+            else None
+        )
+        alone = math.sqrt(np.add.reduce((weight * size) ** 2))
+        # A late or early hand changes all runs in the same direction, each by b/T.
+        each_second = float(weight @ (measured.product[runs] / measured.time[runs]))
+        mean_u = math.hypot(alone, measured.timing_bias_u * each_second, scale * mean)
+        away = values - np.add.reduce(values) / len(runs)
+        spread = math.sqrt(away @ away / (len(runs) - 1)) if several else None
+        p = None if chi2 is None else fitting.chi2_tail(chi2, len(runs) - 1)
+        product = MeanProduct(
+            float(fit.sense[i]) * mean,
+            mean_u,
+            "rad^2/s^2",
+            spread=spread,
+            p=p,
+            chi2=chi2,
+        )
+        slope = 2 * math.pi / mean
+        per_spin = Estimate(slope, slope * mean_u / mean, "s^2/rad")
+        # NaN means that nothing was read.
+        mass, position = (
+            None if np.isnan(x[i]) else float(x[i])
+            for x in (measured.mass, measured.position)
+        )
+        torques.append(
+            Torque(
+                mass,
+                position,
+                float(measured.torque[i]),
+                len(runs),
+                without.get(k),
+                product,
+                per_spin,
+            )
+        )
+    return tuple(torques)
+
+
+# --- the laws ---
+
+
+class PowerLaw(Struct, frozen=True):
+    """τ ∝ ψ̇^exponent among the runs of one torque; eq. (9) says 1."""
+
+    torque: float
+    exponent: float | None
+    u: float | None
+    reason: str
+
+
+class Exponent(Estimate, frozen=True, kw_only=True):
+    """τ ∝ ψ̇^value with one exponent for all torques, each with a factor of its own."""
+
+    deviation: float
+    """From 1, in standard uncertainties."""
+    torques: int
+    """How many torques have runs at different spins."""
+
+
+class Constancy(Struct, frozen=True):
+    """Scatter of the single φ̇ψ̇ about the mean of their torque, for all torques together."""
+
+    scatter: float
+    """Standard deviation about the means, relative to them [1]."""
+    expected: float
+    """The same from each run's own timing and spin: root mean square of their relative
+    uncertainty [1]."""
+    chi2: float
+    dof: int
+    p: float
+    """Chance of a chi-square at least as large if φ̇ψ̇ is constant."""
+
+
+UNLIKELY = 0.05
+"""The stated uncertainties do not explain a scatter whose probability is below this."""
+
+
+def scatter_in_u(constancy: Constancy | None) -> str:
+    """Say whether u includes the scatter of the runs, which is true for errors that each run has alone."""
+    if constancy is None:
+        return "u includes this if every run has an error of its own"
+    if constancy.p < UNLIKELY:
+        return "u already includes this"
+    return "the runs of one weight agree, but the weights do not: u does not include all of this"
+
+
+def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLaw, ...]:
+    """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
+    laws = []
+    for group, used in zip(measured.by_torque, groups, strict=True):
+        exponent, torque = (
+            common_exponent(measured, [used]),
+            float(measured.torque[group[0]]),
+        )
+        if exponent is None:
+            laws.append(
+                PowerLaw(torque, None, None, "needs two runs with different spins")
+            )
+        else:
+            reason = "u from timing and spin of each run, and the hand's bias"
+            laws.append(PowerLaw(torque, exponent.value, exponent.u, reason))
+    return tuple(laws)
+
+
+def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
+    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own; None without one.
+
+    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's
+    mean; a late or early hand changes every ln τ by b/T.
+    """
+    spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
+    sums, torques = np.zeros(3), 0
+    for group in groups:
+        if len(group) > 1 and np.ptp(spin[group]) >= 0.02:
+            weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
+            # Measured from the run of the largest weight: without an error, its
+            # rounding would outweigh all other runs.
+            at = spin[group] - spin[group[weight.argmax()]]
+            away = weight * (at - np.average(at, weights=weight))
+            sums += [away @ at, away @ period[group], away @ (1 / measured.time[group])]
+            torques += 1
+    if not torques:
+        return None
+    across, along, late = sums.tolist()
+    value = along / across
+    u = math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
+
+
+def constancy(
+    measured: Measurements, torques: tuple[Torque, ...], groups: list[list[int]]
+) -> Constancy | None:
+    """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
+
+    None if no torque has two runs, or if timing and spin are exact.
+    """
+    sizes = np.array(list(map(len, groups)), dtype=int)
+    count, dof = int(sizes[sizes > 1].sum()), int(np.maximum(sizes - 1, 0).sum())
+    if not measured.own_relative.all() or not dof:
+        return None
+    total, scatter, expected = 0.0, 0.0, 0.0
+    for torque, group in zip(torques, groups, strict=True):
+        if len(group) < 2:
+            continue
+        total += torque.product.chi2 or 0.0
+        scatter += (
+            float(
+                np.sum(
+                    (np.abs(measured.product[group] / torque.product.value) - 1) ** 2
+                )
+            )
+            / dof
+        )
+        expected += float(np.sum(measured.own_relative[group] ** 2)) / count
+    return Constancy(
+        math.sqrt(scatter),
+        math.sqrt(expected),
+        total,
+        dof,
+        fitting.chi2_tail(total, dof),
+    )
+
+
+# --- patterns in the residuals: errors that are not random, each with its likely cause ---
+# Each test asks whether the fit needs one more unknown: a balance that drifts, or a
+# shared error that is free of its prior. With c the change of the runs' conditions by
+# that unknown, r their residuals and H the fit's hat matrix, z = cᵀr/√(cᵀ(1 − H)c) is
+# standard normal if nothing is wrong, for any design; for a shared error it is its
+# *pull*, the adjusted value over √(prior² − posterior²). The scatter of the runs is
+# known only roughly: the probability is averaged over the factors s on their own errors
+# that agree with the residuals without the pattern.
+
+TOLD_APART = 0.02
+"""An unknown is tested if at least this part of its effect, squared, cannot be produced
+by the others."""
+
+MOST_RUNS, MOST_SHARED = 1000, 60
+"""Larger logs are not tested."""
+
+LOGARITHMS = np.linspace(math.log(0.2), math.log(20.0), 24)
+FACTORS = np.exp(LOGARITHMS)
+"""Factors s on the own errors of each run."""
+
+
+class Pattern(Struct, frozen=True):
+    """One pattern that was tested in the residuals."""
+
+    name: str
+    """"order", "spin" or "torque" that the residuals go with, or a shared error:
+    "time_bias", "position_zero", "mass", "position", "force", "applied_torque"; or
+    "agreement", the lower tail of chi-square."""
+    of: str
+    """Which weight or position, in words; "" if there is only one."""
+    statistic: float
+    """Standard normal if there is no such pattern; for "agreement", chi-square over its
+    degrees of freedom."""
+    size: float | None
+    """What the pattern would be: a torque from the first run to the last [N*m], an
+    exponent [1], an error [s or m] or a share of the weight or position [1]; null of
+    the agreement."""
+    p: float
+    """Probability of a pattern at least as large, of this test alone."""
+    p_corrected: float
+    """The same, corrected for all tests by Holm's method."""
+
+
+SHARED = ("mass", "position", "force", "torque", "position_zero")
+"""Sources of error that are tested for a pull."""
+
+
+def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
+    """Test the residuals of a log for patterns, the least probable first.
+
+    None if the log is too large or too small.
+    """
+    if (
+        fit.dof < 2
+        or len(measured.runs) > MOST_RUNS
+        or fit.adjusted.problem.shared_count > MOST_SHARED
+    ):
+        return ()
+    unknowns = _extra_unknowns(measured, fit)
+    found = _tested(measured, fit, unknowns) if unknowns else []
+    if measured.own_relative.all():
+        low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
+        found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
+    # Rounding must not decide the order of equal values, such as those of the only
+    # position and the zero of the ruler.
+    order = np.argsort([float(f"{pattern.p:.9g}") for pattern in found], kind="stable")
+    corrected, least = [], 0.0
+    for at, pattern in enumerate([found[i] for i in order]):
+        least = max(least, min(1.0, (len(found) - at) * pattern.p))
+        corrected.append(replace(pattern, p_corrected=least))
+    return tuple(corrected)
+
+
+class _Extra(Struct, frozen=True):
+    """An unknown that the runs may need."""
+
+    name: str
+    of: str
+    column: Floats
+    """Change of the weighted conditions by one unit of it, shape (n,)."""
+    unit: float
+    """Size of that unit."""
+    adjusted: float = 0.0
+    """Its adjusted value, in those units; 0 if the fit has no such unknown."""
+
+
+def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
+    """List a drift, a trend with the spin and one with the torque, and the errors that runs share."""
+    adjusted = fit.adjusted
+    rows, problem, count = adjusted.rows, adjusted.problem, len(measured.runs)
+    spin, loads = np.log(measured.spin), np.abs(measured.torque)
+    load = np.log(np.where(loads > 0, loads, 1.0) / loads.max()) * (loads > 0)
+    extra = [
+        _Extra(
+            "order",
+            "",
+            rows[:, 1] * (np.arange(count) / (count - 1) - 0.5),
+            float(adjusted.scale[1]),
+        ),
+        _Extra("spin", "", rows[:, 0] * (spin - np.add.reduce(spin) / count), 1.0),
+        _Extra("torque", "", rows[:, 0] * load, 1.0),
+    ]
+    if measured.timing_bias_u > 0:
+        bias = float(adjusted.unknowns[2] / adjusted.scale[2])
+        extra.append(_Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, bias))
+    members = zip(problem.from_source.tolist(), problem.from_run.tolist(), strict=True)
+    for column, (s, run) in dict(
+        zip(problem.to_column.tolist(), members, strict=True)
+    ).items():
+        source = problem.sources[s]
+        if source.name not in SHARED:
+            continue
+        # The ruler's zero has an absolute error [m], all others have relative ones.
+        name, of, unit = source.name, "", source.absolute[run]
+        if name != "position_zero":
+            name = "applied_torque" if name == "torque" else name
+            reading = (
+                measured.given_torque
+                if name == "applied_torque"
+                else getattr(measured, name)
+            )
+            if not reading[run]:
+                # an error of a position of 0 cm cannot be given as a share of it
+                continue
+            of, unit = (
+                load_words(measured, run),
+                source.relative[run] + unit / abs(reading[run]),
+            )
+        extra.append(
+            _Extra(
+                name,
+                of,
+                rows[:, 3 + column],
+                float(unit),
+                float(adjusted.shared[column]),
+            )
+        )
+    return [one for one in extra if np.count_nonzero(one.column)]
+
+
+def _tested(
+    measured: Measurements, fit: FitResult, extra: list[_Extra]
+) -> list[Pattern]:
+    """Test each of E unknowns by itself, for each of the factors s on the errors that each run has alone.
+
+    I_zz, which has no prior, is taken out of the runs. With what is left turned by the
+    singular vectors of all other unknowns, each s costs no fit: it only divides every
+    turned row by its own 1 + value²/s².
+    """
+    adjusted = fit.adjusted
+    # Relative to the centres of their priors.
+    scale = np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0)
+    left = (
+        adjusted.rows[:, 1:]
+        @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared])
+        - adjusted.weighted
+    )
+    rows = np.concatenate(
+        [adjusted.rows, np.array([*[one.column for one in extra], left]).T], axis=1
+    )
+    others = adjusted.rows.shape[1] - 1
+    if rows.shape[0] > rows.shape[1]:
+        # For many runs, the triangular factor contains the same information.
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    along_inertia = rows[:, 0] / math.sqrt(rows[:, 0] @ rows[:, 0])
+    size = np.add.reduce(rows[:, 1 + others : -1] ** 2, axis=0)
+    rows = rows[:, 1:] - np.outer(along_inertia, along_inertia @ rows[:, 1:])
+    turn, values, _ = np.linalg.svd(
+        rows[:, :others], full_matrices=rows.shape[0] > others
+    )
+    turned = turn.T @ rows[:, others:]
+    columns, left = turned[:, :-1], turned[:, -1:]
+    wider = ((fit.widths.scatter / FACTORS) ** 2)[:, None]
+    prior = np.ones((len(FACTORS), len(turned)))
+    prior[:, : len(values)] += wider * values**2
+    # Each unknown's column, its part orthogonal to the others, and its projection on
+    # the residuals, shape (24, E).
+    free, whole = wider / prior, wider * size
+    apart = np.maximum(free @ columns**2, 1e-12 * whole)
+    along = free @ (columns * left)
+    # Probability of each factor without the pattern: as in the posterior, with both
+    # determinants.
+    rest = free @ left**2 - along**2 / apart
+    before = fitting.scatter_prior(LOGARITHMS, fitting.times_stated(measured))
+    before = (
+        before
+        - (float(adjusted.kept.sum()) - 1) * LOGARITHMS
+        - 0.5 * np.add.reduce(np.log(prior), axis=1)
+    )
+    likely = before[:, None] - 0.5 * (np.log(apart) + rest)
+    weight = np.exp(likely - np.maximum.reduce(likely, axis=0))
+    weight = weight / np.add.reduce(weight, axis=0)
+    z = along / np.sqrt(apart)
+    found = []
+    for k, (one, at) in enumerate(
+        zip(extra, weight.argmax(axis=0).tolist(), strict=True)
+    ):
+        if apart[at, k] >= TOLD_APART * whole[at, k]:
+            p = float(
+                weight[:, k]
+                @ [math.erfc(abs(each) / math.sqrt(2)) for each in z[:, k].tolist()]
+            )
+            # A prior made the error smaller; this is the error without the prior.
+            size_of = one.unit * (float(along[at, k] / apart[at, k]) + one.adjusted)
+            found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
+    return found
+
+
+# --- comparisons ---
+
+
+class NamedFit(Struct, frozen=True):
+    """One way to fit the log, for comparison."""
+
+    name: str
+    """"recommended", "through_origin" or "with_constant"."""
+    inertia: Estimate | None
+    """null if this fit is not possible."""
+    constant: Estimate | None
+    """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
+    note: str
+    """What it is, or why it is not possible."""
+    difference: float | None = None
+    """I_zz over the recommended one, minus 1; null for the recommended fit and for one
+    that is not possible."""
+    deviation: float | None = None
+    """The same in standard uncertainties of the recommended fit."""
+
+
+def named_fits(
+    measured: Measurements, fit: FitResult, kept: list[int]
+) -> tuple[NamedFit, ...]:
+    """Return the two straight lines of the textbook, to compare with the recommended fit."""
+    product, torque = (
+        fit.sense[kept] * np.abs(measured.product[kept]),
+        measured.torque[kept],
+    )
+    note = (
+        "all raw readings together; shared errors treated as shared; M0 and timing "
+        "bias as unknowns; u from the "
+        "stated uncertainties and from how the runs scatter"
+    )
+    m0 = fit.residual_torque
+    found = [
+        NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)
+    ]
+    for name, words in (
+        ("through_origin", "without an intercept"),
+        ("with_constant", "with an intercept"),
+    ):
+        intercept = name == "with_constant"
+        line = fitting.ordinary_line(product, torque, intercept)
+        slope, u, constant, u_constant = (
+            None if np.isnan(one) else float(one) for one in line
+        )
+        if slope is None or (intercept and not fitting.torques_differ(torque)):
+            note = (
+                "not possible: all torques are equal, so a slope and an intercept "
+                "cannot be separated; "
+                "add runs with another weight or position"
+            )
+            if len(kept) < 2:
+                note = "not possible: a line with a constant needs at least two different points"
+            found.append(NamedFit(name, None, None, note))
+            continue
+        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs assumed independent"
+        note += "; one run has no scatter, so no u" if len(kept) == 1 else ""
+        difference = slope - fit.inertia.value
+        deviation = difference / fit.inertia.u if fit.inertia.u else None
+        minus_m0 = Estimate(constant or 0.0, u_constant, "N*m") if intercept else None
+        inertia = Estimate(slope, u, "kg*m^2")
+        found.append(
+            NamedFit(
+                name, inertia, minus_m0, note, difference / fit.inertia.value, deviation
+            )
+        )
+    return tuple(found)
+
+
+class Ball(Struct, frozen=True):
+    """Compare the measured I_zz with that of the ball or disk in the log."""
+
+    mass: float | None
+    """[kg]; None if the log describes only a disk."""
+    mass_u: float | None
+    """Standard uncertainty [kg]; None if the log does not state it; then the value is
+    taken as exact."""
+    diameter: float | None
+    """[m]; None if the log describes only a disk."""
+    diameter_u: float | None
+    """Standard uncertainty [m]; None if the log does not state it; then the value is
+    taken as exact."""
+    solid: float | None
+    """2/5 m r² of the ball without a bore [kg*m^2]; None if the log describes only a
+    disk."""
+    bore: float
+    """Increase by the bore, for the same mass [kg*m^2]."""
+    rod: float
+    """½ m r² of the rod [kg*m^2]."""
+    disk: float
+    """½ m r² of the disk [kg*m^2]."""
+    inertia: float
+    """All of these together [kg*m^2]."""
+    inertia_u: float | None
+    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of
+    the ball has one."""
+    difference: float
+    """I_zz minus that [kg*m^2]."""
+    difference_u: float | None
+    """Standard uncertainty of the difference [kg*m^2]."""
+    relative: float
+    """I_zz over it, minus 1."""
+    deviation: float | None
+    """The difference in its standard uncertainties."""
+
+
+def compare_with_ball(
+    inertia: Estimate,
+    constants: Mapping[str, float],
+    uncertainties: Mapping[str, Uncertainty],
+) -> Ball | None:
+    """Compare I_zz with that of the ball, its bore, rod and disk.
+
+    None if the log gives neither ball nor disk.
+    """
+    has_ball = "ball_mass" in constants and "ball_diameter" in constants
+    rod = physics.cylinder_inertia(
+        constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0)
+    )
+    disk = physics.cylinder_inertia(
+        constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0)
+    )
+    # A hoop is a disk whose mass is all at the rim.
+    disk += (
+        constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
+    )
+    if not has_ball and not disk:
+        return None
+    mass, diameter = (
+        (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
+    )
+    of_mass, of_diameter = (
+        uncertainties.get("u_ball_mass"),
+        uncertainties.get("u_ball_diameter"),
+    )
+    mass_u = of_mass.at(mass) if has_ball and of_mass else None
+    diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
+    solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
+    if has_ball and constants.get("bore_diameter", diameter) < diameter:
+        # If the depth is not given, the bore ends at the centre.
+        depth = min(constants.get("bore_depth", diameter / 2), diameter)
+        bore = (
+            physics.bored_ball_inertia(
+                mass, diameter, constants["bore_diameter"], depth
+            )
+            - solid
+        )
+    expected, expected_u = solid + bore + rod + disk, None
+    if mass_u is not None or diameter_u is not None:
+        # 2/5 m (d/2)² grows as m and as d².
+        expected_u = solid * math.hypot(
+            (mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter
+        )
+    difference = inertia.value - expected
+    difference_u = (
+        None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
+    )
+    relative, deviation = (
+        inertia.value / expected - 1,
+        difference / difference_u if difference_u else None,
+    )
+    parts = solid, bore, rod, disk, expected, expected_u
+    ball = Ball(
+        mass,
+        mass_u,
+        diameter,
+        diameter_u,
+        *parts,
+        difference,
+        difference_u,
+        relative,
+        deviation,
+    )
+    return ball if has_ball else replace(ball, mass=None, diameter=None, solid=None)

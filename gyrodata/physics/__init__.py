@@ -1,0 +1,39 @@
+"""Mechanics of the gyroscope: closed forms, the exact motion, and theory for given numbers.
+
+`closed_forms` contains the equations that this package hands on; `motion` integrates
+the motion of a top; `prediction` answers the questions of `gyro predict`. Nothing here
+knows a log, a fit or a page.
+"""
+
+from gyrodata.physics.closed_forms import (
+    EARTH_ROTATION,
+    RPM,
+    SIDEREAL_DAY,
+    STANDARD_GRAVITY,
+    VISCOUS,
+    Floats,
+    Integers,
+    balanced_direction,
+    bored_ball_inertia,
+    click_error,
+    cylinder_inertia,
+    decay_law_doubt,
+    fast_precession_rate,
+    greatest_sag,
+    harmonic_mean_spin,
+    harmonic_mean_spin_share,
+    horizontal_precession_rate,
+    least_spin,
+    normal_gravity,
+    platform_rate,
+    precession_rate,
+    release_bias,
+    simpson_mean_spin,
+    sinhc,
+    sleeping_growth,
+    sleeping_spin,
+    solid_ball_inertia,
+    spin_of_sag,
+    tilt_bias,
+    torque,
+)

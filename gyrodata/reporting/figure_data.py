@@ -1,0 +1,234 @@
+"""The data of the figures: arrays, a colour and a marker for each torque, and numbers as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from gyrodata.fitting import Estimate
+from gyrodata.judging.tables import Torque
+from gyrodata.measurements import Measurements
+from gyrodata.physics import RPM, Floats
+from gyrodata.quantities.notation import as_read
+from gyrodata.results import Analysis, Result, is_wide
+
+# Okabe and Ito's three dark colours, and three others with contrast that colour-blind
+# readers can distinguish. Grey is for runs without a weight.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
+MARKERS = ("o", "s", "^", "D", "v", "P", "<")
+UNLOADED = ("#666666", "X")
+
+
+class Look(NamedTuple):
+    """Label, colour and marker of one torque in every figure."""
+
+    label: str
+    """The load: "20 g at 15 cm"."""
+    colour: str
+    """"#rrggbb"."""
+    marker: str
+    """A marker of matplotlib: "o"."""
+
+
+class Group(Struct, frozen=True):
+    """The runs of one torque."""
+
+    look: Look
+    members: list[int]
+    summary: Torque
+
+
+class Scene(Struct, frozen=True):
+    """The data of n runs; arrays of shape (n,). Names with ``_u`` are standard uncertainties."""
+
+    analysis: Analysis
+    inertia: float
+    """Slope of the fitted line, I_zz [kg*m^2]."""
+    imbalance: float
+    """M0 [N*m]."""
+    groups: tuple[Group, ...]
+    names: tuple[str, ...]
+    hollow: NDArray[np.bool_]
+    """Flagged or left out."""
+    left_out: NDArray[np.bool_]
+    """Not in the fit."""
+    spin: Floats
+    """[rpm]"""
+    spin_u: Floats
+    period: Floats
+    """[s]"""
+    period_u: Floats
+    product: Floats
+    """φ̇ψ̇ [rad²/s²]"""
+    product_u: Floats
+    unit: str
+    """Unit of torques, for example "mN·m"."""
+    unit_size: float
+    """[N*m]"""
+    torque: Floats
+    """[unit]"""
+    torque_u: Floats
+    rest: Floats
+    """Torque minus the fitted line [unit]."""
+    rest_u: Floats
+
+
+def gather(analysis: Analysis) -> Scene:
+    """Collect the data of the figures from an analysis, in the units of the axes."""
+    measured, runs = analysis.measurements, analysis.run_table
+    unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
+    period, product = measured.time / measured.turns, measured.product
+    time_u, spin_u = _relative(measured, "time", "turns"), _relative(measured, "spin")
+    torque_u = np.abs(measured.torque) * _relative(
+        measured, "mass", "position", "force", "torque", "g"
+    )
+    product_u = np.abs(product) * np.hypot(time_u, spin_u)
+    inertia, imbalance = analysis.inertia.value, analysis.residual_torque.value
+    return Scene(
+        analysis=analysis,
+        inertia=inertia,
+        imbalance=imbalance,
+        groups=_groups(analysis),
+        names=tuple(_short(run.run) for run in runs),
+        hollow=np.array([run.flagged or run.left_out for run in runs]),
+        left_out=np.array([run.left_out for run in runs]),
+        spin=measured.spin / RPM,
+        spin_u=measured.spin / RPM * spin_u,
+        period=period,
+        period_u=period * time_u,
+        product=product,
+        product_u=product_u,
+        unit=unit,
+        unit_size=unit_size,
+        torque=measured.torque / unit_size,
+        torque_u=torque_u / unit_size,
+        rest=(measured.torque + imbalance - inertia * product) / unit_size,
+        rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
+    )
+
+
+def _relative(measured: Measurements, *quantities: str) -> Floats:
+    """Compute the relative standard uncertainty of a product of quantities in each run."""
+    variance = np.zeros(len(measured.runs))
+    for source in measured.sources:
+        if source.quantity in quantities:
+            name = "given_torque" if source.quantity == "torque" else source.quantity
+            size = np.abs(np.nan_to_num(getattr(measured, name)))
+            size = np.where(size == 0, np.inf, size)
+            variance += (
+                np.where(
+                    source.groups >= 0, source.absolute / size + source.relative, 0.0
+                )
+                ** 2
+            )
+    return np.sqrt(variance)
+
+
+# --- colours and markers ---
+
+
+def list_looks(analysis: Analysis) -> tuple[Look, ...]:
+    """Return the label, colour and marker of each torque, for tables that show the same marks."""
+    return tuple(group.look for group in _groups(analysis))
+
+
+def _groups(analysis: Analysis) -> tuple[Group, ...]:
+    members, torques = analysis.measurements.by_torque, analysis.torques
+    labels = [_label(analysis.measurements, group[0]) for group in members]
+    for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
+        # Runs without a weight can precess in both directions.
+        labels[i] += f" ({'+' if torques[i].product.value > 0 else '−'})"
+    loaded = sorted(
+        (i for i, torque in enumerate(torques) if torque.torque),
+        key=lambda i: torques[i].torque,
+    )
+    colours: Sequence[str] = COLOURS
+    if len(loaded) > len(COLOURS):
+        from matplotlib import colormaps
+        from matplotlib.colors import to_hex
+
+        # From dark blue to salmon, all with enough contrast to white (3 : 1).
+        colours = [
+            to_hex(shade)
+            for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))
+        ]
+    looks = [UNLOADED] * len(torques)
+    for rank, i in enumerate(loaded):
+        looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
+    parts = zip(labels, looks, members, torques, strict=True)
+    return tuple(
+        Group(Look(label, *look), group, torque) for label, look, group, torque in parts
+    )
+
+
+def _label(measured: Measurements, i: int) -> str:
+    """Describe the load of a run: "20.00 g at 15.0 cm"."""
+    if not measured.torque[i]:
+        return "no weight"
+    at = f" at {as_number(100 * measured.position[i], 100 * measured.position_step[i])} cm"
+    mass, step, force = measured.mass[i], measured.mass_step[i], measured.force[i]
+    if not math.isnan(mass):
+        return (
+            f"{as_number(1e3 * mass, 1e3 * step)} g"
+            if mass < 10
+            else f"{as_number(mass, step)} kg"
+        ) + at
+    if not math.isnan(force):
+        return f"{as_number(force)} N{at}"
+    unit, size = torque_unit(abs(float(measured.torque[i])))
+    return f"{as_number(measured.torque[i] / size)} {unit}"
+
+
+# --- numbers as text ---
+
+
+def as_number(value: float, step: float = 0.0) -> str:
+    """Write a reading with its digits, or with at least four significant digits, and with a typographic minus."""
+    return (
+        f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)
+    ).replace("-", "−")
+
+
+def with_u(result: Estimate) -> str:
+    """Write a value with two digits of its standard uncertainty: "(4.44 ± 0.06) × 10⁻³"."""
+    if not result.u or not math.isfinite(result.u):
+        return as_number(result.value)
+    from uncertainties import ufloat
+
+    form = ".2uP" if 0.1 <= abs(result.value) < 1e4 else ".2ueP"
+    return (
+        f"{ufloat(result.value, result.u):{form}}".replace("±", " ± ")
+        .replace("×", " × ")
+        .replace("-", "−")
+    )
+
+
+def answer(inertia: Result) -> str:
+    """Write I_zz [kg*m^2] with u, or its 95 % interval if that is much wider than ± 2 u."""
+    if not is_wide(inertia):
+        return f"{with_u(inertia)} kg·m²"
+    ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95 or ()]
+    return f"{' to '.join(ends)} kg·m² (95 % interval)"
+
+
+def torque_unit(largest: float) -> tuple[str, float]:
+    """Choose a unit for the largest torque [N*m]; return its name and its size [N*m]."""
+    if largest >= 10:
+        return "N·m", 1.0
+    return ("mN·m", 1e-3) if largest >= 1e-4 else ("µN·m", 1e-6)
+
+
+def _short(name: str) -> str:
+    """Shorten a name from the log to one line of at most 14 characters."""
+    text = " ".join("".join(c if c.isprintable() else " " for c in name).split())
+    return text if len(text) <= 14 else text[:13] + "…"
+
+
+def run_name(name: str) -> str:
+    """Write the name of a run for a sentence: "run 5"."""
+    return name if name.lower().startswith("run") else f"run {name}"

@@ -1,0 +1,697 @@
+"""The four figures of a log.
+
+A figure consists of a function that draws on axes of matplotlib, a function that
+describes it in words, and an entry in `FIGURES`. The report, ``Analysis.plot`` and the
+feedback for students use this entry.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
+from gyrodata.physics import RPM, Floats
+from gyrodata.reporting.figure_data import (
+    Scene,
+    answer,
+    as_number,
+    gather,
+    run_name,
+    with_u,
+)
+from gyrodata.results import Analysis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Form = Literal["png", "svg", "pdf"]
+
+INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
+
+STYLE = Path(__file__).with_suffix(".mplstyle")
+
+SIZES = {
+    "screen": (5.0, 3.2, 1.8, 144),
+    "slides": (5.6, 3.15, 0.0, 1920 / 5.6),
+    "print": (6.6, 4.2, 2.4, 300),
+}
+"""Width and height of a figure, additional height for a second panel [inch], and
+resolution of a PNG [dots/inch]."""
+
+METADATA: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": "gyrodata"},
+    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
+}
+"""Metadata of each format: without date and version, so that the same log gives the
+same bytes."""
+
+MOST_LABELS = 14
+"""Largest number of torques in the legend."""
+
+MOST_NAMES = 10
+"""Largest number of runs that are named in a figure."""
+
+# --- the four figures ---
+
+
+def draw_period(ax: Axes, scene: Scene) -> None:
+    """Draw the period against the spin, with the fitted line of each torque."""
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    # One turn without a weight may take an hour: such runs do not determine the limits.
+    loaded = scene.torque != 0
+    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[
+        1
+    ]
+    ax.set(
+        xlim=(0.0, right),
+        ylim=(0.0, top),
+        xlabel="spin ψ̇ [rpm]",
+        ylabel="precession period τ [s]",
+    )
+    for group in scene.groups:
+        working = abs(group.summary.torque + scene.imbalance)
+        if group.summary.torque and working:
+            ax.plot(
+                (0.0, right),
+                (0.0, 2 * math.pi * scene.inertia * RPM * right / working),
+                color=group.look.colour,
+            )
+    _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
+
+
+def describe_period(scene: Scene) -> str:
+    """Describe the figure in words."""
+    found = []
+    for group in scene.groups:
+        members = sorted(
+            (i for i in group.members if not scene.hollow[i]),
+            key=lambda i: scene.spin[i],
+        )
+        ends = [
+            f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm"
+            for i in members
+        ]
+        if ends:
+            found.append(
+                f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}"
+            )
+    law = scene.analysis.exponent
+    grows = f", growing as the spin to the power {with_u(law)}" if law else ""
+    runs, torques = (
+        count_text(len(scene.names), "run"),
+        count_text(len(scene.groups), "torque"),
+    )
+    return (
+        f"Precession period against spin, {runs} at {torques}{grows}; a line through "
+        f"zero for each torque, steeper for "
+        f"a smaller torque. {_listed(found)}."
+    )
+
+
+def draw_product(ax: Axes, scene: Scene) -> None:
+    """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    limits = _limits(scene.product, scene.product_u, ~scene.hollow)
+    ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
+    for group in scene.groups:
+        mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
+        ax.axhspan(
+            mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0
+        )
+        ax.axhline(mean, color=group.look.colour)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(
+        ax,
+        scene,
+        scene.spin,
+        scene.product,
+        scene.spin_u,
+        scene.product_u,
+        means=len(scene.groups) <= 6,
+    )
+
+
+def describe_product(scene: Scene) -> str:
+    """Describe the figure in words."""
+    found = [
+        f"{group.look.label}: {with_u(group.summary.product)} rad²/s²"
+        for group in scene.groups
+    ]
+    same = scene.analysis.constancy
+    level = (
+        f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
+    )
+    return (
+        f"Precession rate times spin, against spin: a level line for each "
+        f"torque{level}. {_listed(found)}."
+    )
+
+
+def draw_torque(ax: Axes, scene: Scene) -> None:
+    """Draw the torque against φ̇ψ̇, with the fitted line, its 95 % band and the line through the origin."""
+    x, line, (down, up) = _line(scene)
+    low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
+    low, high = (
+        min(low, float(line.min()) - 0.02 * (high - low)),
+        max(high, float(line.max())),
+    )
+    ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
+    ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"M [{scene.unit}]")
+    ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
+    ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
+    ax.plot(x, line, color=INK, label="fitted line")
+    _draw_origin(ax, scene, x, 0.0)
+
+
+def draw_rest(ax: Axes, scene: Scene) -> None:
+    """Draw the difference of each run's torque and the fitted line, on a larger scale."""
+    x, line, (down, up) = _line(scene)
+    # The runs determine the limits; the band may be outside.
+    reach = float(
+        (np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max()
+    )
+    limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
+    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − fit [{scene.unit}]")
+    ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
+    ax.axhline(0.0, color=INK)
+    _draw_origin(ax, scene, x, line)
+    _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
+
+
+def describe_torque(scene: Scene) -> str:
+    """Describe the figure in words."""
+    low, high = float(scene.torque.min()), float(scene.torque.max())
+    reach = (
+        f"from {as_number(low)} to {as_number(high)}"
+        if high > low
+        else f"of {as_number(high)}"
+    )
+    far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
+    farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
+    return (
+        f"Torque {reach} {scene.unit} against precession rate times spin: a straight "
+        f"line of slope I_zz = "
+        f"{answer(scene.analysis.inertia)}, with its 95 % band; at zero product it is at "
+        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the "
+        f"line through the origin. Below, on "
+        "a larger scale: the torque of each run minus the line; "
+        f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."
+    )
+
+
+def draw_residuals(ax: Axes, scene: Scene) -> None:
+    """Draw each run's time minus the prediction of the other runs, in the order of the log."""
+    deviations = np.nan_to_num(scene.analysis.fit.deviations)
+    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
+    number = np.arange(1.0, len(scene.names) + 1)
+    ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
+    ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
+    steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
+    # There is space for about 30 letters.
+    step = next(
+        n
+        for n in steps
+        if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2)
+        <= 30 * n
+    )
+    ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
+    kept = np.abs(deviations[~scene.left_out])
+    title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
+    ax.set_title(
+        title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs",
+        loc="left",
+    )
+    ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
+
+
+def describe_residuals(scene: Scene) -> str:
+    """Describe the figure in words."""
+    kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
+    return (
+        f"Each run's time minus the prediction of the other runs, in the order of the "
+        f"log: {int(np.sum(kept <= 2))} of "
+        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard "
+        f"uncertainties; the largest deviation is "
+        f"{as_number(float(kept.max(initial=0.0)))}."
+    )
+
+
+class Kind(Struct, frozen=True):
+    """One of the four figures."""
+
+    panels: tuple[Callable[[Axes, Scene], None], ...]
+    """Functions that draw on axes; a second panel is below the first and has the same x
+    axis."""
+    describe: Callable[[Scene], str]
+    """Description in words, for readers who cannot see the figure."""
+    caption: str
+
+
+FIGURES = {
+    "period": Kind(
+        (draw_period,),
+        describe_period,
+        "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz "
+        "ψ̇ / |M + M0|. "
+        "Bars: one standard uncertainty.",
+    ),
+    "product": Kind(
+        (draw_product,),
+        describe_product,
+        (
+            "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. "
+            "Bars: one standard uncertainty."
+        ),
+    ),
+    "torque": Kind(
+        (draw_torque, draw_rest),
+        describe_torque,
+        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 "
+        "% band; dashed: the line through "
+        "the origin. Below: torque minus the recommended line. Bars: one standard uncertainty.",
+    ),
+    "residuals": Kind(
+        (draw_residuals,),
+        describe_residuals,
+        "Each run's time minus the prediction of the other runs, in standard "
+        "uncertainties. About 95 % of good runs "
+        "are in the band.",
+    ),
+}
+"""The figures by their names, in the order of the report."""
+
+# --- parts of figures ---
+
+
+def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return limits that include zero and the kept runs.
+
+    Other runs extend them by a half at most.
+    """
+    shown = kept if kept.any() else np.ones_like(kept)
+    low, high = (
+        min(0.0, float((values - u)[shown].min())),
+        max(0.0, float((values + u)[shown].max())),
+    )
+    span = high - low or 1.0
+    low, high = (
+        max(min(low, float(values.min())), low - span / 2),
+        min(max(high, float(values.max())), high + span / 2),
+    )
+    space = 0.06 * (high - low)
+    return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
+
+
+def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and the lower and upper half of its 95 % band.
+
+    The slope varies within its interval, about the point at which slope and height are
+    not correlated; the height at this point has an independent error.
+    """
+    x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
+    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
+    interval = scene.analysis.inertia.interval_95
+    half = 1.96 * math.sqrt(v_inertia)
+    low, high = (
+        (abs(end - scene.inertia) for end in interval) if interval else (half, half)
+    )
+    height = 1.96**2 * max(v_imbalance - cov * (cov / v_inertia), 0.0)
+    along = x - cov / v_inertia
+    lower, upper = (
+        np.where(along > 0, *turned) * along for turned in ((low, high), (high, low))
+    )
+    band = (
+        np.sqrt(lower**2 + height) / scene.unit_size,
+        np.sqrt(upper**2 + height) / scene.unit_size,
+    )
+    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, band
+
+
+def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
+    """Draw the line through the origin, minus another line."""
+    inertia = next(
+        (fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"),
+        None,
+    )
+    if inertia:
+        y = inertia.value / scene.unit_size * x - minus
+        ax.plot(x, y, color=SOFT, linestyle="dashed", label="through the origin")
+
+
+def _draw_runs(
+    ax: Axes,
+    scene: Scene,
+    x: Floats,
+    y: Floats,
+    x_u: Floats,
+    y_u: Floats,
+    means: bool = False,
+) -> None:
+    """Draw every run with the colour and marker of its torque; flagged runs are hollow and named.
+
+    A run outside the axes is drawn at the edge, without bars and with its value. With
+    `means`, the legend contains the mean φ̇ψ̇ of each torque.
+    """
+    at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
+    inside = (at_x == x) & (at_y == y)
+    colours = np.full(len(x), "#000000")
+    for rank, group in enumerate(
+        sorted(scene.groups, key=lambda group: -group.summary.torque)
+    ):
+        colours[group.members] = colour = group.look.colour
+        label = group.look.label + (
+            f"\n{with_u(group.summary.product)} rad²/s²" if means else ""
+        )
+        if rank % _labelled(scene):
+            label = "_"
+        for hollow in (False, True):
+            members = [i for i in group.members if scene.hollow[i] == hollow]
+            if members:
+                ax.plot(
+                    at_x[members],
+                    at_y[members],
+                    linestyle="none",
+                    marker=group.look.marker,
+                    color=colour,
+                    markerfacecolor="white" if hollow else colour,
+                    markeredgecolor=colour if hollow else "white",
+                    markeredgewidth=1.3 if hollow else 0.5,
+                    zorder=4 if hollow else 3,
+                    clip_on=False,
+                    label=label,
+                )
+                label = "_"
+    if x_u.any() or y_u.any():
+        of_bars: Any = list(colours[inside])
+        ax.errorbar(
+            x[inside],
+            y[inside],
+            y_u[inside],
+            x_u[inside],
+            fmt="none",
+            ecolor=of_bars,
+            elinewidth=1.0,
+        )
+    names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
+    for i in (
+        odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]
+    ):
+        words = [run_name(scene.names[i])] if scene.hollow[i] else []
+        if at_x[i] != x[i]:
+            words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")
+        if at_y[i] != y[i]:
+            words.append(f"{'↑' if y[i] > at_y[i] else '↓'} {as_number(y[i])}")
+        names[int(i)] = " ".join(words)
+    _name_runs(ax, at_x, at_y, names)
+    if scene.hollow.any():
+        why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
+        ax.plot(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            color=SOFT,
+            label=f"hollow: {why}",
+        )
+    if not inside.all():
+        ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
+
+
+def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
+    """Write names next to marks, at the places that cover the fewest marks and names."""
+    points = 72 / ax.figure.dpi
+    middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
+    halves = [np.array([4.0, 4.0])] * len(middles)
+    corners = ax.bbox.get_points() * points
+    for i, name in names.items():
+        half = np.array([2.4 * len(name) + 3, 5.0])
+        aside = (
+            np.clip(
+                middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1
+            )
+            - middles[i][0]
+        )
+        ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
+        offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
+        places = middles[i] + offsets
+        apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
+        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(
+            axis=1
+        )
+        # Covering a name is worse than covering a mark.
+        weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
+        best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
+        middles.append(places[best])
+        halves.append(half)
+        ax.annotate(
+            name,
+            (x[i], y[i]),
+            tuple(offsets[best]),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            zorder=5,
+            parse_math=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
+            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5}
+            if abs(offsets[best][1]) > 11
+            else None,
+        )
+
+
+def _labelled(scene: Scene) -> int:
+    """Return n if one in n torques is in the legend."""
+    return math.ceil(len(scene.groups) / MOST_LABELS)
+
+
+def _listed(items: Sequence[str], most: int = 4) -> str:
+    return "; ".join(items[:most]) + (
+        f"; and {len(items) - most} more" if len(items) > most else ""
+    )
+
+
+# --- figures and files ---
+
+
+def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
+    """Draw one of `FIGURES` with its legend, and return its main axes."""
+    panels = FIGURES[name].panels
+    axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
+    width, height = 72 * figure.get_size_inches()
+    # The names of runs need about the final width of the axes.
+    figure.subplots_adjust(left=40 / width, right=1 - 14 / width, hspace=0.08)
+    for ax, draw in zip(axes, panels, strict=True):
+        ax.locator_params(nbins=5)
+        draw(ax, scene)
+        ax.xaxis.set_visible(ax is axes[-1])
+    step = _labelled(scene)
+    title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
+    shown = {
+        label: handle
+        for ax in axes
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(shown.values()),
+        list(shown),
+        loc="outside lower left",
+        ncols=2,
+        title=title,
+    )
+    # Space for the texts [points], by the numbers of their letters and lines: a layout
+    # engine would lay out every text.
+    ticks = [
+        text
+        for ax in axes
+        for text in ax.yaxis.get_major_formatter().format_ticks(
+            ax.get_yticks().tolist()
+        )
+    ]
+    lines = max(
+        map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))
+    ) + bool(title)
+    left, top = 26 + 5.7 * max(map(len, ticks)), 20 if axes[0].get_title("left") else 8
+    figure.subplots_adjust(
+        left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height
+    )
+    return axes[0]
+
+
+def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
+    """Draw one of `FIGURES` on axes.
+
+    Without axes, on a new figure with its legend and second panel.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is unknown, or if `ax` is not an ``Axes``.
+    """
+    load_matplotlib()
+    from matplotlib.axes import Axes
+
+    insist_on_choice("name", name, FIGURES)
+    insist_on_type("ax", ax, Axes | None, "axes of matplotlib")
+    scene = gather(analysis)
+    if ax is None:
+        from matplotlib import pyplot
+
+        figure = pyplot.figure()
+        main = _fill(figure, scene, name)
+        figure.set_layout_engine("constrained")
+        return main
+    FIGURES[name].panels[0](ax, scene)
+    return ax
+
+
+def render(
+    analysis: Analysis,
+    form: Form = "png",
+    style: str = "screen",
+    names: Sequence[str] = tuple(FIGURES),
+    faults: dict[str, str] | None = None,
+) -> dict[str, bytes]:
+    """Draw figures as files.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    form : {"png", "svg", "pdf"}
+        File type.
+    style : {"screen", "slides", "print"}
+        Size and resolution.
+    names : sequence of str
+        Which figures.
+    faults : dict, optional
+        Receives why figures cannot be drawn, by their names. Without it, the first
+        error is raised.
+
+    Returns
+    -------
+    dict of str to bytes
+        The files of the figures that can be drawn, by name.
+    """
+    scene = gather(analysis)
+    files: dict[str, bytes] = {}
+    try:
+        load_matplotlib()
+    except (ImportError, ValueError) as error:
+        # A damaged installation, or a matplotlibrc that is not UTF-8.
+        if faults is None:
+            raise
+        faults |= dict.fromkeys(names, _reason(error))
+        return files
+    with own_style(STYLE), warnings.catch_warnings():
+        # The font may not contain the letters of a name; it then draws boxes.
+        warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
+        for name in names:
+            try:
+                files[name] = _draw(scene, name, form, style)
+            except Exception as error:
+                # The answer does not depend on a figure, nor on the state of
+                # matplotlib.
+                if faults is None:
+                    raise
+                faults[name] = _reason(error)
+    return files
+
+
+def _reason(error: Exception) -> str:
+    """Say in one line why a figure cannot be drawn."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+
+
+def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
+    """Draw one figure as a file."""
+    from matplotlib.figure import Figure
+
+    width, height, more, dpi = SIZES[style]
+    figure = Figure((width, height + more * (len(FIGURES[name].panels) - 1)), dpi)
+    _fill(figure, scene, name)
+    return save(figure, form)
+
+
+def load_matplotlib() -> ModuleType:
+    """Import matplotlib also if MPLBACKEND names no backend: a figure in a file needs no window."""
+    if "matplotlib" in sys.modules:
+        return sys.modules["matplotlib"]
+    backend = os.environ.pop("MPLBACKEND", None)
+    try:
+        matplotlib = import_module("matplotlib")
+    finally:
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    if backend:
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = backend
+    return matplotlib
+
+
+@contextmanager
+def own_style(*styles: Path) -> Iterator[None]:
+    """Draw with the defaults of matplotlib and these styles, whatever the user's matplotlibrc says."""
+    matplotlib = load_matplotlib()
+    with matplotlib.rc_context():
+        for number, path in enumerate(styles):
+            style = matplotlib.rc_params_from_file(
+                path, use_default_template=number == 0
+            )
+            matplotlib.rcParams.update(style)
+        yield
+
+
+def omit_docstrings() -> None:
+    """Load matplotlib without lists of all properties in docstrings and signatures: they take a tenth of a command."""
+    load_matplotlib()
+    from matplotlib import artist
+
+    vars(artist)["kwdoc"] = str
+    artist.ArtistInspector.get_setters = list  # type: ignore[assignment, method-assign]
+
+
+def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
+    """Return the bytes of a figure's file.
+
+    A PNG of level 9 is smaller than one of level 1, but slow.
+    """
+    file = io.BytesIO()
+    options: Any = (
+        {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
+    )
+    figure.savefig(file, format=form, metadata=METADATA[form], **options)
+    return file.getvalue()
+
+
+def alt_text(analysis: Analysis, name: str) -> str:
+    """Describe a figure, for readers who cannot see it."""
+    scene = gather(analysis)
+    odd = [
+        run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
+        for i in np.flatnonzero(scene.hollow)
+    ]
+    return FIGURES[name].describe(scene) + (
+        f" Drawn hollow: {_listed(odd)}." if odd else ""
+    )

@@ -1,0 +1,10 @@
+"""Simulated logs whose truth is known.
+
+`Truth` contains the true properties of the gyroscope, and `Design` the runs of the lab.
+`truth` computes the duration of each run, `noise` adds the errors of the readings, and
+`typed_log` writes the log.
+"""
+
+from gyrodata.trials.simulation.noise import EXACT, TYPICAL, read_noise
+from gyrodata.trials.simulation.truth import Decay, Design, Runs, Truth
+from gyrodata.trials.simulation.typed_log import Simulation, simulate

@@ -1,0 +1,156 @@
+"""Errors of simulated readings: the ``u_…`` keys of the log format, shared between runs as in a real lab."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrodata.base.diagnostics import NOISE_CANNOT_BE_READ
+from gyrodata.base.errors import InputError
+from gyrodata.base.toml_table import TomlFile, nearest
+from gyrodata.measurements import SOURCES
+from gyrodata.physics import Floats
+from gyrodata.quantities.notation import parse_uncertainty
+from gyrodata.quantities.units import Uncertainty, UnitError
+from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
+
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows
+# from the digits.
+TYPICAL: Mapping[str, Uncertainty] = {
+    f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
+    for key in (
+        "time",
+        "time_bias",
+        "spin",
+        "spin_scale",
+        "mass",
+        "mass_scale",
+        "position",
+        "position_zero",
+        "pitch",
+        "transverse_inertia",
+        "spin_delay",
+        "decay_exponent",
+    )
+} | {"u_turns": SOURCES["angle"].default}
+"""The uncertainties that are assumed if a log does not state them."""
+
+EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {
+    "u_spin": Uncertainty(0.0, 1e-12)
+}
+"""Almost no errors: without any, a run without a torque would have an infinite weight.
+"""
+
+NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
+"""The uncertainties that a simulated log can have."""
+
+
+_SPINS = tuple(
+    role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role)
+)
+_ERRORS = (
+    "time",
+    "spin",
+    "spin_scale",
+    "mass",
+    "mass_scale",
+    "position",
+    "position_zero",
+    "pitch",
+    "transverse_inertia",
+    "g",
+    "turns",
+)
+"""The kinds of errors, in the order in which they are drawn. Readings of one weight or
+position share an error."""
+
+
+def put_errors(
+    true: Mapping[str, Floats],
+    noise: Mapping[str, Uncertainty],
+    random: np.random.Generator,
+) -> dict[str, Floats]:
+    """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
+
+    The random numbers do not depend on the noise, so that a different noise only scales
+    the same errors.
+    """
+    read = {role: np.array(values, dtype=float) for role, values in true.items()}
+    for key in _ERRORS:
+        u = noise.get(f"u_{key}", Uncertainty())
+        of_whole_log = key in SOURCES and SOURCES[key].shared_by.startswith("all runs")
+        of_log = float(random.standard_normal())
+        for role in (
+            _SPINS
+            if key.startswith("spin")
+            else (key.removesuffix("_scale").removesuffix("_zero"),)
+        ):
+            if role not in true:
+                continue
+            drawn: Floats | float = of_log
+            if not of_whole_log:
+                _, groups = np.unique(true[role], return_inverse=True)
+                own = random.standard_normal(len(true[role]))
+                drawn = own[groups] if key in ("mass", "position") else own
+            read[role] += (u.absolute + u.relative * true[role]) * drawn
+    return read
+
+
+def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
+    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log.
+
+    The others are `TYPICAL`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or does not state any uncertainty of a simulated
+        log.
+    """
+    name, hint = (
+        str(path),
+        'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"',
+    )
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError.named(
+            "noise_not_read", name=name, why=error.strerror or error
+        ) from None
+    lines = re.findall(
+        r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$",
+        data.decode("utf-8-sig", "replace"),
+        re.MULTILINE,
+    )
+    stated: Mapping[str, Any] = (
+        dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
+    )
+    if not stated:
+        raise InputError.named("noise_states_nothing", name=name, hint=hint)
+    noise = dict(TYPICAL)
+    for key, value in stated.items():
+        fault, hint = (
+            "a simulated log does not have this uncertainty",
+            nearest(key, NOISE_KEYS),
+        )
+        if key in NOISE_KEYS:
+            try:
+                noise[key] = parse_uncertainty(str(value), kind_of_role(key))
+                fault = (
+                    f'"{value}" is not relative'
+                    if key.endswith("_scale") and noise[key].absolute
+                    else ""
+                )
+                hint = 'write the error of a scale in %, such as "0.1 %"'
+            except UnitError as error:
+                fault, hint = str(error), error.hint
+        if fault:
+            raise InputError.named(
+                "noise_unfit", name=name, key=key, fault=fault, hint=hint
+            )
+    return noise

@@ -1,0 +1,303 @@
+"""The true gyroscope, the design of the measurement, and the time that each run then takes.
+
+In steady precession the rod follows the slow root of eq. (8) at every moment while the
+spin falls. A rod that is released from rest keeps its spin and follows its exact
+motion.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from numbers import Real
+from typing import Literal, cast, get_args
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import physics
+from gyrodata.base.errors import InputError, insist_on_type
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
+from gyrodata.physics import RPM, Floats, motion
+from gyrodata.quantities.units import LIMITS, SI
+from gyrodata.readings import MAX_ROWS, check_value, to_display
+
+Motion = Literal["steady", "released"]
+
+
+class Decay(Struct, frozen=True):
+    """The exponential decay of the spin in an air film; exactly one of the attributes is given."""
+
+    time_constant: float | None = None
+    """τ [s]; the same in every run."""
+    lost: float | None = None
+    """Part of the spin that each run loses [1]; τ then differs from run to run."""
+
+
+class Truth(Struct, frozen=True):
+    """The true properties of the gyroscope and of the stopwatch."""
+
+    inertia: float = 4.44e-3
+    """I_zz about the rod [kg*m^2]; the default is a 4-inch steel ball."""
+    transverse_inertia: float | None = None
+    """I about an axis across the rod through the fixed point, weight included [kg*m^2];
+    None: 1.3 I_zz, as for a ball with a light rod, plus m x² of the weight."""
+    imbalance: float | None = None
+    """M0, the residual torque without a weight [N*m]; positive: like a weight at a
+    positive position. None: drawn from ``u_imbalance`` if the noise contains it, else
+    0."""
+    timing_bias: float | None = None
+    """b, by which all times are too long [s]; None: drawn from ``u_time_bias``."""
+    g: float = physics.STANDARD_GRAVITY
+    """Gravitational acceleration [m/s^2]."""
+    motion: Motion = "steady"
+    """"steady": eq. (8); "released": the exact motion of a rod that is released from
+    rest."""
+    decay: Decay | None = None
+    """None: the spin is constant."""
+
+
+class Design(Struct, frozen=True):
+    """The runs of the lab: all combinations of weights, positions, pitches, spins and numbers of turns."""
+
+    masses: tuple[float, ...] = (0.020, 0.040, 0.060)
+    """[kg]; 0: the rod without a weight, which has no position."""
+    positions: tuple[float, ...] = (0.15,)
+    """Distance from the centre of the ball, with a sign [m]."""
+    spins: tuple[float, ...] = (200 * RPM, 400 * RPM, 600 * RPM)
+    """At the start of each run [rad/s]; negative: the opposite direction."""
+    turns: tuple[float, ...] = (1.0,)
+    """Revolutions of precession that are timed [1]."""
+    pitches: tuple[float, ...] = (0.0,)
+    """Angle of the rod above the horizontal, at the start of the run [rad]."""
+    repeats: int = 1
+    """Number of times that each run is repeated."""
+
+
+class Runs(Struct, frozen=True):
+    """The true values of n runs; all arrays have shape (n,)."""
+
+    mass: Floats
+    """[kg]"""
+    position: Floats
+    """[m]; 0 without a weight."""
+    pitch: Floats
+    """[rad]"""
+    turns: Floats
+    """[1]"""
+    spin: Floats
+    """At the start, with its sign [rad/s]."""
+    spin_end: Floats | None
+    """At the end [rad/s]; None if the spin is constant."""
+    transverse_inertia: Floats
+    """I across the rod [kg*m^2]."""
+    torque: Floats
+    """Total torque with the rod horizontal, m g x + M0 [N*m]."""
+    time: Floats
+    """Duration of the turns [s]."""
+
+    @property
+    def sense(self) -> Floats:
+        """Direction of the precession seen from above: +1 is counterclockwise."""
+        return np.sign(self.torque * self.spin)
+
+
+def happen(truth: Truth, design: Design) -> Runs:
+    """Compute the duration of each run.
+
+    Raises
+    ------
+    InputError
+        If a value is impossible, or if a rod never completes its turns.
+    """
+    _check(truth, design)
+    settings = [
+        (mass, position, pitch, spin, turns)
+        for mass in design.masses
+        for position in (design.positions if mass else (0.0,))
+        for pitch, spin, turns in itertools.product(
+            design.pitches, design.spins, design.turns
+        )
+        for _ in range(design.repeats)
+    ]
+    mass, position, pitch, spin, turns = (
+        np.array(column) for column in zip(*settings, strict=True)
+    )
+    torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
+    across = np.full(len(mass), truth.transverse_inertia)
+    if truth.transverse_inertia is None:
+        across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
+    runs = Runs(
+        mass,
+        position,
+        pitch,
+        turns,
+        spin,
+        None,
+        across,
+        torque,
+        np.full(len(mass), math.inf),
+    )
+    for i in np.flatnonzero(torque == 0)[:1]:
+        name = (
+            "simulated_imbalance_cancels"
+            if mass[i] and position[i]
+            else "simulated_without_torque"
+        )
+        raise InputError.named(name, run=_run(runs, i))
+    return (
+        _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
+    )
+
+
+def _check(truth: Truth, design: Design) -> None:
+    """Refuse impossible values and contradictions before the runs are computed."""
+    decay = truth.decay
+    values: dict[str, tuple[str, tuple[float, ...]]] = {
+        "inertia": ("transverse_inertia", (truth.inertia,)),
+        "transverse": (
+            "transverse_inertia",
+            () if truth.transverse_inertia is None else (truth.transverse_inertia,),
+        ),
+        "g": ("g", (truth.g,)),
+        "position": ("position", design.positions),
+        "weight": ("mass", design.masses),
+        "spin": ("spin", design.spins),
+        "pitch": ("pitch", design.pitches),
+        "turns": ("turns", design.turns),
+        "spin decay": (
+            "time",
+            ()
+            if decay is None or decay.time_constant is None
+            else (decay.time_constant,),
+        ),
+    }
+    for name, (role, numbers) in values.items():
+        for value in numbers:
+            insist_on_type(name, value, Real, "a number in SI")
+            fault, hint = check_value(role, value)
+            if fault or (role == "g" and value <= 0):
+                shown, unit = to_display(value, role)
+                told = {
+                    "value": f"{shown:.6g} {unit}".rstrip(),
+                    "fault": fault or "is not above zero",
+                    "hint": hint,
+                }
+                raise InputError.named("simulated_impossible", name=name, **told)
+    for kind, name, size in (
+        ("torque", "imbalance", truth.imbalance),
+        ("time", "timing bias", truth.timing_bias),
+    ):
+        if size is not None and not abs(size) <= LIMITS[kind][1]:
+            raise InputError.named(
+                "simulated_too_large", name=name, size=size, unit=SI[kind]
+            )
+    columns = (
+        design.masses,
+        design.positions,
+        design.spins,
+        design.turns,
+        design.pitches,
+    )
+    rows = design.repeats * math.prod(map(len, columns))
+    if not 1 <= rows <= MAX_ROWS:
+        raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
+    known = get_args(Motion)
+    if truth.motion not in known:
+        raise InputError.named(
+            "simulated_motion_unknown", motion=truth.motion, known=", ".join(known)
+        )
+    if decay is None:
+        return
+    if (decay.time_constant is None) == (decay.lost is None):
+        raise InputError.named("simulated_decay_unclear")
+    if decay.lost is not None and not 0 < decay.lost < 1:
+        raise InputError.named("simulated_loss_impossible", percent=100 * decay.lost)
+    if truth.motion == "released":
+        raise InputError.named("simulated_release_decays")
+
+
+_PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
+_PLACES, _SHARES = (_PLACES + 1) / 2, _SHARES / 2
+"""Quadrature over a run: places from 0 to 1, and their weights."""
+
+
+def _steady(truth: Truth, runs: Runs) -> Runs:
+    """Time runs in steady precession, eq. (8), which is eq. (9) for a level rod.
+
+    The spin may fall.
+    """
+
+    def rate(spin: Floats) -> Floats:
+        fields = runs.torque, runs.transverse_inertia, runs.pitch
+        torque, across, pitch = (
+            values.reshape(-1, *(1,) * (spin.ndim - 1)) for values in fields
+        )
+        return cast(
+            Floats,
+            np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)),
+        )
+
+    angle, at_start = 2 * np.pi * runs.turns, rate(runs.spin)
+    least = physics.least_spin(
+        runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch
+    )
+    slow = np.flatnonzero(~np.isfinite(at_start))
+    if len(slow):
+        # The message names the run that needs the fastest spin: this spin is enough for
+        # all runs.
+        i = slow[np.argmax(least[slow])]
+        rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
+        raise InputError.named("simulated_not_steady", run=_run(runs, i), rpm=rpm)
+    decay, longest = truth.decay, angle / at_start
+    if decay is None:
+        return replace(runs, time=longest)
+
+    def mean_rate(fall: Floats | float) -> Floats:
+        """Compute the mean rate while the spin falls by e^−fall, NaN if steady precession is impossible at the end."""
+        return (
+            rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES))
+            @ _SHARES
+        )
+
+    if decay.lost is not None:
+        fall: Floats | float = -math.log1p(-decay.lost)
+        time = angle / mean_rate(fall)
+    else:
+        constant = cast(float, decay.time_constant)
+        # The precession becomes faster as the spin falls, so a run is never longer than
+        # at the first rate.
+        time = motion.find_crossing(
+            lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
+        )
+        fall = time / constant
+        time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
+    end = runs.spin * np.exp(-fall)
+    for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
+        raise InputError.named("simulated_spin_dies", run=_run(runs, i))
+    return replace(runs, time=time, spin_end=end)
+
+
+def _released(truth: Truth, runs: Runs) -> Runs:
+    """Time a rod that is released from rest and nods: the stopwatch stops when the rod first completes its turns."""
+    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+    time = motion.time_to_turn(
+        top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
+    )
+    for i in np.flatnonzero(~np.isfinite(time))[:1]:
+        raise InputError.named("simulated_turns_never", run=_run(runs, i))
+    return replace(runs, time=time)
+
+
+def _run(runs: Runs, i: int) -> str:
+    """Name a run by its settings."""
+    load = (
+        f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm"
+        if runs.mass[i]
+        else "no weight on the rod"
+    )
+    return (
+        f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, "
+        f"{to_display(runs.spin[i], 'spin')[0]:.4g} rpm"
+    )

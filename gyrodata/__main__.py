@@ -23,7 +23,10 @@ def main() -> None:
 
 
 def command() -> None:
-    """Run the command ``gyro``, and end the process without freeing each object, which would take 10 % of a run."""
+    """Run the command ``gyro``, and end the process at once.
+
+    The objects are not freed one by one, because this would take 10 % of a run.
+    """
     try:
         main()
     except SystemExit as ended:

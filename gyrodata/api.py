@@ -258,7 +258,9 @@ read_log = _with_warnings(readings.read_log, _readings)
 
 
 def sample() -> Path:
-    """Return the path of a log that is part of the package: ten runs, simulated with I_zz = 4.44e-3 kg·m².
+    """Return the path of a simulated log in the package, with I_zz = 4.44e-3 kg·m².
+
+    The log contains ten runs.
 
     Returns
     -------

@@ -269,7 +269,10 @@ class Analysis(Struct, frozen=True, eq=False):
 
     @property
     def angular_momentum(self) -> Estimate:
-        """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard uncertainty of I_zz."""
+        """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the u of I_zz.
+
+        Its u is the standard uncertainty of I_zz, multiplied by this spin.
+        """
         spin = max(run.spin for run in self.run_table)
         return Estimate(
             self.inertia.value * spin, (self.inertia.u or 0.0) * spin, "kg*m^2/s"
@@ -531,7 +534,9 @@ _CONTROLS = re.compile(
 
 
 def escape_controls(text: bytes) -> bytes:
-    r"""Write the characters of JSON that a terminal obeys, or that turn a line around, as ``\uXXXX``.
+    r"""Write some characters of JSON as ``\uXXXX``.
+
+    They are the characters that a terminal obeys, or that turn a line around.
 
     They can only be in the texts of JSON, whose content stays the same.
     """

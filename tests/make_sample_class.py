@@ -91,7 +91,7 @@ Truth of every log: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, ti
 Errors, all normal: 0.14 s on a time, tachometer 0.2 % and 0.1 % shared, weights 0.2 % each, ruler zero 0.5 mm.
 The files are named as in a download from Canvas: name, LATE, number of the student, number of the file.
 
-"""
+"""  # noqa: E501
 
 
 def _report(rows: Sheet, formula: Formula, fit: str) -> str:

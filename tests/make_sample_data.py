@@ -30,7 +30,7 @@ HEAD = f"""\
 # u_mass: 0.05 %
 # u_position_zero: 0.3 mm
 run,mass [g],position [cm],spin [rpm],time [s],turns,precession_sense
-"""
+"""  # noqa: E501
 
 
 def make() -> str:

@@ -19,11 +19,13 @@ pytestmark = needs_browser
 # Looks at the page inside a frame as wide as a small phone.
 PROBE = """<script>
 addEventListener("load", () => {
-  const frame = document.querySelector("iframe"), view = frame.contentWindow, page = frame.contentDocument;
+  const frame = document.querySelector("iframe");
+  const view = frame.contentWindow, page = frame.contentDocument;
   const table = page.querySelector("table.sortable"), heads = [...table.tHead.rows[0].cells];
   const sort = i => {
     heads[i].querySelector("button").click();
-    return [[...table.tBodies[0].rows].map(r => r.cells[i].textContent), heads.map(h => h.getAttribute("aria-sort"))];
+    const cells = [...table.tBodies[0].rows].map(r => r.cells[i].textContent);
+    return [cells, heads.map(h => h.getAttribute("aria-sort"))];
   };
   const button = heads[4].querySelector("button");
   button.focus();
@@ -31,7 +33,8 @@ addEventListener("load", () => {
     wide: page.documentElement.scrollWidth, inner: frame.clientWidth,
     figures: [...page.querySelectorAll("figure img")].map(i => i.getBoundingClientRect().width),
     broken: [...page.images].filter(i => !i.naturalWidth).length,
-    requests: view.performance.getEntriesByType("resource").map(r => r.name).filter(n => !n.startsWith("data:")),
+    requests: view.performance.getEntriesByType("resource")
+      .map(r => r.name).filter(n => !n.startsWith("data:")),
     focused: page.activeElement === button, outline: view.getComputedStyle(button).outlineStyle,
     heads: heads.map(h => h.textContent),
     up: sort(4), down: sort(4), names: sort(0),

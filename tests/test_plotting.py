@@ -142,8 +142,9 @@ def test_texts_of_any_log_are_inside_and_apart(
 
 def test_same_log_same_bytes_in_any_process() -> None:
     program = (
-        "import sys\nfrom gyrodata import analyze\nfrom gyrodata.reporting.figures import render\nlab = "
-        "analyze(sys.stdin.buffer.read(), name='log.csv')\n"
+        "import sys\nfrom gyrodata import analyze\n"
+        "from gyrodata.reporting.figures import render\n"
+        "lab = analyze(sys.stdin.buffer.read(), name='log.csv')\n"
         "for form in ('png', 'svg', 'pdf'):\n    print(render(lab, form))\n"
     )
     line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}

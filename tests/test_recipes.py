@@ -40,14 +40,23 @@ import gyrodata
 log = open(sys.argv[1], encoding="utf-8").read()
 head, *rows = [line for line in log.splitlines() if line[0] != "#"]
 lab = gyrodata.analyze(log.encode())
-late = gyrodata.analyze("\\n".join([head + ",Verzug [s]", *(row + ",0.5" for row in rows)]).encode())
+lines = [head + ",Verzug [s]", *(row + ",0.5" for row in rows)]
+late = gyrodata.analyze("\\n".join(lines).encode())
 count = b"mass [g],position [cm],spin [rpm],time [s],turns\\n0.01,15,400,13,1\\n".replace
 print(json.dumps({
     "unit": gyrodata.read_log(count(b"[g]", b"[slug]")).columns["mass"].values,
     "late": [one.time - run.time for one, run in zip(late.run_table, lab.run_table, strict=True)],
-    "raised": [d.severity for d in gyrodata.read_log(count(b"13,1", b"780,60")).diagnostics if d.code == "G299"],
+    "raised": [
+        d.severity
+        for d in gyrodata.read_log(count(b"13,1", b"780,60")).diagnostics
+        if d.code == "G299"
+    ],
     "budget": {share.source: share.share for share in lab.budget},
-    "spin_high": [one.inertia.value / lab.inertia.value for one in lab.sensitivity if one.name == "spin_high"],
+    "spin_high": [
+        one.inertia.value / lab.inertia.value
+        for one in lab.sensitivity
+        if one.name == "spin_high"
+    ],
     "doubts": [doubt.words for doubt in lab.doubts],
     "bars": sum(bar.get_height() for bar in lab.plot("spins", Figure().add_subplot()).patches),
     "report": lab._repr_markdown_(),

@@ -65,7 +65,10 @@ _MESSAGES = Path(__file__).with_name("messages.toml").read_text(encoding="utf-8"
 
 @cache
 def message(name: str) -> Message:
-    """Read one message: to read the whole file takes a twentieth of the time of a run without figures."""
+    """Read one message without the rest of the file.
+
+    To read the whole file takes a twentieth of the time of a run without figures.
+    """
     section = _MESSAGES.partition(f"\n[{name}]\n")[2].partition("\n[")[0]
     return convert(tomllib.loads(section), Message)
 

@@ -96,7 +96,10 @@ class TomlFile:
         return reduce(lambda value, part: value[part], path, self.values)
 
     def _explained(self, error: ValidationError, kind: type, path: Path) -> InputError:
-        """Write what is wrong and what to write, from the words of msgspec and the JSON Schema of the record."""
+        """Make an error that shows what is wrong and what to write.
+
+        The words come from msgspec and from the JSON Schema of the record.
+        """
         message, _, place = str(error).partition(" - at `$")
         for number, key in re.findall(r"\[(\d+|\.\.\.)\]|\.(\w+)", place):
             if (
@@ -154,7 +157,11 @@ class TomlFile:
         return self.fault(code, path, f"{key} = {shown[:60]} cannot be used", hint)
 
     def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
-        """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""
+        """Make the error of the key at `path`.
+
+        If the key has no line of its own, it is the error of the nearest table around
+        it that has a line.
+        """
         spot, start = (1, 1, 1), 0
         for name, number in zip(path, (*path, 0)[1:], strict=True):
             rest, word = self.text[start:], re.escape(str(name))
@@ -214,7 +221,9 @@ def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
 
 
 def samples_of(kind: type) -> dict[str, list[str]]:
-    """Give, by the keys of a record and of all records in it, the words or examples that can be written there.
+    """Return the words or examples that can be written for each key.
+
+    The keys are those of a record and of all records in it.
 
     A table has its head without a name: "[]", or "[[]]" if there may be several.
     """

@@ -1,4 +1,7 @@
-"""Work in several processes, so that a task that hangs, or ends its process, costs only that task."""
+"""Work in several processes.
+
+A task that hangs, or ends its process, costs only that task.
+"""
 
 from __future__ import annotations
 

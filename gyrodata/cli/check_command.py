@@ -50,9 +50,9 @@ def template(
     spins: Annotated[str, typer.Option("--spins")] = "200,400,600rpm",
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
 ) -> None:
-    """Write a blank log to fill in: each weight with every spin, alternating, and a run without a weight.
+    """Write a blank log to fill in: each weight with every spin, and a run without a weight.
 
-    Without --out, the log is printed as CSV.
+    The spins alternate. Without --out, the log is printed as CSV.
     """
     text = blank_log(with_units(weights), position, with_units(spins))
     if out is None:
@@ -71,7 +71,9 @@ _EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
 
 
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
-    """Write a log to fill in: each weight with each spin, a run without a weight, and the first run again.
+    """Write a log to fill in, with each weight at each spin.
+
+    The log also contains a run without a weight, and the first run again.
 
     The weights take turns, and the second half of the runs is the first half backwards:
     a drift of the balance during the session does not look like an effect of the
@@ -151,7 +153,10 @@ def _shown(
 
 
 def _workbook(text: str) -> bytes:
-    """Return a blank log as a workbook: constants in rows of two cells, and a row of headers with units."""
+    """Return a blank log as a workbook.
+
+    The constants are in rows of two cells, and a row of headers contains the units.
+    """
     from openpyxl import Workbook
     from openpyxl.styles import Font
 

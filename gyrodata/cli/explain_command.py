@@ -25,7 +25,10 @@ COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "temp
 
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
-    """List pages and codes that begin with a text, each with its title, for a shell that completes."""
+    """List the pages and codes that begin with a text, each with its title.
+
+    A shell that completes commands uses the list.
+    """
     titles = {name: documentation.page_title(name) for name in documentation.PAGES}
     titles |= {
         code: entry.title for code, entry in sorted(diagnostics.explanations().items())
@@ -56,7 +59,10 @@ def explain(
 
 
 def _glossary() -> dict[str, dict[str, str]]:
-    """Read the texts about "words" and "keys" of a log, by all names of a word, separated by commas."""
+    """Read the texts about the "words" and the "keys" of a log.
+
+    The key of a text consists of all names of the word, separated by commas.
+    """
     return tomllib.loads(
         (documentation.FOLDER / "glossary.toml").read_text(encoding="utf-8")
     )

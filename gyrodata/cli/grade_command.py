@@ -52,7 +52,9 @@ def grade(
     quiet: Annotated[bool, Option("--quiet", "-q")] = False,
     exit_zero: Annotated[bool, Option("--exit-zero")] = False,
 ) -> None:
-    """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
+    """Grade a class: each student against their own data.
+
+    Everybody gets feedback, and there is a page of the class.
 
     A second run grades only what has changed, and says why. Write your own decisions
     into desk.csv in the folder of the grades, with the columns

@@ -74,7 +74,10 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
 
 
 def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:
-    """Return the TOML file with constants: that of --config, else gyro.toml next to the log, if there is one."""
+    """Return the TOML file with constants for a log.
+
+    It is the file of --config, else gyro.toml next to the log, if there is such a file.
+    """
     near = Path(log).parent / "gyro.toml"
     if config is not None or log == "-" or not near.is_file():
         return config

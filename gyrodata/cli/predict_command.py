@@ -33,7 +33,10 @@ Hours = Annotated[float, typer.Option(metavar="HOURS", min=0.1, max=1000)]
 
 
 class _Numbers(Struct):
-    """The numbers of a prediction that may come from an option, from the log or from a default value."""
+    """The numbers of a prediction.
+
+    Each number may come from an option, from the log or from a default value.
+    """
 
     name: str
     """Name of the log."""

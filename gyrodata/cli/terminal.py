@@ -24,7 +24,10 @@ FAULT = 3
 
 
 class Door(TyperGroup):
-    """The only error handler: each error that ends a command becomes a message and an exit code here."""
+    """The only error handler of the command line.
+
+    Each error that ends a command becomes a message and an exit code here.
+    """
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line, and exit."""
@@ -103,7 +106,10 @@ def _report(found: Sequence[Diagnostic], code: int) -> int:
 
 
 class _Closed(TextIOBase):
-    """Replaces a closed stream, for which Python has None: writing to it is an error like a full disk."""
+    """Replacement for a closed stream, for which Python has None.
+
+    Writing to it is an error, like writing to a full disk.
+    """
 
     encoding = "utf-8"
 
@@ -345,7 +351,10 @@ def source_of(log: str, name: str) -> dict[str, Any]:
 
 
 def short_paths(logs: Sequence[str]) -> list[Path]:
-    """Return the paths of logs as they were given, but absolute ones relative to the folder that they share."""
+    """Return the paths of logs as they were given.
+
+    Absolute paths become relative to the folder that they share.
+    """
     paths = [Path(log) for log in logs]
     folders = [path.parent for path in paths if path.is_absolute()]
     try:

@@ -1,4 +1,8 @@
-"""Commands for instructors and developers: simulated logs, coverage of intervals, speed, and schemas of the output."""
+"""Commands for instructors and developers.
+
+Their subjects are simulated logs, the coverage of intervals, the speed, and the schemas
+of the output.
+"""
 
 from __future__ import annotations
 

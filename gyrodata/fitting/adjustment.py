@@ -1,4 +1,6 @@
-"""The Gauss–Helmert adjustment: I_zz, M0, b and all errors of the readings by one weighted least-squares problem.
+"""The Gauss–Helmert adjustment is one weighted least-squares problem.
+
+Its solution contains I_zz, M0, b and all errors of the readings.
 
 For each run eq. (8), multiplied by the time so that it has no pole at zero torque, is a
 condition between the readings and the unknowns I_zz, M0 (residual torque of an
@@ -233,7 +235,10 @@ class Problem:
 
 
 def torques_differ(torque: Floats) -> bool:
-    """Return whether the torques of a log, with signs, differ by 2 % of the largest: only then M0 can be determined."""
+    """Return whether the torques of a log, with signs, differ by 2 % of the largest.
+
+    M0 can be determined only if this is true.
+    """
     most, least = np.maximum.reduce(torque), np.minimum.reduce(torque)
     return bool(most - least > 0.02 * max(most, -least))
 
@@ -327,7 +332,10 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
 
 
 def sample(measured: Measurements, kept: Floats) -> Any:
-    """Return the indices of the kept runs, at most 150: every torque in proportion, and mixed among its runs.
+    """Return the indices of the kept runs, at most 150.
+
+    The sample contains every torque in proportion, and is mixed among the runs of a
+    torque.
 
     An even stride could select a single torque if the weights come in the same order
     again and again; multiples of the golden ratio are spread evenly over every part of
@@ -398,7 +406,10 @@ def _pairs(count: int) -> tuple[Any, Any]:
 
 
 def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
-    """Compute the root mean square of the kept runs' misfits to a start, in units of `rough_misfit`."""
+    """Compute the root mean square of the kept runs' misfits to a start.
+
+    The misfits are in units of `rough_misfit`.
+    """
     index = np.flatnonzero(kept > 0)
     total = np.abs(measured.torque[index] + start.residual_torque)
     with np.errstate(divide="ignore"):

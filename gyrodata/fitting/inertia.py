@@ -181,7 +181,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def time_u(self) -> Floats:
-        """Standard uncertainty of each run's time about the fit, from the errors of this run alone [s], shape (n,)."""
+        """Standard uncertainty of each run's time about the fit [s], shape (n,).
+
+        It comes from the errors of this run alone.
+        """
         end = self.adjusted
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
@@ -193,7 +196,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def log_evidence(self) -> float:
-        """Logarithm of the probability of the times, integrated over I_zz, M0, b and all widths, up to a constant."""
+        """Logarithm of the probability of the times, up to a constant.
+
+        The probability is integrated over I_zz, M0, b and all widths.
+        """
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
         return self.posterior.evidence - float(
@@ -202,7 +208,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def response(self) -> Floats:
-        """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,)."""
+        """Relative change of I_zz for a relative change of a run's M/(φ̇ψ̇) [1].
+
+        There is a value for each run's own M/(φ̇ψ̇), shape (n,).
+        """
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
         lever = 2 * np.pi * problem.observed[TURNS] * problem.observed[SPIN]
@@ -682,7 +691,10 @@ def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
 def _mean_rate_of_decay(
     measured: Measurements, total: Floats, inertia: Floats | float, across: Floats
 ) -> Floats:
-    """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s], by Gauss-Legendre quadrature."""
+    """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s].
+
+    The method is Gauss-Legendre quadrature.
+    """
     assert measured.spin_start is not None
     assert measured.spin_end is not None
     points, weights = np.polynomial.legendre.leggauss(8)
@@ -701,7 +713,10 @@ def _mean_rate_of_decay(
 
 
 def earth_is_told(measured: Measurements) -> bool:
-    """Return whether the log states the latitude and the direction of each run, as the Earth's correction needs."""
+    """Return whether the log states the latitude and the direction of each run.
+
+    The correction for the Earth needs both.
+    """
     sense = measured.precession_sense
     return measured.latitude is not None and sense is not None and bool(sense.all())
 

@@ -185,7 +185,10 @@ class _Step(NamedTuple):
 def _iterate(
     x: Extended, y: Extended, factors: Factors, intercept: bool
 ) -> tuple[Extended, _Step]:
-    """Find the line by Gauss–Newton steps, each linear about the points that the previous step adjusted."""
+    """Find the line by Gauss–Newton steps.
+
+    Each step is linear about the points that the previous step adjusted.
+    """
     to_x, to_y, by_row = factors
     design = np.ones((len(x), 1 + intercept))
     design[:, 0] = x
@@ -227,7 +230,9 @@ def _iterate(
 
 
 def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
-    """Solve design·p + pull·z = distance for p and the smallest z, for any rank of pull, shape (n, m).
+    """Solve design·p + pull·z = distance for p and the smallest z.
+
+    The matrix `pull` has the shape (n, m), and may have any rank.
 
     A pull of shape (n,) is a diagonal matrix; without zeros, it is a weighted
     least-squares problem. Otherwise the rest of the design's Q eliminates p.
@@ -322,7 +327,10 @@ def _factorise(
 
 
 def _root(matrix: Floats) -> Floats:
-    """Find B with U = B Bᵀ, shape (2n, m), from the correlations, so that small variances keep their digits."""
+    """Find B with U = B Bᵀ, shape (2n, m).
+
+    B is computed from the correlations, so that small variances keep their digits.
+    """
     scale = np.sqrt(np.diag(matrix))
     divisor = np.where(scale > 0, scale, 1.0)
     correlation = (matrix + matrix.T) / 2 / np.outer(divisor, divisor)

@@ -1,4 +1,6 @@
-"""The posterior of I_zz, M0 and b, integrated over the widths of the errors that a log knows only roughly.
+"""The posterior of I_zz, M0 and b, integrated over the widths of some errors.
+
+A log contains only rough information about the widths of these errors.
 
 These widths are described by two numbers with a prior that is the same for every
 design:
@@ -85,7 +87,9 @@ LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 
 
 class Conditions(Struct, frozen=True):
-    """The conditions of n runs, linear at the end of a fit, each over the width of its independent errors.
+    """The conditions of n runs, linear at the end of a fit.
+
+    Each condition is divided by the width of its independent errors.
 
     Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some
     unit, shared errors in their standard uncertainties.
@@ -166,7 +170,10 @@ class Posterior(Struct, frozen=True):
         return point
 
     def typical_widths(self) -> tuple[float, float]:
-        """Return a typical s, and the width of M0 that alone gives u(I_zz) of all widths with this s."""
+        """Return a typical s, and the width of M0 that represents all widths.
+
+        This width alone gives u(I_zz) of all widths with this s.
+        """
         # The parts are sorted by s; each s has the same number of widths.
         each = self.weight.reshape(STEPS, -1)
         count = each.shape[1]

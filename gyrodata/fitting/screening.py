@@ -1,4 +1,6 @@
-"""Screening: runs or whole torques that do not agree with the others, and turn counts that would explain them.
+"""Screening finds runs or whole torques that do not agree with the others.
+
+It also finds the turn counts that would explain them.
 
 At the end are the fits of the textbook (a line through the origin, one with an
 intercept, and the mean of the ratios), which a fit must not contradict.
@@ -308,7 +310,10 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
 def _lines(
     torque: Floats, product: Floats, factors: list[Floats]
 ) -> tuple[Floats, Floats]:
-    """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques, or through one with M0 = 0."""
+    """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques.
+
+    Lines through one torque with M0 = 0 are returned as well.
+    """
     slopes = [
         m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)
     ]
@@ -338,7 +343,9 @@ def _lines(
 def ordinary_line(
     x: Floats, y: Floats, intercept: bool
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares, runs treated as independent.
+    """Fit y = slope·x (+ intercept) to n points of each lab.
+
+    The method is ordinary least squares, and the runs are treated as independent.
 
     For x = φ̇ψ̇ [rad²/s²] and y = M [N*m], of one lab or of many labs of one design,
     shape (…, n), the slope is I_zz.
@@ -395,7 +402,10 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
 def insist_on_lines(
     measured: Measurements, fit: FitResult, tilted: bool, kept: Floats
 ) -> None:
-    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines, corrected for tilt and release."""
+    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines.
+
+    The lines are corrected for tilt and release.
+    """
     index = np.flatnonzero(kept)
     rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
     if measured.slowing is not None:

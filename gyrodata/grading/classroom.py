@@ -331,7 +331,10 @@ class Entry(Struct, frozen=True, kw_only=True):
 
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
-    """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
+    """Return the last entry of each student, and the number of damaged lines.
+
+    A damaged line cannot be read, for example after a power cut.
+    """
     entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
@@ -600,7 +603,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def summary(self) -> str:
-        """The text for a terminal: the class, a row for each student, the flags, and what to decide."""
+        """The text for a terminal: the class, students, flags, and open decisions.
+
+        Each student has a row.
+        """
         offers = [one for one in find_offers(self) if one.flag is None]
         reasons = grouped((one.reason, self.label(one.student)) for one in offers)
         return (

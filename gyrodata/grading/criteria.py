@@ -1,4 +1,7 @@
-"""Judge the criteria: each function judges one kind and returns a mark with the points and the reason."""
+"""Judge the criteria, with one function for each kind.
+
+Each function returns a mark with the points and the reason.
+"""
 
 from __future__ import annotations
 
@@ -320,7 +323,10 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _away(criterion: Criterion, evidence: Evidence) -> float:
-    """Return the distance of the report from the student's own runs, as a condition of the rubric states it."""
+    """Return the distance of the report from the student's own runs.
+
+    The distance has the form that a condition of the rubric uses.
+    """
     _, value, matched = evidence.given
     return (
         100 * abs(value / matched.value - 1)
@@ -393,7 +399,10 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
 def judge_reference(
     criterion: Criterion, pending: Mark, reference: Reference | None
 ) -> Mark:
-    """Give the points of a "reference" criterion once the reference is known, if there is a value to compare."""
+    """Give the points of a "reference" criterion when the reference is known.
+
+    This is done only if there is a value to compare with the reference.
+    """
     value, u = pending.detail.get("value"), pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
         return pending
@@ -559,7 +568,10 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
 def _last_place(
     step: float | None, value: float | None, digits: int | None
 ) -> tuple[float, float]:
-    """Return the smallest and the largest possible step of the last digit: zeros before the point may only fill up."""
+    """Return the smallest and the largest possible step of the last digit.
+
+    The two can differ, because zeros before the point may only be placeholders.
+    """
     if not step or not value or not digits:
         return step or 0.0, step or 0.0
     return step, step * 10.0 ** max(

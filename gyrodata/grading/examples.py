@@ -1,4 +1,6 @@
-"""Flag logs that nobody measured for this class: simulated ones, and copies of the examples that come with gyro.
+"""Flag logs that nobody measured for this class.
+
+They are simulated logs, and copies of the examples that are part of gyro.
 
 `examples.json` contains the fingerprint of each example: the samples, the logs of the
 README and of the pages of ``gyro explain``. ``python tests/make_examples.py`` writes it
@@ -168,7 +170,10 @@ def _alike(
 
 
 def _chances(log: Fingerprint, rows: _Rows) -> Floats:
-    """Return the probability that somebody else has the spin and the period of each row, shape (n,)."""
+    """Return the probability that somebody else has the readings of a row, shape (n,).
+
+    The readings are the spin and the period of each row.
+    """
     noise = max(measure_scatter(log)[1], HAND * log.by_hand) / np.array(log.turns)
     # No interval of this width contains more of a normal distribution.
     width = math.sqrt(4 * math.pi)

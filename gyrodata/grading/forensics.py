@@ -72,7 +72,9 @@ class Flag(Struct, frozen=True):
 def flag_class(
     prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING
 ) -> tuple[Flag, ...]:
-    """Compare the logs of a class, and return the flags by kind, in the order of `KINDS`, then by students.
+    """Compare the logs of a class, and return the flags by kind.
+
+    The flags are in the order of `KINDS`, then in the order of students.
 
     `prints`: One log of each student, by the student's key. `partners`: Students who
     hand in the same data; a student may be in several groups. `previous`: Earlier logs
@@ -189,7 +191,9 @@ def _words(text: str) -> str:
 
 
 def weights(torque: Floats) -> Integers:
-    """Return the number of the weight of each row, in the order of torque: a weight that is weighed again is the same.
+    """Return the number of the weight of each row, in the order of torque.
+
+    A weight that is weighed again has the same number.
 
     Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
     """
@@ -202,7 +206,10 @@ def weights(torque: Floats) -> Integers:
 
 
 def _relative_step(column: Column) -> Floats:
-    """Return one step of the last digit over the value, which is the same for a period and its rate, shape (n,)."""
+    """Return one step of the last digit over the value, shape (n,).
+
+    This ratio is the same for a period and its rate.
+    """
     return np.array(
         [
             read.step / abs(read.value) if read.step and read.value else 0.0
@@ -349,7 +356,10 @@ class Logs:
         return exempt
 
     def compared_with(self, log: int) -> int:
-        """Return the logs that a log is compared with, as a mask: earlier logs are not compared with each other."""
+        """Return the logs that a log is compared with, as a mask.
+
+        Earlier logs are not compared with each other.
+        """
         every = (1 << (len(self.keys) if log < self.current else self.current)) - 1
         return every & ~self.exempt.get(log, 0) & ~(1 << log)
 
@@ -364,13 +374,19 @@ class Logs:
         )
 
     def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
-        """Return which rows have the same "spin" or "period", to the last digit of the coarser one."""
+        """Return which rows have the same "spin" or "period".
+
+        Two values are compared to the last digit of the coarser value.
+        """
         values, steps = getattr(self, name), getattr(self, f"{name}_step")
         return _same_number(values[one], values[other], steps[one], steps[other])
 
 
 def mask_of(logs: Iterable[int]) -> int:
-    """Return an integer with a bit for each of some logs: of thousands of logs, it is small and fast."""
+    """Return an integer with a bit for each of some logs.
+
+    The integer is small and fast, even for thousands of logs.
+    """
     mask = bytearray()
     for log in logs:
         mask.extend(bytes(max(0, log // 8 + 1 - len(mask))))
@@ -387,7 +403,10 @@ def logs_of(mask: int) -> Iterator[int]:
 
 
 def _grid(log: Fingerprint) -> float:
-    """Return the step of the tachometer [rad/s]: the largest one with which all spins of a log agree."""
+    """Return the step of the tachometer [rad/s].
+
+    It is the largest step with which all spins of a log agree.
+    """
     spin = np.array(log.spin)
     agree = (np.abs(spin - GRIDS * np.round(spin / GRIDS)) <= 1e-6 * spin).all(axis=1)
     return float(max([*log.spin_step, *GRIDS[agree, 0]]))
@@ -459,7 +478,10 @@ spins, the course asked for it."""
 
 
 def shared(logs: Logs) -> tuple[Pairs, Pairs]:
-    """Find the pairs of logs with more rows in common than expected by chance, and those with more spins."""
+    """Find the pairs of logs with more rows in common than expected by chance.
+
+    The second result contains the pairs with more spins in common than expected.
+    """
     found: tuple[Pairs, Pairs] = {}, {}
     for table in range(len(logs.tables)):
         for pairs, chances in zip(found, _shared_with(logs, table), strict=True):
@@ -489,7 +511,10 @@ def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
 
 
 def _tails(chances: Floats) -> Floats:
-    """Return the probability that k or more of n events occur, shape (m, n + 1), for m sets of events."""
+    """Return the probability that k or more of n events occur, for m sets of events.
+
+    The shape of the result is (m, n + 1).
+    """
     numbers: Floats = np.eye(1, chances.shape[1] + 1).repeat(len(chances), axis=0)
     for chance in chances.T[:, :, None]:
         more = chance * numbers[:, :-1]
@@ -669,7 +694,9 @@ Links = dict[int, int]
 def flag_pairs(
     kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]
 ) -> list[Flag]:
-    """Make one flag of all pairs that are connected: five copies of one log are one finding, not ten.
+    """Make one flag of all pairs that are connected.
+
+    For example, five copies of one log are one finding, not ten.
 
     `before`: Flags of other kinds; pairs that these join already are left out.
     """
@@ -708,7 +735,10 @@ def flag_pairs(
 
 
 def _not_joined(pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> Links:
-    """Return the logs that each log of some pairs is compared with, without those that an earlier flag joins to it."""
+    """Return the logs that each log of some pairs is compared with.
+
+    Logs that an earlier flag joins to it are left out.
+    """
     number = {key: log for log, key in enumerate(logs.keys)}
     tables = {table for pair in pairs for table in pair}
     free = {

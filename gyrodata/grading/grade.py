@@ -312,7 +312,10 @@ def settle(
 def _settle_one(
     grade: Grade, rubric: Rubric, references: References, scatters: Scatters
 ) -> Grade:
-    """Judge the criteria that need a reference or the scatter of the class, and add up the points again."""
+    """Judge the criteria that need a reference or the scatter of the class.
+
+    The points are then added up again.
+    """
     if not grade.own:
         return grade
     reference = yardsticks.of_station(references, grade.station)
@@ -479,7 +482,10 @@ def points_text(points: float | None) -> str:
 
 
 def two_decimals(points: float | None) -> str:
-    """Write points with two decimals, as gradebooks compare them, and never with a mark between thousands."""
+    """Write points with two decimals, as gradebooks compare them.
+
+    The text never contains a mark between thousands.
+    """
     return "" if points is None else f"{points:.2f}"
 
 
@@ -571,7 +577,10 @@ def not_graded(
     why: str | None,
     found: Iterable[Diagnostic] = (),
 ) -> Grade:
-    """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
+    """Return the grade of a submission of which only the lateness is judged.
+
+    This grade has no points, which is not the same as zero points.
+    """
     late = judge_lateness(rubric.late, submission, rubric.points)
     return Grade(
         student=submission.student,
@@ -618,7 +627,10 @@ def _why_not(error: Exception) -> str:
 def read_hand_in(
     paths: Sequence[Path],
 ) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
-    """Read a student's files, or folder or zip, as `grade_submission` does, and report the answer in it."""
+    """Read a student's files, folder or zip as `grade_submission` does.
+
+    The answer in the submission is reported as well.
+    """
     submission, told = submission_of(paths)
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)

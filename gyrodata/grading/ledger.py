@@ -130,7 +130,10 @@ class Desk(Struct, frozen=True):
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
-        """Return the digest of the submission for which each line was written: that of the first run with the line."""
+        """Return the digest of the submission for which each line was written.
+
+        It is the digest of the first run with the line.
+        """
         return {
             key: before.get(key, grade.digest)
             for key in map(repr, self.lines.get(grade.student, ()))
@@ -367,7 +370,9 @@ def keys_of(name: str, known: Known) -> list[str]:
 
 
 def forms_of(name: str) -> list[str]:
-    """List the forms of a name in small letters: as it is, its words in order, and its words joined in any order.
+    """List the forms of a name in small letters.
+
+    They are the name as it is, its words in order, and its words joined in any order.
 
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
@@ -407,7 +412,9 @@ _MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
 def read_list(
     data: bytes, name: str, *needed: str, lower: bool = True
 ) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table, a workbook or CSV as any spreadsheet saves it: the line of each row, and its cells by column.
+    """Read a table, a workbook or CSV as any spreadsheet saves it.
+
+    The function gives the line of each row, and its cells by column.
 
     With `lower`, the names of the columns are in small letters. Raises csv.Error,
     LookupError or ValueError, with what is wrong, if it is not a table or lacks a
@@ -472,7 +479,10 @@ class Offer(Struct, frozen=True):
 
 
 def in_general(why: str) -> str:
-    """Return the part of a reason that other students share: the words before its numbers and details."""
+    """Return the part of a reason that other students share.
+
+    It consists of the words before the numbers and details of the reason.
+    """
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     why = re.sub(r"^the file [^:]*: ", "", why)
@@ -582,7 +592,10 @@ def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
 def todo_csv(
     offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]
 ) -> str:
-    """Write the lines sorted by student, with the names of the students and the files to look into."""
+    """Write the lines, sorted by student.
+
+    Each line contains the names of the students and the files to look into.
+    """
     rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
     for one in sorted(
         offers, key=lambda one: (one.student, one.what, one.value, one.why)

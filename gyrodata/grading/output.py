@@ -52,7 +52,11 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
 
 
 def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
-    """Keep the table that is to be written, and the table that is there if a person changed it; say so."""
+    """Keep a copy of the table that is to be written.
+
+    If a person changed the table that is there, this table is kept as well, and a
+    message reports it.
+    """
     path, kept = folder / TABLE, folder / PUBLISHED
     before = path.read_bytes() if path.is_file() else table
     if before != table and not (kept / f"grades-{_digest(before)}.csv").is_file():
@@ -267,7 +271,11 @@ def told_of(
     filled: Filled | None,
     dry_run: bool,
 ) -> str:
-    """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
+    """Describe who was graded in this run, and why.
+
+    The text also shows what changes in the table of grades, and who is in the
+    gradebook.
+    """
     lost = Diagnostic.named(
         "journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line")
     )

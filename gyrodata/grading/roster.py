@@ -77,7 +77,9 @@ class Roster(Struct, frozen=True):
         )
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
-        """Return the keys of all students with a name, an id or an address, by its forms as `forms_of` lists them.
+        """Return the keys of all students with a name, an id or an address.
+
+        They are listed by each form of the name, as `forms_of` lists the forms.
 
         A key means only its own student.
         """

@@ -1,4 +1,6 @@
-"""Read the rubric: the criteria with their points, the deductions for being late, and the reference for I_zz.
+"""Read the rubric with its criteria, deductions for being late, and reference for I_zz.
+
+Each criterion has its points.
 
 A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no other is
 given; it explains every key.
@@ -114,7 +116,10 @@ class Lateness(Struct, frozen=True):
 def judge_lateness(
     rule: LateRule | None, submission: Submission, whole: float
 ) -> Lateness:
-    """Compute what lateness costs of `whole` points, from the marks and time stamps of the submission only."""
+    """Compute how many of `whole` points a late submission loses.
+
+    Only the marks and time stamps of the submission are used.
+    """
     late, late_seconds = submission.late, submission.late_seconds
     if rule is None:
         after = (
@@ -197,7 +202,10 @@ _OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
 
 
 class Curve(NamedTuple):
-    """Share of the points as a function of a variable: 1 in `full`, 0 outside `zero`, linear in between."""
+    """Share of the points as a function of a variable.
+
+    The share is 1 in `full`, 0 outside `zero`, and linear in between.
+    """
 
     variable: str
     full: tuple[

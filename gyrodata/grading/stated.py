@@ -1,4 +1,6 @@
-"""Uncertainties that a log states far over the usual: a person is asked, and the log is judged by the usual ones.
+"""Uncertainties that a log states far over the usual.
+
+A person is asked about them, and the log is judged by the usual uncertainties.
 
 A log may say how well it was measured. If its statements could be anything, a wrong
 answer would agree with runs that say nothing, and numbers that contradict each other
@@ -64,7 +66,11 @@ class Usual(Struct, frozen=True):
     of_bench: Uncertainty | None = None
 
     def allows(self, stated: Uncertainty, value: float, rounding: float = 0.0) -> bool:
-        """Return whether a stated uncertainty of a value, rounded with this uncertainty, is not far larger."""
+        """Return whether a stated uncertainty is not far larger than the usual.
+
+        It is the uncertainty of a value that was rounded with the uncertainty
+        `rounding`.
+        """
         usual = self.u.at(value) + rounding
         if self.of_bench is None:
             return stated.at(value) <= OVER_USUAL * usual
@@ -115,7 +121,10 @@ def _in_words(key: str, u: Uncertainty, usual: Usual) -> str:
 
 
 def _words_of(u: Uncertainty, key: str) -> str:
-    """Write an uncertainty with three digits, in the unit in which its quantity is usually shown."""
+    """Write an uncertainty with three digits.
+
+    Its unit is the unit in which its quantity is usually shown.
+    """
     size, unit = to_display(u.absolute, key)
     parts = [f"{100 * u.relative:.3g} %"] if u.relative else []
     parts += [f"{size:.3g} {unit}".rstrip()] if u.absolute else []
@@ -162,7 +171,10 @@ def _usual_words(usual: str, stated: Uncertainty | None, key: str) -> str:
 
 
 def _counts(readings: Readings, role: str) -> list[float]:
-    """Return the number of turns by which the time of each run was divided to get the readings of a role."""
+    """Return the number of turns by which the time of each run was divided.
+
+    The result of this division is the reading of a role.
+    """
     turns = readings.columns.get("turns")
     if role != "precession_period" or turns is None:
         return [1.0] * len(readings.runs)
@@ -172,7 +184,10 @@ def _counts(readings: Readings, role: str) -> list[float]:
 def _too_wide(
     column: Column, usual: Usual, counts: list[float]
 ) -> dict[int, Uncertainty]:
-    """Return the stated uncertainties of the readings of a column that are far over the usual, by run."""
+    """Return the stated uncertainties of a column that are far over the usual, by run.
+
+    They belong to the readings of the column.
+    """
     found = {}
     for run, u in column.stated:
         value = column.values[run]

@@ -1,4 +1,6 @@
-"""Compute what a reported I_zz is compared with: fits of the student's own runs, known slips, and a reference.
+"""Compute the values with which a reported I_zz is compared.
+
+They are fits of the student's own runs, values with known mistakes, and a reference.
 
 There is more than one correct way to evaluate a student's runs: a line without or with
 an intercept, the mean of M/(φ̇ψ̇), or the fit of gyro; with all runs, without outliers,
@@ -98,7 +100,10 @@ class OwnRuns(Struct, frozen=True, dict=True):
     def fits(
         self, product: Floats | float = 1.0, torque: Floats | float = 1.0
     ) -> list[OwnValue]:
-        """Compute the accepted fits, with φ̇ψ̇ and M multiplied by these factors, shape () or (n,)."""
+        """Compute the accepted fits, with φ̇ψ̇ and M multiplied by these factors.
+
+        The factors have the shape () or (n,).
+        """
         found = []
         for (suffix, used), name in itertools.product(self.sets, self.accept):
             if name == "recommended" or (
@@ -135,7 +140,9 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
-        """Every accepted fit of the runs, in the order of the rubric, without repeating equal values.
+        """Every accepted fit of the runs, without repeating equal values.
+
+        The fits are in the order of the rubric.
 
         If none of them is possible (an intercept, and one torque only), it is the
         recommended fit.
@@ -462,7 +469,10 @@ class Reference(Struct, frozen=True, dict=True):
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:
-        """Return the distance of a value with its u [kg*m^2] from the reference, over the u of both [1]."""
+        """Return the distance of a value from the reference, over the u of both [1].
+
+        The value and its u are in [kg*m^2].
+        """
         return abs(value - self.inertia) / (
             math.hypot(u, self.u) or 1e-9 * abs(self.inertia)
         )
@@ -519,7 +529,9 @@ MEDIAN_TO_MEAN = 1.2533
 def class_references(
     values: Iterable[tuple[str | None, float, float]],
 ) -> dict[str, Reference]:
-    """Return the reference of each station with at least `FEW` logs, and "all" for every other station.
+    """Return the reference of each station with at least `FEW` logs.
+
+    The key "all" is for every other station.
 
     `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order.
     The u of a station is that of a median, from the median absolute deviation; for
@@ -620,7 +632,11 @@ class AtBench(NamedTuple):
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
-    """Read a log, with the `lines` of ``[bench]`` for what it does not state, or states far over the usual."""
+    """Read a log, and complete it with the `lines` of ``[bench]``.
+
+    The lines are used if the log does not state a value, or states it far over the
+    usual.
+    """
     readings, answers = submission.read()
     known = {
         *APPARATUS,
@@ -694,7 +710,9 @@ class BenchScatter(Struct, frozen=True):
 def class_scatter(
     logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]],
 ) -> dict[str, BenchScatter]:
-    """Return the scatter of each station with at least `ENOUGH` logs, and "all" for every other station.
+    """Return the scatter of each station with at least `ENOUGH` logs.
+
+    The key "all" is for every other station.
 
     `logs`: For each log its station (or None), and χ² of φ̇ψ̇ within each torque by the
     usual uncertainties with its degrees of freedom, in any order. The factor is the

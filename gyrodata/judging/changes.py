@@ -77,7 +77,10 @@ class Lab(Struct, frozen=True):
         changed: Mapping[str, Any] | None = None,
         **how: Any,
     ) -> Change:
-        """Give this lab with other fields of its measurements, and with other fields of the change."""
+        """Return a change of this lab with other fields of its measurements.
+
+        The keywords `how` replace other fields of the change.
+        """
         runs = replace(self.measured, **changed) if changed else self.measured
         return replace(Change(name, words, runs, self.chosen, self.left_out), **how)
 
@@ -125,7 +128,10 @@ EFFECTS = {
 
 
 def _effects(lab: Lab) -> Iterator[Change]:
-    """List what an imperfect balance, a late hand and a falling spin do, and then what the motion of the rod does."""
+    """List the effects of an imperfect balance, a late hand and a falling spin.
+
+    The effects of the motion of the rod follow.
+    """
     measured, widths = lab.measured, lab.fit.widths
     # Fit with M0 = 0; a run without a weight then stands still, and is not used.
     lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
@@ -201,7 +207,10 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
 
 def _delay_of_spin(lab: Lab) -> Change:
-    """Leave out the correction for a spin that was read after the middle of the run, when it had already fallen."""
+    """Leave out the correction for a spin that was read after the middle of the run.
+
+    The spin had already fallen when it was read.
+    """
     measured = lab.measured
     if measured.delay_factor is None:
         words = (
@@ -224,7 +233,10 @@ def _delay_of_spin(lab: Lab) -> Change:
 
 
 def _effects_of_motion(lab: Lab) -> Iterator[Change]:
-    """List what a tilted rod, its release and the turning Earth do: each once in the model, and once not."""
+    """List the effects of a tilted rod, of its release and of the turning Earth.
+
+    Each effect is in the model once, and is left out once.
+    """
     measured, chosen = lab.measured, lab.chosen
     as_asked, tilted = ", as asked" if chosen.asked else "", chosen.tilted
     other = replace(chosen, tilted=not tilted)
@@ -549,7 +561,10 @@ def _sample(lab: Lab) -> Lab:
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
-    """List every simplification, or those of some names, with its size in a log and the decision."""
+    """List every simplification, with its size in a log and the decision.
+
+    If `names` are given, only the simplifications with these names are listed.
+    """
     u, effects, told = (
         fitting.relative_u(lab.fit.inertia),
         [],
@@ -592,7 +607,10 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
 
 def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
-    """Return whether a release may change I_zz by `least` standard uncertainties: only a fit can then show how much."""
+    """Return whether a release may change I_zz by `least` standard uncertainties.
+
+    If this is true, only a fit can show how large the change is.
+    """
     measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
     if measured.pitch.any() or lab.chosen.released or not u:
         return True
@@ -705,7 +723,9 @@ towards the sum."""
 def choose_model(
     measured: Measurements, model: Model
 ) -> tuple[ChosenModel, Lab | None]:
-    """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
+    """Choose the requested model, or the simplest model that is good enough for a log.
+
+    The sizes of the effects determine which model is good enough.
 
     If the log does not say how the rod was started, a release from rest is assumed if
     it matters. The second value contains the fit of all runs with this model and its
@@ -785,7 +805,10 @@ likely."""
 def _agrees_better(
     measured: Measurements, one: ChosenModel, other: ChosenModel
 ) -> bool:
-    """Return whether the runs, or a sample of very many, agree clearly better with one model than with another."""
+    """Return whether the runs agree clearly better with one model than with another.
+
+    If there are very many runs, a sample of them is used.
+    """
     if len(measured.runs) > fitting.MANY:
         measured = select(
             measured, fitting.sample(measured, np.ones(len(measured.runs)))
@@ -798,7 +821,10 @@ def _agrees_better(
 
 
 def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
-    """Return whether an effect that cancels in I_zz, as of a rod tilted up and down, is visible in the single runs."""
+    """Return whether an effect that cancels in I_zz is visible in the single runs.
+
+    An example is the effect of a rod that is tilted up and down.
+    """
     if name not in ("tilt", "release"):
         return False
     across = fitting.transverse_inertia(measured)

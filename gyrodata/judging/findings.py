@@ -120,7 +120,10 @@ within their uncertainties."""
 
 
 def _other_motion(seen: Seen) -> str:
-    """Return the beginning of a hint if another motion of the rod explains how the runs deviate; "" if not."""
+    """Return the beginning of a hint about another motion of the rod.
+
+    The result is "" unless this motion explains how the runs deviate.
+    """
     measured, chosen = seen.measured, seen.chosen
     if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
         return ""
@@ -184,7 +187,11 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
-    """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
+    """Report that the kept runs of a torque may be wrong.
+
+    The answer is then in doubt: either these runs or the runs that are left out may be
+    wrong.
+    """
     if seen.contradicts_itself or not seen.whole or not seen.left_out:
         return
     measured, left_out = seen.measured, seen.left_out
@@ -258,7 +265,10 @@ def pattern_values(pattern: Pattern) -> dict[str, Any]:
 
 
 def _deviations(seen: Seen) -> Iterator[Diagnostic]:
-    """Doubt a period that is not in proportion to the spin, and name the cause of residuals that are not random."""
+    """Report a period that is not in proportion to the spin.
+
+    If the residuals are not random, the report names their cause.
+    """
     fit, exponent, patterns = seen.fit, seen.exponent, seen.patterns
     if seen.contradicts_itself:
         return
@@ -301,7 +311,10 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a balance test that the runs contradict, and runs that cannot separate M0 from I_zz."""
+    """Report a balance test that the runs contradict.
+
+    Runs that cannot separate M0 from I_zz are reported as well.
+    """
     measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
         m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
@@ -318,7 +331,10 @@ WORTH = 0.95
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
+    """Name the runs that have neither a weight nor a direction.
+
+    They are named only if the direction would reduce u of I_zz.
+    """
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
     answers = changes.answers(seen, "direction") if bare else []
@@ -456,7 +472,11 @@ digit is worth writing."""
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a column with too few digits: its part of u(I_zz), u with one more digit, and what to write."""
+    """Report a column with too few digits.
+
+    The report contains the column's part of u(I_zz), u with one more digit, and the
+    text to write.
+    """
     readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
     parts = {
         share.source: share.u_inertia / (inertia.u or 1.0) for share in seen.fit.budget
@@ -701,7 +721,10 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
 
 
 def _causes_of_difference(seen: Seen, ball: Ball) -> str:
-    """List what can make I_zz differ from the value for the ball or disk, the likeliest cause first."""
+    """List the causes that can make I_zz differ from the value for the ball or disk.
+
+    The most likely cause is first.
+    """
     measured = seen.measured
     share, is_high = abs(ball.relative), ball.relative > 0
     causes = []
@@ -734,7 +757,10 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
-    """Report an I_zz that is near the value for a well known ball, but not within its uncertainty."""
+    """Report an I_zz that is near the value for a well known ball, but differs from it.
+
+    The value for the ball is not within the uncertainty.
+    """
     deviation = ball.deviation or 0.0
     if abs(deviation) < DIFFERS or not _well_known(ball, seen.fit.inertia):
         return
@@ -751,7 +777,10 @@ def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
 
 
 def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
-    """Report an I_zz that is far from the value for the ball or disk, and the mistakes that explain it."""
+    """Report an I_zz that is far from the value for the ball or disk.
+
+    The report also names the mistakes that explain this I_zz.
+    """
     value = abs(seen.fit.inertia.value)
     body = "the ball" if ball.mass is not None else "the disk"
     ratio = value / ball.inertia
@@ -775,7 +804,10 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
 
 
 def _body(seen: Seen) -> Iterator[Diagnostic]:
-    """Report an I_zz that disagrees with the ball or disk in the log, or that is impossible in this lab."""
+    """Report an I_zz that disagrees with the ball or disk in the log.
+
+    An I_zz that is impossible in this lab is reported as well.
+    """
     readings, (low, high), value, ball = (
         seen.readings,
         INERTIA_RANGE,

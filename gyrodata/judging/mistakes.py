@@ -153,7 +153,10 @@ def _size_of(column: str, unit: str) -> float:
 def _factors_of_log(
     readings: Readings, measured: Measurements, inertia: float
 ) -> dict[str, float | Floats]:
-    """Return the factors that depend on the log by their names in the table, without the impossible ones."""
+    """Return the factors that depend on the log, by their names in the table.
+
+    Impossible factors are left out.
+    """
     turns, arm, nan = measured.turns, np.abs(measured.position), np.nan
     diameter, length = (
         readings.constants.get("ball_diameter"),
@@ -218,7 +221,9 @@ at half time."""
 def explaining_mistakes(
     readings: Readings, measured: Measurements, inertia: float, expected: float
 ) -> tuple[tuple[Mistake, float], ...]:
-    """Name the mistakes in a log that explain its I_zz, the most likely first, each with I_zz without it [kg*m^2].
+    """Name the mistakes in a log that explain its I_zz, the most likely first.
+
+    Each mistake is listed with the I_zz without it [kg*m^2].
 
     `inertia`, `expected`: I_zz from the log, and the value that it should be [kg*m^2].
     """

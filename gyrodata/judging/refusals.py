@@ -1,4 +1,7 @@
-"""Why a log has no answer: wrong counts of turns, a rod that falls, no common I_zz, or a useless interval."""
+"""The reasons why a log has no answer.
+
+They are wrong counts of turns, a rod that falls, no common I_zz, or a useless interval.
+"""
 
 from __future__ import annotations
 
@@ -187,7 +190,10 @@ def refusal(
 def not_measured(
     readings: Readings, fit: FitResult, low: float, high: float
 ) -> Diagnostic:
-    """Make the error of a log whose interval of I_zz [kg*m^2] includes zero, or is nearly as wide as I_zz."""
+    """Make the error of a log whose interval of I_zz [kg*m^2] is not usable.
+
+    The interval includes zero, or is nearly as wide as I_zz.
+    """
     widest = fit.budget[0].source if fit.budget else "time"
     names = {
         "residual_torque": "not_measured_for_m0",

@@ -1,4 +1,8 @@
-"""Tables of the report: runs, torques, power laws, patterns in the residuals, other fits, and the ball."""
+"""Tables of the report.
+
+They show runs, torques, power laws, patterns in the residuals, other fits, and the
+ball.
+"""
 
 from __future__ import annotations
 
@@ -279,7 +283,10 @@ UNLIKELY = 0.05
 
 
 def scatter_in_u(constancy: Constancy | None) -> str:
-    """Say whether u includes the scatter of the runs, which is true for errors that each run has alone."""
+    """Write whether u includes the scatter of the runs.
+
+    It is true for errors that each run has alone.
+    """
     if constancy is None:
         return "u includes this if every run has an error of its own"
     if constancy.p < UNLIKELY:
@@ -288,7 +295,10 @@ def scatter_in_u(constancy: Constancy | None) -> str:
 
 
 def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLaw, ...]:
-    """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
+    """Compute the exponent of the period against the spin for each torque.
+
+    The fit is a weighted line through the logarithms.
+    """
     laws = []
     for group, used in zip(measured.by_torque, groups, strict=True):
         exponent, torque = (
@@ -306,7 +316,9 @@ def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLa
 
 
 def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
-    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own; None without one.
+    """Fit one slope of ln τ on ln ψ̇ to groups of runs.
+
+    Each group has a constant of its own. The result is None without a slope.
 
     The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's
     mean; a late or early hand changes every ln τ by b/T.
@@ -451,7 +463,10 @@ class _Extra(Struct, frozen=True):
 
 
 def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
-    """List a drift, a trend with the spin and one with the torque, and the errors that runs share."""
+    """List a drift, a trend with the spin and a trend with the torque.
+
+    The errors that runs share are listed as well.
+    """
     adjusted = fit.adjusted
     rows, problem, count = adjusted.rows, adjusted.problem, len(measured.runs)
     spin, loads = np.log(measured.spin), np.abs(measured.torque)
@@ -507,7 +522,9 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
 def _tested(
     measured: Measurements, fit: FitResult, extra: list[_Extra]
 ) -> list[Pattern]:
-    """Test each of E unknowns by itself, for each of the factors s on the errors that each run has alone.
+    """Test each of E unknowns by itself, for each of the factors s.
+
+    The factors multiply the errors that each run has alone.
 
     I_zz, which has no prior, is taken out of the runs. With what is left turned by the
     singular vectors of all other unknowns, each s costs no fit: it only divides every

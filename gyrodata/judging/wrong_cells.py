@@ -148,7 +148,10 @@ class Cell(NamedTuple):
 def _changes(
     readings: Readings, measured: Measurements, others: FitResult, index: int
 ) -> Iterator[tuple[int, str, Readings]]:
-    """List the changes of one cell with which the other runs predict about this time: rank, words, changed readings."""
+    """List the changes of one cell with which the other runs predict about this time.
+
+    Each change has a rank, words, and the changed readings.
+    """
     bias, imbalance, torque = (
         others.timing_bias.value,
         others.residual_torque.value,
@@ -329,7 +332,10 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
 
 
 def exchanged_digits(number: str) -> Iterator[str]:
-    """List a number with each two neighbouring digits exchanged, except numbers that begin with 0."""
+    """List the numbers that result if two neighbouring digits are exchanged.
+
+    Numbers that begin with 0 are left out.
+    """
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for one, other in pairwise(digits):
         signs = [*number]

@@ -1,4 +1,7 @@
-"""Checks of the readings of a log before its fit: contradictions, copies, sizes, stated errors without an effect."""
+"""Check the readings of a log before its fit.
+
+The checks are about contradictions, copies, sizes, and stated errors without an effect.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,9 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 def _find_contradictions(
     readings: Readings, measured: Measurements
 ) -> Iterator[Diagnostic]:
-    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees.
+    """Name the rows in which a derived column disagrees.
+
+    A derived column is a period, rate, torque, inertia or second spin.
 
     If most runs precess faster than they spin, two columns are exchanged, or a unit is
     wrong.
@@ -312,7 +317,11 @@ SIZES = (
 
 
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
-    """Return another unit that brings all readings of a column into a usual range [SI unit]; "" if there is none."""
+    """Return another unit that brings a column into a usual range [SI unit].
+
+    All readings of the column must be in the range. The result is "" if there is no
+    such unit.
+    """
     values = [abs(value) for value in readings.columns[role].values if value]
     for unit, factor in other_units(readings.columns[role]):
         if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
@@ -321,7 +330,10 @@ def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> st
 
 
 def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
-    """Return the unit in which a reading equals that of another run, and its value [SI unit]; None if there is none."""
+    """Return the unit in which a reading equals that of another run, and its value.
+
+    The value is in the [SI unit]. The result is None if there is no such unit.
+    """
     values = [abs(value or 0.0) for value in readings.columns[size.role].values]
     for unit, factor in other_units(readings.columns[size.role]):
         value = factor * values[run]
@@ -331,7 +343,10 @@ def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | No
 
 
 def other_units(column: Column) -> Iterator[tuple[str, float]]:
-    """List the other units that a column may have in this lab, each with the factor on its values."""
+    """List the other units that a column may have in this lab.
+
+    Each unit is listed with the factor on the values of the column.
+    """
     kind = roles.kind_of_role(column.role)
     own = parse_unit(column.unit, kind).factor if column.unit else 1.0
     for unit in next((size.units for size in SIZES if size.role == column.role), ()):

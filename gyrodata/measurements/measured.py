@@ -139,7 +139,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def by_weight(self) -> list[list[int]]:
-        """Indices of the runs of each weight: torques and positions within 1 %, as if it was weighed for each run."""
+        """Indices of the runs of each weight.
+
+        The torques and positions of a weight agree within 1 %, as if it was weighed for
+        each run.
+        """
         groups: list[list[int]] = []
         sizes = np.array([self.torque, np.nan_to_num(self.position)])
         for group in self.by_torque:
@@ -296,7 +300,10 @@ def measure(readings: Readings) -> Measurements:
 
 
 def without_loads(readings: Readings) -> Readings:
-    """Return a log without its masses if it has torques and no positions: only the torques are then used."""
+    """Return a log without its masses if it has torques and no positions.
+
+    Only the torques are then used.
+    """
     if "torque" not in readings.columns or "position" in readings.columns:
         return readings
     kept = {
@@ -310,7 +317,10 @@ def without_loads(readings: Readings) -> Readings:
 def total_spin_excess(
     sense: Floats, turns: Floats, time: Floats, pitch: Floats
 ) -> Floats:
-    """Compute what a tachometer that stands still reads in excess of the spin [rad/s]: φ̇ sin(pitch), shape (n,)."""
+    """Compute how much the reading of a fixed tachometer exceeds the spin [rad/s].
+
+    The difference is φ̇ sin(pitch), shape (n,).
+    """
     return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
 
 
@@ -334,7 +344,11 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:
-    """Return the column of the timing: times with turns or angles, else periods, else rates of precession."""
+    """Return the column of the timing.
+
+    It contains times if there are turns or angles, else periods, else rates of
+    precession.
+    """
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
     return (
@@ -381,7 +395,10 @@ def _spins(
 def _spins_read_once(
     readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None
 ) -> Spins:
-    """Compute the mean spin of runs in which it was read once: in the middle, or later, or before the run."""
+    """Compute the mean spin of runs in which it was read once.
+
+    It was read in the middle of the run, later, or before the run.
+    """
     spin = as_spin(used[0])
     if not parts.read_once(used):
         return Spins(spin)
@@ -397,7 +414,10 @@ def _spins_read_once(
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
-    """Return the sign of the net torque in each run, from the written directions or from the torque of the weight."""
+    """Return the sign of the net torque in each run.
+
+    The written directions or the torque of the weight determine the sign.
+    """
     sign = np.sign(torque)
     written = np.ones(len(torque))
     told = np.zeros(len(torque), dtype=bool)
@@ -456,7 +476,10 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
 def _torque_unseen(
     readings: Readings, still: Readings, diagnostics: list[Diagnostic]
 ) -> float:
-    """Compute the torque over I_zz [rad²/s²] that would have moved the unloaded rod of the runs `still` visibly."""
+    """Compute the torque over I_zz [rad²/s²] that would have moved the rod visibly.
+
+    The rod is the unloaded rod of the runs `still`.
+    """
     counts, time = (
         still.columns.get("turns") or still.columns["angle"],
         values_of(still.columns["time"]),

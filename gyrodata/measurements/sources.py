@@ -142,7 +142,9 @@ def read_once(used: tuple[Column, ...]) -> bool:
 
 
 def reading_delay(readings: Readings, used: tuple[Column, ...], time: Floats) -> Floats:
-    """Return how long after the middle of each run the only spin was read, on average [s], shape (n,).
+    """Return how long after the middle of each run the spin was read [s], shape (n,).
+
+    This is the average delay of the only reading of the spin.
 
     It is negative if the spin was read before each run, by its header. A log that
     states how uncertain the delay is has no delay on average.
@@ -159,7 +161,9 @@ of its distribution."""
 
 
 def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
-    """Compute the relative uncertainty of a spin that is corrected for a usual fall during a delay [1], shape (n,).
+    """Compute the relative uncertainty of a corrected spin [1], shape (n,).
+
+    The spin is corrected for a usual fall during a delay.
 
     The fall is d r, with a delay d = `delay` ± `delay_u` [s] and a rate r of a
     log-normal distribution around `USUAL_RATE`. This is the root mean square of its
@@ -309,7 +313,9 @@ NEGLIGIBLE_ROUNDING = 1e-5
 
 
 def _rounding_of_turns(turns: Column) -> Iterator[Source]:
-    """List the error of fractions that were typed as rounded decimals: runs with the same decimal are off by the same.
+    """List the error of fractions that were typed as rounded decimals.
+
+    Runs with the same decimal have the same error.
 
     The error of sighting the rod is another one, of each run alone.
     """
@@ -406,7 +412,9 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
 def _numbered(
     keys: Sequence[object] | Floats, counts: Floats | None = None
 ) -> Integers:
-    """Number the keys from 0 in order of appearance: the same number for equal keys, and for values equal to 9 digits.
+    """Number the keys from 0 in order of appearance.
+
+    Equal keys, and values that are equal to 9 digits, have the same number.
 
     With `counts`, shape (n,), a run for which it is zero gets −1.
     """
@@ -423,7 +431,9 @@ def _numbered(
 def _reading_errors(
     column: Column, values: Floats, default: Uncertainty
 ) -> tuple[Floats, Floats, bool]:
-    """Return the uncertainty of each reading of a column: as stated, or the default with the rounding.
+    """Return the uncertainty of each reading of a column.
+
+    It is the stated uncertainty, or the default with the rounding.
 
     The absolute [SI] and the relative [1] part have shape (n,); the last value is True
     if a default was used.
@@ -443,7 +453,10 @@ def _reading_errors(
 
 
 def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Column]:
-    """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
+    """List the columns of periods or rates that state an uncertainty for every run.
+
+    They are listed only if the times do not state an uncertainty.
+    """
     for role in (
         ("precession_period", "precession_rate")
         if timing.role == "time" and not timing.stated
@@ -493,7 +506,9 @@ class Drag(Struct, frozen=True):
 
 
 def find_drag(readings: Readings, time: Floats) -> Drag | None:
-    """Fit the law of drag to the spin-downs of a log, and to the spin at the start and the end of each run.
+    """Fit the law of drag to the spin-downs of a log.
+
+    The fit also uses the spin at the start and the end of each run.
 
     Parameters
     ----------
@@ -614,7 +629,10 @@ def as_spin(column: Column) -> Floats:
 
 
 def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
-    """Compute the harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
+    """Compute the harmonic mean in time of a spin [rad/s], shape (n,).
+
+    The spin was read at start and end, or three times.
+    """
     if len(spins) == 3:
         return cast(Floats, physics.simpson_mean_spin(*spins))
     return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))

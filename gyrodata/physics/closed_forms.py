@@ -67,7 +67,9 @@ VISCOUS = 1.0
 
 
 def normal_gravity(latitude: ArrayLike) -> Any:
-    """Acceleration of free fall [m/s^2] at sea level and a latitude, by Somigliana's formula (WGS 84).
+    """Acceleration of free fall [m/s^2] at sea level and a latitude.
+
+    It is calculated by Somigliana's formula (WGS 84).
 
     The local value differs from it by 0.003 % for every 100 m of height, and by 0.005 %
     or so by what is underground.
@@ -81,7 +83,10 @@ def normal_gravity(latitude: ArrayLike) -> Any:
 
 
 def solid_ball_inertia(mass: float, diameter: float) -> float:
-    """Moment of inertia of a homogeneous ball about any axis through its centre, 2/5 m r² [kg*m^2]."""
+    """Moment of inertia of a homogeneous ball, 2/5 m r² [kg*m^2].
+
+    It is the same about any axis through the centre of the ball.
+    """
     return 0.4 * mass * (diameter / 2) ** 2
 
 
@@ -194,7 +199,9 @@ def tilt_bias(
     inertia: ArrayLike,
     transverse_inertia: ArrayLike,
 ) -> Any:
-    """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
+    """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod.
+
+    It is (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
 
     Exact for steady precession.
     """
@@ -232,7 +239,9 @@ def harmonic_mean_spin(
 
 
 def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
-    """Relative change of `harmonic_mean_spin` for a relative change of the start [1], for viscous drag.
+    """Relative change of `harmonic_mean_spin` for a relative change of the start [1].
+
+    The formula is for viscous drag.
 
     1/2 if the spin does not change. The share of the end is the rest, because the mean
     scales with the readings.
@@ -244,7 +253,9 @@ def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
-    """Harmonic mean in time [rad/s] of a spin read at start, half time and end, by Simpson's rule for 1/ψ̇.
+    """Harmonic mean in time [rad/s] of a spin read at start, midpoint and end.
+
+    The method is Simpson's rule for 1/ψ̇.
 
     The formula is smooth in the readings, so that their noise does no harm if the spin
     hardly falls.
@@ -340,7 +351,9 @@ def greatest_sag(
     transverse_inertia: ArrayLike,
     pitch: ArrayLike,
 ) -> Any:
-    """Angle [rad] from where a rod is released to its lowest direction, to its highest one if the torque is negative.
+    """Angle [rad] from the direction of a rod at its release to its lowest direction.
+
+    If the torque is negative, it is the angle to the highest direction.
 
     Energy and angular momentum are conserved: with z the sine of the pitch, from z0 on,
     it turns back at 2δ (1 − z²) = z0 − z.
@@ -378,7 +391,9 @@ def spin_of_sag(
 def click_error(
     spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
 ) -> Any:
-    """Largest error of one click of the stopwatch from not knowing the nutation's phase: I/(I_zz ψ̇).
+    """Largest error of one click of the stopwatch: I/(I_zz ψ̇).
+
+    The cause is that the phase of the nutation is not known.
 
     Time [s], for a released rod, whatever the weight; 1/√2 of it is its root mean
     square.

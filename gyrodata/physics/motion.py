@@ -98,7 +98,10 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
-    """Return the state of a rod at rest at azimuth 0, with the ball spinning, when the rod is released."""
+    """Return the state of a rod at rest at azimuth 0 when it is released.
+
+    The ball is spinning.
+    """
     momentum = np.multiply(top.inertia, spin)
     return _along_axis(
         momentum,
@@ -108,7 +111,10 @@ def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -> State:
-    """Return the state at azimuth 0 with all angular momentum along the rod, with vectors of shape (*shape, 3)."""
+    """Return the state at azimuth 0 with all angular momentum along the rod.
+
+    The vectors have the shape (*shape, 3).
+    """
     axis = np.zeros((*shape, 3))
     axis[..., 0], axis[..., 2] = np.cos(pitch), np.sin(pitch)
     return State(axis, np.asarray(momentum)[..., None] * axis)
@@ -164,7 +170,10 @@ def split(
 def _turned(
     x: float, y: float, z: float, hx: float, hy: float, hz: float, turn: float
 ) -> tuple[float, float, float]:
-    """Turn the vector (x, y, z) about H by |H| times `turn` (Rodrigues, with half angles for small turns)."""
+    """Turn the vector (x, y, z) about H by |H| times `turn`.
+
+    The formula is that of Rodrigues, with half angles for small turns.
+    """
     size = math.sqrt(hx * hx + hy * hy + hz * hz) + 1e-300
     nx, ny, nz = hx / size, hy / size, hz / size
     half = size * turn / 2
@@ -288,7 +297,10 @@ _TINY, _SPECK = 1e-300, 1e-60
 
 
 class _Nod(Struct, frozen=True, eq=False):
-    """The constants of the motion, of shape (..., 1), and the integrands at `_X`, of shape (..., n)."""
+    """The constants of the motion, and the integrands at `_X`.
+
+    The constants have the shape (..., 1), and the integrands have the shape (..., n).
+    """
 
     flip: Any
     """+1, or −1 if the frame is upside down [1]."""
@@ -323,7 +335,9 @@ class _Nod(Struct, frozen=True, eq=False):
         return (level * self.weight).sum(axis=-1) / self.weight.sum(axis=-1)
 
     def swept(self, x: Any) -> tuple[Any, Any]:
-        """Compute the time [s] and the azimuth in the frame [rad] from the start to x, an array of shape (..., 1).
+        """Compute the time [s] and the azimuth in the frame [rad] from the start to x.
+
+        The argument x is an array of shape (..., 1).
 
         These are the integrals of the cardinal series through the points.
         """
@@ -366,7 +380,10 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
 
 
 def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
-    """Compute the mean rate of precession: the azimuth swept in one nutation over its period [rad/s]."""
+    """Compute the mean rate of precession [rad/s].
+
+    It is the azimuth that is swept in one nutation, over the period of the nutation.
+    """
     fields = np.broadcast_arrays(
         top.inertia, top.transverse_inertia, top.torque, spin, pitch
     )
@@ -387,7 +404,9 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
 
 
 def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
-    """Compute the mean of φ̇ cosθ of rods released from rest [rad/s]: their total spin minus the mean of ψ̇.
+    """Compute the mean of φ̇ cosθ of rods that are released from rest [rad/s].
+
+    It is their total spin minus the mean of ψ̇.
 
     It is negative if the rod sags.
     """
@@ -395,7 +414,10 @@ def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
 
 
 def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
-    """Compute the total spin of rods released from rest, which is conserved, from the mean of ψ̇ > 0 [rad/s]."""
+    """Compute the total spin of rods that are released from rest [rad/s].
+
+    It is conserved. It is computed from the mean of ψ̇ > 0.
+    """
     total = np.asarray(spin, dtype=float)
     for _round in range(6):
         # A rod that falls far has no such motion; half of the spin is a limit for the
@@ -480,7 +502,9 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
 def find_crossing(
     function: Callable[[Any], Any], early: ArrayLike, late: ArrayLike
 ) -> Any:
-    """Find by bisection where each function rises through 0 between `early` and `late`, to the last digit.
+    """Find by bisection where each function rises through 0.
+
+    The zero is between `early` and `late`, and is found to the last digit.
 
     Without a zero between them, return the end that is closer to 0. A NaN counts as
     above 0. Newton's method fails at times when a precessing rod is at rest.

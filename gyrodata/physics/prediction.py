@@ -87,7 +87,10 @@ class Sleeping(Struct, frozen=True):
 
 
 class Precession(Prediction, frozen=True, kw_only=True):
-    """Steady precession, the motion of a rod that is released from rest, and the stability of an upright rod."""
+    """Steady precession, the motion after a release from rest, and the upright rod.
+
+    For the upright rod, the record describes the stability.
+    """
 
     prediction: Literal["precession"] = "precession"
     slow: float | None = None
@@ -109,7 +112,10 @@ class Precession(Prediction, frozen=True, kw_only=True):
 def predict_precession(
     torque: float, spin: float, inertia: float, transverse_inertia: float, pitch: float
 ) -> Precession:
-    """Compute both roots of eq. (8), eq. (9), the motion after a release from rest, and the upright rod."""
+    """Compute both roots of eq. (8), and eq. (9).
+
+    The motion after a release from rest and the upright rod are computed as well.
+    """
     top = inertia, transverse_inertia, pitch
     slow = _finite(physics.precession_rate(torque, spin, *top))
     fast = _finite(physics.fast_precession_rate(torque, spin, *top))
@@ -322,7 +328,10 @@ def predict_platform(
 
 
 class Twist(Prediction, frozen=True, kw_only=True):
-    """The torque of a spinning wheel with a level axle that both hands turn over at a steady rate."""
+    """The torque of a wheel with a level axle that both hands turn over steadily.
+
+    The wheel is spinning, and is turned over at a steady rate.
+    """
 
     prediction: Literal["twist"] = "twist"
     twist_rate: float
@@ -370,7 +379,9 @@ def predict_twist(
 
 
 class Tip(Prediction, frozen=True, kw_only=True):
-    """The motion of the rod's tip under a constant force at right angles to a rod that is at rest at the start.
+    """The motion of the rod's tip under a constant force on a rod at rest.
+
+    The force is at right angles to the rod, which is at rest at the start.
 
     The ball is balanced. The motion is exact: it is that of a rod under a weight.
     """

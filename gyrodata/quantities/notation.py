@@ -565,7 +565,10 @@ def how_to_write(kind: str) -> str:
 
 
 def parse_quantity(text: str, kind: str) -> float:
-    """Read one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``."""
+    """Read one number with its unit.
+
+    Examples are ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²`` and ``1/3``.
+    """
     try:
         return read_cell(text.strip(), kind, None, ask=True).value
     except UnitError as error:

@@ -46,7 +46,9 @@ class UnitError(ValueError):
 
 
 class Uncertainty(Struct, frozen=True):
-    """Standard uncertainty of a reading: the plain sum of a fixed part and a proportional part, as in data sheets.
+    """Standard uncertainty of a reading: a fixed part plus a proportional part.
+
+    It is the plain sum of the two parts, as in data sheets.
 
     Attributes
     ----------
@@ -126,7 +128,10 @@ class Unit(Struct, frozen=True):
 
 
 class Letters(dict[int, int | str | None]):
-    """A table for ``str.translate`` that also removes marks: those of some Unicode categories, from a letter on."""
+    """A table for ``str.translate`` that also removes marks.
+
+    The marks are those of some Unicode categories, from a letter on.
+    """
 
     def __init__(
         self,

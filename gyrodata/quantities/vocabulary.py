@@ -58,5 +58,8 @@ def words(key: str, separator: str = " ") -> str:
 
 
 def pattern(key: str) -> str:
-    """Return a regular expression, without regard to case, for what all languages list under one key."""
+    """Return a regular expression for the words of all languages under one key.
+
+    Upper and lower case are the same.
+    """
     return f"(?i:{words(key, '|')})"

@@ -1,4 +1,6 @@
-"""The reader: a lab log from CSV, standard input, a workbook or a DataFrame becomes `Readings` in SI.
+"""The reader makes `Readings` in SI from a lab log.
+
+The log may be CSV, standard input, a workbook or a DataFrame.
 
 The reader accepts many forms, but it never guesses what would change the answer. It
 reports every fault in one pass, with its place and what to type.

@@ -1,4 +1,8 @@
-"""Which column of a table has which role: by --map, by its name, by elimination, by its cells or its unit."""
+"""Choose the role of each column of a table.
+
+The role comes from --map, from the name, from elimination, or from the cells or the
+unit.
+"""
 
 from __future__ import annotations
 
@@ -94,7 +98,11 @@ class Choice(Struct):
 def choose(
     table: layout.Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults
 ) -> Choice:
-    """Give each column its role: by --map, by its name, by the turns that it states, by elimination, by its unit."""
+    """Give each column its role.
+
+    The role comes from --map, from the name, from the turns that the column states,
+    from elimination, or from the unit.
+    """
     choice = Choice(set(settings.roles))
     mapped = _mapped(table, mapping, faults) if mapping else {}
     for chosen in mapped.values():
@@ -284,7 +292,10 @@ def choose(
 
 
 def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) -> None:
-    """Use columns that state their turns: "Time for 1/3 rev (s)" is a time of the precession, or of the ball."""
+    """Use the columns that state their turns.
+
+    For example, "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
+    """
     rates = any(kinds_of(header.unit or "") == {"rate"} for header in table.headers)
     spins = rates or any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
@@ -430,7 +441,10 @@ def _eliminate(
 
 
 def _told_of_parts(table: layout.Layout) -> bool:
-    """Return whether a note is about other turns than one, such as "T is the time from one mark to the next"."""
+    """Return whether a note is about a number of turns that is not one.
+
+    An example is "T is the time from one mark to the next".
+    """
     cells = (
         text
         for row in table.grid.rows
@@ -486,7 +500,10 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 def _place_by_cells_and_unit(
     columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults
 ) -> None:
-    """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
+    """Give the missing role to a column without a known name.
+
+    The cells or the unit of this column must fit, and those of no other column.
+    """
     fits: list[Chosen] = []
     counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
     counted |= any(one.turns for one in choice.used.get("time", ()))
@@ -631,7 +648,10 @@ def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> li
 
 
 def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
-    """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
+    """Add the times and the periods that follow from other columns.
+
+    A time is the time between the start and the stop of a running clock. A period is
+    that of a ball whose turns are timed.
 
     The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a
     large disk.

@@ -1,4 +1,7 @@
-"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, reports and settings.
+"""The nouns of the reader.
+
+They are a place in a file, a column of readings, the whole log, its faults, reports and
+settings.
 
 Reports are the results of a student, such as ``# reported_inertia: 4.4(1) g m^2``.
 Settings are values for the whole log: ``# key: value`` lines, ``--set`` and
@@ -374,7 +377,10 @@ class Faults:
     def refuse(
         self, name: str, place: Text | Place | None = None, /, **values: Any
     ) -> InputError:
-        """Return the error to raise for an input that is not a log, with all that was found before."""
+        """Return the error to raise for an input that is not a log.
+
+        The error also contains everything that was found before.
+        """
         self.add(name, place, **values)
         return InputError(self.found)
 
@@ -512,7 +518,11 @@ class Reported(Struct, frozen=True):
 def read_reported(
     key: str, text: str, line: int | None = None, ask: bool = True
 ) -> Reported:
-    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
+    """Read one reported value.
+
+    Examples are ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` and ``4.4(1) g
+    m^2``.
+    """
     read = Reported(roles.reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
     bare = reduce(
@@ -679,7 +689,9 @@ def read_settings(
     faults: Faults,
     ask: bool,
 ) -> Settings:
-    """Read all ``# key: value`` lines and options: lines replace the values of a file, and ``--set`` replaces both.
+    """Read all ``# key: value`` lines and options.
+
+    Lines replace the values of a file, and ``--set`` replaces both.
 
     With `ask`, a comma that may separate thousands is an error; without, it is a
     decimal comma as in the table.
@@ -789,7 +801,10 @@ _nearest_key = lru_cache(maxsize=1024)(
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
-    """Warn of a remark that is nearly a ``# key: value`` line, such as "# u_positon: 1 mm" or "# m1 = 47 g"."""
+    """Warn of a remark that is nearly a ``# key: value`` line.
+
+    Examples are "# u_positon: 1 mm" and "# m1 = 47 g".
+    """
     close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
@@ -827,7 +842,10 @@ poles."""
 
 
 def form_of(key: str) -> tuple[str, list[str]]:
-    """Return how a line of several quantities is written, with {} for each of them, and their kinds."""
+    """Return how a line of several quantities is written, and their kinds.
+
+    The text has {} in the place of each quantity.
+    """
     sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
     return re.sub(quantity, "{}", sample), [
         kind for [kind] in map(kinds_of, re.findall(quantity, sample))

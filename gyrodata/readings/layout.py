@@ -168,7 +168,10 @@ def find_layout(
 
 
 def _with_commented_header(grid: Grid) -> Grid:
-    """Split a header behind #, or with another delimiter, if it then has as many names as the rows have cells."""
+    """Split a header that is behind # or has another delimiter.
+
+    This is done if the header then has as many names as the rows have cells.
+    """
     width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
     signs = (
         (r"\s{2,}", r"\s+", ",")
@@ -191,7 +194,10 @@ def _with_commented_header(grid: Grid) -> Grid:
 
 
 def is_usual(grid: Grid) -> bool:
-    """Return whether a table has one row of names, without numbers and without a count of weights, above its runs."""
+    """Return whether a table has one row of names above its runs.
+
+    This row contains no numbers and no count of weights.
+    """
     named = [
         row
         for row in grid.rows
@@ -667,7 +673,10 @@ _IN_A_UNIT = r"(?i)(.*)\b(?:in|en|em|w|в)\s+(\S.*)"
 
 
 def _stated_units(text: str) -> dict[str, str]:
-    """Return the unit of each kind of quantity that a text states: "masses in g, times in s", "Units: g, cm, s"."""
+    """Return the unit of each kind of quantity that a text states.
+
+    Examples are "masses in g, times in s" and "Units: g, cm, s".
+    """
     found: dict[str, str] = {}
     listed = re.match(_UNITS_LISTED, text)
     text = text[listed.end() :] if listed else text
@@ -701,7 +710,10 @@ def _stated_units(text: str) -> dict[str, str]:
 
 
 def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
-    """Return what no column of a table contains, and no "# key: value" line of a grid: a caption may give it."""
+    """Return the roles that no column of a table contains.
+
+    No "# key: value" line of the grid contains them either, so a caption may give them.
+    """
     there = {role for header in headers for role in header.roles}
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
     there |= {
@@ -1065,7 +1077,10 @@ class _Sheet:
                 self.here[at] = self.here[at][0], replace(self.here[at][1], text=text)
 
     def _is_result(self, row: Row) -> bool:
-        """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
+        """Return whether a row is a result, such as "u(I_zz)" or "2/5 m r²".
+
+        Such a row begins with a text and has no time.
+        """
         filled = filled_at(row)
         text, written = (
             row.texts[filled[0]],
@@ -1189,7 +1204,10 @@ class _Sheet:
         self.runs.append((row, self.places, self.given))
 
     def _begin_runs(self) -> None:
-        """Give the columns of a table their places among all columns, unless its rows are not runs."""
+        """Give the columns of a table their places among all columns.
+
+        This is not done if the rows of the table are not runs.
+        """
         names = [cell.text for cell, _ in self.here]
         # Next to a table of times, one of rates is calculated.
         timed = any("time" in header.roles for _, header in self.columns)
@@ -1318,7 +1336,11 @@ class _Sheet:
         return found
 
     def finish(self) -> Layout:
-        """Return all runs as one table, and add notes on what was left out and what was read of captions."""
+        """Return all runs as one table.
+
+        The function adds notes on everything that was left out, and on everything that
+        was read from captions.
+        """
         below: Given = {}
         if self.words:
             lacking = _lacking([header for _, header in self.columns]).difference(
@@ -1485,7 +1507,10 @@ def _cut(row: Row, places: Iterable[int]) -> Row:
 
 
 def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]]]:
-    """Put tables that are side by side below each other: the words above each, its header, its rows."""
+    """Put tables that are side by side below each other.
+
+    The result contains the words above each table, its header and its rows.
+    """
     head = rows[first]
     filled = filled_at(head)
     # A column on the left may number the rows of all tables.

@@ -187,7 +187,10 @@ def _are_records(value: Any) -> bool:
 
 
 def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
-    """Return the columns of an object: lists of equal length, or objects with the same keys, as pandas writes them.
+    """Return the columns of an object.
+
+    They are lists of equal length, or objects with the same keys, as pandas writes
+    them.
 
     They may be below one key, such as "data".
     """
@@ -227,7 +230,10 @@ def _text_of(value: Any) -> str:
 
 
 def _header(found: re.Match[str]) -> str:
-    """Return the name of a list, with the unit in the comment behind it, or else that comment if it names a column."""
+    """Return the name of a list, with the unit in the comment behind it.
+
+    If the comment names a column, the function returns the comment instead.
+    """
     name, said = found["name"].strip("\"'"), (found["said"] or "").strip()
     unit, _, words = said.partition(" ")
     unit = unit.strip(",;:()[]")

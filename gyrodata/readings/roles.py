@@ -122,7 +122,10 @@ KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 
 
 def kind_of_role(role: str) -> str:
-    """Return the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
+    """Return the kind of quantity of a role, a constant or a ``u_…`` key.
+
+    The function raises KeyError if the name does not have a kind.
+    """
     if role in SHARED_UNCERTAINTIES:
         return SHARED_UNCERTAINTIES[role]
     base = role.removeprefix("u_")
@@ -136,7 +139,10 @@ def u_keys(role: str) -> tuple[str, ...]:
 
 
 def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
-    """Convert the uncertainty of a ``u_…`` key to the unit of a role: an angle is a share of a turn."""
+    """Convert the uncertainty of a ``u_…`` key to the unit of a role.
+
+    An angle is a share of a turn.
+    """
     kinds = kind_of_role(role), kind_of_role(key)
     if kinds[0] == kinds[1]:
         return u
@@ -155,13 +161,19 @@ def stated_u(role: str, stated: Mapping[str, Uncertainty]) -> Uncertainty | None
 
 
 def to_display(value: float, role: str) -> tuple[float, str]:
-    """Return a value of a role in the unit in which it is usually shown, and that unit (``g``, ``cm``, ``rpm``, …)."""
+    """Return a value of a role in the unit in which it is usually shown.
+
+    The function also returns this unit (``g``, ``cm``, ``rpm``, …).
+    """
     kind = kind_of_role(role)
     return units.from_si(value, units.DISPLAY[kind], kind), units.DISPLAY[kind]
 
 
 def derived_roles(there: set[str]) -> set[str]:
-    """Return the roles that are only compared, because the readings from which they are calculated are there."""
+    """Return the roles that are only compared.
+
+    The readings from which they are calculated are present as well.
+    """
     return {
         role.name
         for role in TABLE
@@ -225,7 +237,10 @@ def squeezed_words(text: str) -> set[str]:
 
 
 def _squeezed(names: str) -> list[str]:
-    """Squeeze names between commas, in small letters: together, because one by one would take 20 ms at each start."""
+    """Squeeze names between commas, in small letters.
+
+    The names are squeezed together, because one by one would take 20 ms at each start.
+    """
     return squeeze(names).lower().split(",")
 
 
@@ -524,7 +539,11 @@ def is_one_letter(unit: str) -> bool:
 
 
 def hinted(header: Header) -> set[str]:
-    """Return the roles that one word of a header names: its unit can measure them, or it is "without" something."""
+    """Return the roles that one word of a header names.
+
+    The unit of the header can measure them, or the header says that the reading is
+    "without" something.
+    """
     if header.unit is None:
         return {altered_role(header.text)}
     words = re.findall(r"[^\W\d_]{2,}", header.text)
@@ -543,7 +562,10 @@ def contains(pattern: str, text: str) -> bool:
 
 
 def is_part_of_mass(header: str) -> bool:
-    """Return whether a header names a part of the mass, as "mass of one weight" and "mass without hanger" do."""
+    """Return whether a header names a part of the mass.
+
+    Examples are "mass of one weight" and "mass without hanger".
+    """
     return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"
 
 
@@ -771,7 +793,10 @@ def _known(name: str) -> tuple[str, ...]:
 
 
 def _modified(name: str) -> tuple[str, ...]:
-    """Look up "initial spin", "mean period", "error of T", "Mass, m": a known name between small words."""
+    """Look up a known name between small words.
+
+    Examples are "initial spin", "mean period", "error of T" and "Mass, m".
+    """
     if (
         re.search(rf"{_FROM}$", name)
         and not re.search("[/,)]", name)
@@ -838,7 +863,10 @@ def is_key(key: str) -> bool:
 
 
 def reported_key(key: str) -> str:
-    """Return the key of a reported value: ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``."""
+    """Return the key of a reported value.
+
+    It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
+    """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
     return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
 
@@ -986,7 +1014,9 @@ def is_of_turns(word: str) -> bool:
 
 
 def words_of_turns(text: str, whole: bool = False) -> str:
-    """Read the last words before "turn": "one third of a" is 1/3, "zwei" 2, "one and a half" 3/2; "" for no number.
+    """Read the last words before "turn" as a number; else return "".
+
+    For example, "one third of a" is 1/3, "zwei" is 2, and "one and a half" is 3/2.
 
     With `whole` the text contains nothing else, as in a cell, and digits count: "5
     half" is 5/2.
@@ -1031,7 +1061,9 @@ _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
-    """Return whether the cells of a column with an unknown name count turns: "how far" above 1/3, 2/3, 1.
+    """Return whether the cells of a column with an unknown name count turns.
+
+    An example is "how far" above 1/3, 2/3, 1.
 
     Fractions and words such as "one third" are enough; for other numbers the name must
     contain a word for a turn.
@@ -1093,7 +1125,10 @@ _ORIGIN = tuple(
 
 @lru_cache(maxsize=4096)
 def origin_in(header: str) -> str:
-    """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
+    """Return the origin of positions if a header names it; else "".
+
+    The origin is the "surface" of the ball or the "tip" of the rod.
+    """
     if len(header) > MAX_HEADER or (
         re.search(_CENTRE, header)
         and re.search(_CENTRE, re.sub(_OF_WEIGHT, "", header))
@@ -1104,7 +1139,10 @@ def origin_in(header: str) -> str:
 
 @lru_cache(maxsize=4096)
 def noted_origin(note: str) -> str:
-    """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
+    """Return the origin of positions in a note; else "".
+
+    An example is "x is measured from the surface of the ball".
+    """
     if not any(
         re.search(words, note) for words in (_SURFACE_NOTE, *dict(_ORIGIN).values())
     ):
@@ -1180,7 +1218,10 @@ def diameter_in(sentence: str) -> str:
 
 
 def from_centre(header: str) -> bool:
-    """Return whether a header says that a length counts from the centre, as "x from centre" does."""
+    """Return whether a header says that a length counts from the centre.
+
+    An example is "x from centre".
+    """
     if any(re.search(words, header) for _, words in _ORIGIN):
         return False
     # The languages of Asia join small words to others, or have no blanks.
@@ -1191,7 +1232,10 @@ def from_centre(header: str) -> bool:
 
 
 def clock_word(header: str) -> str:
-    """Return "start" or "stop" for the readings of a running clock, such as "start (s)" and "t stop"; else ""."""
+    """Return "start" or "stop" for the readings of a running clock; else "".
+
+    Examples of headers are "start (s)" and "t stop".
+    """
     words = squeezed_words(header)
     return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
 

@@ -1,4 +1,7 @@
-"""Make one row for each run of tables in other shapes: transposed, crossed, in sentences, with counted weights."""
+"""Make one row for each run of tables in other shapes.
+
+The tables are transposed, crossed, in sentences, or with counted weights.
+"""
 
 from __future__ import annotations
 
@@ -200,7 +203,10 @@ _NUMBER_OF_RUN = r"[\s_#]*[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
 
 
 def _stacked(grid: Grid, faults: Faults) -> Grid:
-    """Make a row of each run of a table with several in a row, as "mass, rpm 1, time 1, rpm 2, time 2" has them."""
+    """Make a row for each run of a table with several runs in a row.
+
+    An example is "mass, rpm 1, time 1, rpm 2, time 2".
+    """
     for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
         names = [re.sub(_NUMBER_OF_RUN, "", text) for text in head.texts]
         places: dict[str, list[int]] = {}
@@ -260,7 +266,10 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
 
 
 def _weigh(grid: Grid, faults: Faults) -> None:
-    """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
+    """Replace a count of weights by their mass.
+
+    A text must state the mass of one weight, such as "one washer = 8.3 g".
+    """
     heads = [row for row in grid.rows if is_head(row)]
     named = ((head, at) for head in heads for at in filled_at(head))
     counting = [
@@ -350,7 +359,10 @@ _SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
 
 
 def _rows_of_sentences(grid: Grid) -> list[Row]:
-    """Make a table of lines such as "20.1 g, 400 rpm: one turn took 12.3 s", or of one line for each quantity.
+    """Make a table of lines that contain quantities.
+
+    An example is "20.1 g, 400 rpm: one turn took 12.3 s". There may also be one line
+    for each quantity.
 
     A line with a spin and a time is a run. Other lines are captions of the runs below
     them.
@@ -454,7 +466,9 @@ def _runs_in(line: str) -> list[str]:
 
 
 def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
-    """Take a table of time and spin, with at least three rows, out of a log that contains another table as well.
+    """Take a table of time and spin out of a log.
+
+    The table has at least three rows, and the log contains another table as well.
 
     Returns
     -------

@@ -631,7 +631,9 @@ def _without_latex(lines: list[str], body: list[int]) -> list[int]:
 
 
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
-    """Move I_zz and constants, such as "g = 9.81" or "Ball diameter", "101.6", "mm", to the ``#`` lines.
+    """Move I_zz and constants to the ``#`` lines.
+
+    Examples are "g = 9.81", and "Ball diameter", "101.6", "mm".
 
     The function returns whether the row contained nothing else.
     """
@@ -659,7 +661,10 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
 
 def _stated(cells: list[str]) -> tuple[str, str] | None:
-    """Return the key and the value that a row states of the whole log, such as "u_time", "0.2", "s"."""
+    """Return the key and the value that a row states for the whole log.
+
+    An example is "u_time", "0.2", "s".
+    """
     if len(cells) > 3:
         return None
     match = re.fullmatch(

@@ -184,7 +184,10 @@ _TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\
 
 @lru_cache(maxsize=4096)
 def said_otherwise(text: str, role: str) -> str:
-    """Return the number that a cell writes in words: "none" of a mass, "one third" or "120°" of turns; else ""."""
+    """Return the number that a cell writes in words; else "".
+
+    Examples are "none" of a mass, and "one third" or "120°" of turns.
+    """
     if role == "mass":
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
@@ -216,7 +219,10 @@ def fraction_of_date(text: str) -> str:
 
 
 def rounded_turns(text: str) -> tuple[str, float]:
-    """Return the fraction that was rounded to 0.33 or 0.7, and half of the rounding's width; ("", 0) for others.
+    """Return the fraction that was rounded to 0.33 or 0.7.
+
+    The function also returns half of the rounding's width. The result is ("", 0) for
+    other numbers.
 
     The screws of the ball are a third of a turn apart; a run without a weight takes a
     twelfth.
@@ -234,7 +240,10 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
 
 def _differ(used: Reading, other: Reading) -> bool:
-    """Return whether two readings of one quantity differ by more than their last digits and a percent."""
+    """Return whether two readings of one quantity differ clearly.
+
+    The difference is larger than their last digits and larger than a percent.
+    """
     if used.value is None or other.value is None:
         return False
     # A whole number of turns is exact.
@@ -602,7 +611,10 @@ class TableReader:
     def _meant_texts(
         self, chosen: Chosen, unit: str | None, faults: Faults
     ) -> list[str]:
-        """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
+        """Return the texts of a column, as the quantities that they mean.
+
+        The quantity replaces a name, a dash or a stopwatch's colon.
+        """
         texts = [row.texts[chosen.at] for row in self.rows]
         if chosen.role in roles.TIMINGS and any(map(layout.is_number, texts)):
             texts = [
@@ -885,7 +897,11 @@ class TableReader:
     def _spreads(
         self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults
     ) -> list[Uncertainty | None]:
-        """Return the u of each reading: of its ``u_…`` column, else the header's ±, else the log's ``u_…``."""
+        """Return the u of each reading.
+
+        It is that of its ``u_…`` column, else the ± of the header, else the ``u_…`` of
+        the log.
+        """
         common, kind = (
             roles.stated_u(role, self.settings.uncertainties),
             kind_of_role(role),
@@ -1110,7 +1126,10 @@ class TableReader:
         )
 
     def _compare_with_texts(self, counted: Column) -> None:
-        """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""
+        """Report each line that states turns with which no cell agrees.
+
+        It is an error if the column may number the runs.
+        """
         heads = [cell.text for cell in self.table.cells]
         places = {text.text: text for text in layout.places_of(self.grid)}
         texts = [text for text in places if not all(head in text for head in heads)]
@@ -1268,7 +1287,9 @@ class TableReader:
                 )
 
     def _count_from_centre(self, columns: dict[str, Column]) -> float:
-        """Make positions count from the centre of the ball, if the log says that they count from elsewhere.
+        """Make positions count from the centre of the ball.
+
+        This is done if the log says that they count from another place.
 
         The function returns the standard uncertainty of the distance between the two
         [m]. It reports a text that gives another position.
@@ -1423,7 +1444,11 @@ class TableReader:
         return tuple((head, texts) for head, texts in unread if any(texts))
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
-        """Return the label of each run: the log's own or its number, with .1, .2 for repeats of one row."""
+        """Return the label of each run.
+
+        It is the log's own label or the number of the run, with .1, .2 for repeats of
+        one row.
+        """
         column = self.choice.used.get("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):

@@ -1,4 +1,7 @@
-"""Read the sheets of a workbook, .xlsx or .ods: cells as they were typed, hidden rows, and formulas without a value."""
+"""Read the sheets of a workbook, .xlsx or .ods.
+
+The result contains cells as they were typed, hidden rows, and formulas without a value.
+"""
 
 from __future__ import annotations
 
@@ -202,7 +205,10 @@ def _add_values(sheets: list[Sheet], content: Content) -> None:
 def _spread(
     formula: Formula, height: int, width: int, last_row: int, content: Content
 ) -> None:
-    """Add the formula of an area to each of its cells, in rows with content: only the first cell contains it."""
+    """Add the formula of an area to each of its cells, in rows with content.
+
+    The file contains the formula only in the first cell.
+    """
     title, top, left = formula.cell
     for row in range(top, min(top + height - 1, max(top, last_row)) + 1):
         for column in range(left, min(left + width - 1, _COLUMNS) + 1):
@@ -345,7 +351,10 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
 
 
 def _scan(text: bytes, sheet: Sheet, content: Content) -> None:
-    """Add what openpyxl does not say of a sheet if it reads only values: hidden rows and columns, and formulas."""
+    """Add the hidden rows and columns and the formulas of a sheet.
+
+    openpyxl does not report them if it reads only values.
+    """
     row = column = 0
     masters: dict[str, tuple[str, str]] = {}
     for event, element in ElementTree.iterparse(io.BytesIO(text), ("start", "end")):
@@ -583,7 +592,10 @@ def _add_opendocument_cell(
 
 
 def _usual_formula(formula: str) -> str:
-    """Return a formula of OpenDocument, ``of:=[.B$4]+0.3``, as a spreadsheet program shows it: ``=B$4+0.3``."""
+    """Return a formula of OpenDocument as a spreadsheet program shows it.
+
+    For example, ``of:=[.B$4]+0.3`` becomes ``=B$4+0.3``.
+    """
     text = "=" + formula.partition("=")[2]
 
     def usual(area: re.Match[str]) -> str:

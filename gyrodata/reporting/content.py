@@ -508,7 +508,10 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
 
 
 def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
-    """Return the head of a column of estimates of I_zz, drawn against the interval of the answer."""
+    """Return the head of a column of estimates of I_zz.
+
+    The estimates are drawn against the interval of the answer.
+    """
     value, u = n.analysis.inertia.value, n.analysis.inertia.u or 0.0
     dots = tuple((one.value, one.u or 0.0) if one else None for one in estimates)
     return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))

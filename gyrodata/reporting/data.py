@@ -142,7 +142,9 @@ other."""
 
 
 def csv_cell(value: object) -> str:
-    """Write one cell of a table that a spreadsheet may open: nothing for None, the digits of the JSON for a number.
+    """Write one cell of a table that a spreadsheet may open.
+
+    The cell is empty for None, and a number has the digits of the JSON.
 
     A text gets a ' where a spreadsheet would read a formula, and pictures of control
     characters.

@@ -286,7 +286,9 @@ class Numbers:
     def value(
         self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0
     ) -> Number:
-        """Show the value at a place with its standard uncertainty, or to the last digit that was read.
+        """Show the value at a place with its standard uncertainty.
+
+        Without the uncertainty, the value is shown to the last digit that was read.
 
         Parameters
         ----------
@@ -381,7 +383,10 @@ class Numbers:
         return self.number(place, text[1:] if float(text) == 0 else text, values.IN_U)
 
     def hung(self, run: int, place: str) -> Sentence:
-        """Show the mass and the position of a run with the digits of the log: "20.00 g at 15.0 cm"."""
+        """Show the mass and the position of a run with the digits of the log.
+
+        An example is "20.00 g at 15.0 cm".
+        """
         measured, grams = (
             self.analysis.measurements,
             values.mass_scale(self.find(f"{place}.mass")),

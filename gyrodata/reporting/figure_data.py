@@ -188,7 +188,10 @@ def _label(measured: Measurements, i: int) -> str:
 
 
 def as_number(value: float, step: float = 0.0) -> str:
-    """Write a reading with its digits, or with at least four significant digits, and with a typographic minus."""
+    """Write a reading with its digits, or with at least four significant digits.
+
+    The minus sign is typographic.
+    """
     return (
         f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)
     ).replace("-", "−")

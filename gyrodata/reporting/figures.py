@@ -164,7 +164,10 @@ def describe_product(scene: Scene) -> str:
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
-    """Draw the torque against φ̇ψ̇, with the fitted line, its 95 % band and the line through the origin."""
+    """Draw the torque against φ̇ψ̇, with the fitted line and its 95 % band.
+
+    The line through the origin is drawn as well.
+    """
     x, line, (down, up) = _line(scene)
     low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
     low, high = (
@@ -324,7 +327,9 @@ def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, 
 
 
 def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and the lower and upper half of its 95 % band.
+    """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and its 95 % band.
+
+    The band is given by its lower and its upper half.
 
     The slope varies within its interval, about the point at which slope and height are
     not correlated; the height at this point has an independent error.
@@ -652,7 +657,10 @@ def load_matplotlib() -> ModuleType:
 
 @contextmanager
 def own_style(*styles: Path) -> Iterator[None]:
-    """Draw with the defaults of matplotlib and these styles, whatever the user's matplotlibrc says."""
+    """Draw with the defaults of matplotlib and these styles.
+
+    The user's matplotlibrc does not change the drawing.
+    """
     matplotlib = load_matplotlib()
     with matplotlib.rc_context():
         for number, path in enumerate(styles):
@@ -664,7 +672,10 @@ def own_style(*styles: Path) -> Iterator[None]:
 
 
 def omit_docstrings() -> None:
-    """Load matplotlib without lists of all properties in docstrings and signatures: they take a tenth of a command."""
+    """Load matplotlib without lists of properties in docstrings and signatures.
+
+    The lists of all properties take a tenth of the time of a command.
+    """
     load_matplotlib()
     from matplotlib import artist
 

@@ -1,4 +1,7 @@
-r"""The report as a LaTeX document that a student can edit: UTF-8, values by `siunitx`, tables by `booktabs`."""
+r"""The report as a LaTeX document that a student can edit.
+
+The document is in UTF-8, with values by `siunitx` and tables by `booktabs`.
+"""
 
 from __future__ import annotations
 

@@ -159,7 +159,9 @@ def _typeset(text: str) -> Markup:
 
 
 def _draw(head: Head) -> list[Markup]:
-    """Draw the values of a column, one drawing for each row: bars, or dots with their u on one axis.
+    """Draw the values of a column, one drawing for each row.
+
+    The drawings are bars, or dots with their u on one axis.
 
     Screen readers skip the drawings, because the cells contain the same numbers.
     """

@@ -1,4 +1,8 @@
-"""The questions of the lab sheet: the plots and laws of question 3, one run by hand, and commands for the others."""
+"""The questions of the lab sheet.
+
+They are the plots and laws of question 3, one run by hand, and commands for the other
+questions.
+"""
 
 from __future__ import annotations
 
@@ -453,7 +457,10 @@ def compare_with_ball(n: Numbers) -> Sentence:
 
 
 def _by_hand(n: Numbers) -> Iterator[elements.Block]:
-    """Compute I_zz from the first run that has a load and is in the fit, step by step in SI units."""
+    """Compute I_zz from the first run that has a load and is in the fit.
+
+    The result shows the calculation step by step in SI units.
+    """
     analysis, measured = n.analysis, n.analysis.measurements
     i = min(
         (run.left_out, i) for i, run in enumerate(analysis.run_table) if run.torque

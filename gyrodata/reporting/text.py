@@ -1,4 +1,8 @@
-"""Printed text: the summary of an analysis, the state of a lab in progress, and the findings of a check."""
+"""Printed texts about an analysis, a lab in progress, and a check.
+
+They are the summary of the analysis, the state of the lab, and the findings of the
+check.
+"""
 
 from __future__ import annotations
 
@@ -177,7 +181,10 @@ def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
 def _with_this_load(
     analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]
 ) -> list[str]:
-    """List what to do before this load is removed: suspected outliers, runs far off, and missing runs."""
+    """List what to do before this load is removed.
+
+    The list is about suspected outliers, runs that are far off, and missing runs.
+    """
     todo = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
     for run in loaded:
         far = abs(run.studentized_residual or 0.0)

@@ -92,13 +92,20 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
-    """Write a value without an uncertainty: to its last digit read, or else four digits and all before the point."""
+    """Write a value without an uncertainty.
+
+    The value is written to its last digit that was read, or else with four digits and
+    all digits before the point.
+    """
     value /= factor
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else as_read(value, step / factor)
 
 
 def uncertainty_text(u: float, factor: float = 1.0) -> str:
-    """Write an uncertainty or a scatter that stands alone: two digits, and all those before the point."""
+    """Write an uncertainty or a scatter that is not next to its value.
+
+    The text contains two digits, and all digits before the point.
+    """
     u /= factor
     return f"{u:.0f}" if 100 <= abs(u) < 1e9 else f"{u:#.2g}".rstrip(".")
 
@@ -134,7 +141,10 @@ def ten_to(exponent: int) -> str:
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
-    """Find the power of ten that leaves one digit before the point, and write it: (1e-3, "10⁻³"), (1.0, "")."""
+    """Find the power of ten that leaves one digit before the point, and write it.
+
+    Examples are (1e-3, "10⁻³") and (1.0, "").
+    """
     exponent = _exponent(value)
     return 10.0**exponent, ten_to(exponent)
 

@@ -1,4 +1,6 @@
-"""The self-check: this lab is simulated many times, and its intervals are compared with the known truth.
+"""The self-check compares the intervals of simulated labs with the known truth.
+
+This lab is simulated many times.
 
 The simulated labs have the design of the log, its fitted values as the truth, and its
 stated uncertainties. The recommended fit and the textbook fits are applied to each. If
@@ -145,7 +147,9 @@ def selfcheck(
     seed: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> SelfCheck:
-    """Simulate a lab many times and count how often its intervals contain the truth, like ``gyro selfcheck``.
+    """Simulate a lab many times, and count how often its intervals contain the truth.
+
+    The command ``gyro selfcheck`` does the same.
 
     Parameters
     ----------

@@ -249,7 +249,7 @@ RESULTS = {
 # https://gradescope-autograders.readthedocs.io/en/latest/submission_metadata/
 METADATA = """{"id": 123456, "created_at": "2018-07-01T14:22:32.365935-07:00", "submission_method": "upload",
 "assignment": {"due_date": "2018-07-31T23:00:00.000000-07:00", "late_due_date": null, "total_points": "20.0"},
-"users": [{"email": "student@example.com", "id": 1234, "name": "Student User"}]}"""
+"users": [{"email": "student@example.com", "id": 1234, "name": "Student User"}]}"""  # noqa: E501
 
 
 def results_of(text: str) -> tuple[dict[str, Any], str, str]:

@@ -134,7 +134,7 @@ WORKSHEET = """Identifier,Full name,Email address,Status,Grade,Maximum Grade,Gra
 Participant 7000,Jane Doe,a@x.edu,Submitted,14.50,20.00,Yes,
 Participant 7001,Jane Doe,b@x.edu,Submitted,14.50,20.00,Yes,
 Participant 7002,Max Roe,c@x.edu,Submitted,,20.00,Yes,
-"""
+"""  # noqa: E501
 
 
 def test_desk_line_for_shared_name_is_refused_with_both_ids(tmp_path: Path) -> None:

@@ -262,7 +262,7 @@ criterion = [
 [reference.all]
 inertia = "4.44e-3 kg m^2"
 u = "1 %"
-"""
+"""  # noqa: E501
 
 
 def test_rubric_of_percents_and_files_is_followed() -> None:

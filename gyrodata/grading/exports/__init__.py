@@ -242,7 +242,10 @@ class AbsentPerson(Struct):
 
 
 class Student(ShownGrade, frozen=True, kw_only=True):
-    """One student; a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"."""
+    """The grade of one student; a line of --format ndjson is such an object.
+
+    The line has "schema": "gyro.grade/1" and "tool" as well.
+    """
 
     flags: tuple[str, ...]
     ids: Mapping[str, str]
@@ -272,7 +275,9 @@ class GradesDocument(Struct, kw_only=True):
 def grades_document(
     found: ClassGrades, changes: Iterable[Change] | None = None
 ) -> Iterator[str]:
-    """Write the grades of a class as one JSON object, in pieces with one student each, for a class may be large.
+    """Write the grades of a class as one JSON object, in pieces.
+
+    Each piece contains one student, because a class may be large.
 
     `changes`: Differences from the table of an earlier run, if they were asked for.
     """

@@ -1,4 +1,6 @@
-"""Fill the sheets of grades that platforms export: single cells change, all other cells stay as they were.
+"""Fill the sheets of grades that platforms export.
+
+Single cells change, and all other cells stay as they were.
 
 Canvas: a column keeps its ``(id)``, because without it Canvas makes a new assignment;
 scores are compared at two decimals; the last ``.`` or ``,`` of a number is its decimal
@@ -214,7 +216,11 @@ def _why_refused(sheet: Sheet, layout: _Layout, row: int, points: float) -> str:
 
 
 def _platform_of(sheet: Sheet) -> tuple[str, Book]:
-    """Return the platform that exported a sheet, by its header or by rows of "Participant 7"; else Canvas."""
+    """Return the platform that exported a sheet.
+
+    The header, or rows such as "Participant 7", determine the platform; otherwise it is
+    Canvas.
+    """
     head = "\t".join(sheet.head)
     books = {lms: platform.book for lms, platform in PLATFORMS.items() if platform.book}
     of_moodle = any(
@@ -234,7 +240,10 @@ def _platform_of(sheet: Sheet) -> tuple[str, Book]:
 
 
 def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Layout:
-    """Find the grades in a sheet of Canvas or Blackboard: it has columns with names and ids, and with assignments."""
+    """Find the grades in a sheet of Canvas or Blackboard.
+
+    The sheet has columns with names and ids, and columns with assignments.
+    """
     columns = {title.casefold(): at for at, title in enumerate(sheet.head)}
     key = columns.get(book.known_by[0][0].casefold())
     # A cell may contain a character that separates cells elsewhere.
@@ -309,7 +318,9 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
 
 
 def _worksheet(sheet: Sheet, book: Book) -> _Layout:
-    """Find the grades in a sheet of Moodle: it has a row for each participant, with the maximum, a lock and comments.
+    """Find the grades in a sheet of Moodle.
+
+    The sheet has a row for each participant, with the maximum, a lock and comments.
 
     Columns are found by their English name, or else by their content: one number in
     every row.

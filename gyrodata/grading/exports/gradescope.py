@@ -31,7 +31,10 @@ from gyrodata.results import escape_controls
 
 
 def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
-    """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
+    """Return the files of an autograder by name.
+
+    They are for a zip without a folder around them, which is then uploaded.
+    """
     compared = [
         one
         for one in rubric.criteria

@@ -1,4 +1,6 @@
-"""Write the pages: the feedback for a student, and ``class.html`` with what needs a decision and the class in numbers.
+"""Write the pages: the feedback for a student, and ``class.html``.
+
+``class.html`` shows everything that needs a decision, and the class in numbers.
 
 HTML is escaped, and each text from outside becomes one harmless line.
 """
@@ -118,7 +120,9 @@ def _markdown_safe(text: object) -> str:
 def feedback_pages(
     grade: Grade, figures: Mapping[str, tuple[bytes, str]] = {}
 ) -> dict[str, str]:
-    """Write the feedback for one student as one HTML page that needs nothing else, and as Markdown; by the ending.
+    """Write the feedback for one student as one HTML page, and as Markdown.
+
+    The HTML page needs no other file. The key of each text is the ending of its file.
 
     `figures`: PNG file, and what it shows in words, by name: "period", "product",
     "torque", "residuals". Gives: Every name, note and number from outside is escaped;
@@ -135,7 +139,10 @@ def feedback_pages(
 
 
 def feedback_comment(grade: Grade) -> str:
-    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
+    """Write the feedback for one student in a few lines of plain text.
+
+    The text is for the comment field of a gradebook.
+    """
     return (
         environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
     )

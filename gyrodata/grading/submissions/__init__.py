@@ -48,7 +48,10 @@ def find_submissions(
     pattern: str | None = None,
     attempts: submission.Attempts = "newest",
 ) -> Submissions:
-    """Find the submissions of a class as `list_submissions` does, and choose the log of each in this process."""
+    """Find the submissions of a class as `list_submissions` does.
+
+    The log of each submission is chosen in this process.
+    """
     listed = list_submissions(path, lms, pattern, attempts)
     chosen = [choose(item) for item in listed.items]
     notes = [note for _, some in chosen for note in some]

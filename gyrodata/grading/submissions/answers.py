@@ -1,4 +1,6 @@
-"""The answer in the texts of a student: all quantities that may be I_zz are found, and the best named one is taken.
+"""Find the answer in the texts of a student.
+
+All quantities that may be I_zz are found, and the best named quantity is used.
 
 A text becomes sentences: lines without markup, and rows of tables as lines. A number in
 a sentence is a candidate if it has a unit of I_zz, or if the name of I_zz is directly
@@ -142,7 +144,11 @@ def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
 
 
 def _remarks(log: readings.Readings) -> list[str]:
-    """Return the lines of a log, with nothing in place of those that are no remarks, or that the reader reads."""
+    """Return the lines of a log that are remarks.
+
+    All other lines are empty: lines that are not remarks, and lines that the reader
+    reads.
+    """
     found: list[str] = []
     for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
         remark = visible.line_seen(line).strip('#%," \t')
@@ -342,7 +348,10 @@ def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
 
 
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
-    """Return the partners that lines of the log name, and behind ``~`` all words of any text that may be a name."""
+    """Return the partners that lines of the log name.
+
+    Behind ``~`` are all words of any text that may be a name.
+    """
     lines = islice(re.finditer(SAYS["partner"], log.source_text, re.M), _MOST_NAMES)
     named = " & ".join(one[1].strip() for one in lines)[:_LONGEST_SENTENCE]
     called: dict[str, None] = {}
@@ -366,7 +375,10 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
 
 
 def as_log(name: str, data: bytes) -> bytes:
-    """Return a file as `read_log` reads it: a report of a word processor as its text, with ``|`` between cells."""
+    """Return a file as `read_log` reads it.
+
+    A report of a word processor becomes its text, with ``|`` between cells.
+    """
     return (
         "\n".join(lines_of(name, data)).encode() if ending(name) in _PACKED else b""
     ) or data
@@ -392,7 +404,10 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 
 
 def _with_titles(lines: Sequence[str]) -> Iterator[str]:
-    """Write the rows of a table as people write in lines: with ± in front of an uncertainty, and units behind."""
+    """Write the rows of a table as people write in lines.
+
+    The sign ± is in front of an uncertainty, and units are behind the numbers.
+    """
     titles, width = list[str](), 0
     runs = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
@@ -459,7 +474,10 @@ def _is_number(text: str) -> bool:
 
 
 def _plain_u(columns: Sequence[tuple[str, str]], unit: str) -> str:
-    """Return the second of two numbers with a unit, if it is an uncertainty: a small part of the first."""
+    """Return the second of two numbers with a unit, if it is an uncertainty.
+
+    An uncertainty is a small part of the first number.
+    """
     numbers = [cell for _, cell in columns if _is_number(cell)]
     both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
     return (
@@ -480,7 +498,10 @@ def _is_unsure(text: str) -> bool:
 
 
 def _unit_behind(text: str) -> str:
-    """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
+    """Return the unit of I_zz, or the power of ten, in a name or title.
+
+    It is in brackets, as in "Value (10⁻³ kg m²)".
+    """
     found = re.search(
         rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
     )
@@ -573,7 +594,10 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
 
 
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
-    """Give the beginnings of a text that may be a value, the longest first, and whether no other word follows."""
+    """Give the beginnings of a text that may be a value, the longest first.
+
+    The second part of each result shows whether no other word follows.
+    """
     for cut in reversed(list(re.finditer(_CUT, text))):
         value = text[: cut.start()].strip(" |_").rstrip(".,;")
         value = (
@@ -583,7 +607,9 @@ def _cuts(text: str) -> Iterator[tuple[str, bool]]:
 
 
 def _value(text: str, before: str) -> tuple[str, int] | None:
-    """Find a value at the beginning of a text, as `read_reported` reads it, and how long it is in the text.
+    """Find a value at the beginning of a text, as `read_reported` reads it.
+
+    The result also contains the length of the value in the text.
 
     It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in
     brackets.
@@ -632,7 +658,10 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 def _with_u(
     read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")
 ) -> Reported:
-    """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
+    """Add the uncertainty that follows an answer in words.
+
+    An example is "with an error of 0.1e-3 kg m^2".
+    """
     if ends := re.match(
         rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}\s*(\d[^\s)\]]*)",
         behind,

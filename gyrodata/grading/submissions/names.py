@@ -1,4 +1,6 @@
-"""Which student each file of a class is from, by the names that platforms give and by their metadata.
+"""Find the student of each file of a class.
+
+The names that platforms give and their metadata determine the student.
 
 `platforms.toml` describes how the platforms name files. The user may give a pattern
 instead, and a folder for each student needs neither. Gradescope adds metadata with
@@ -172,7 +174,10 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
 
 
 def _read_pattern(text: str) -> re.Pattern[str]:
-    """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
+    """Check a regular expression of the user.
+
+    It needs a group ``student``, and may have other groups of `_take_apart`.
+    """
     try:
         if "student" in (pattern := re.compile(text)).groupindex:
             return pattern
@@ -247,7 +252,10 @@ def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
 
 
 def _flat_key(name: str) -> str:
-    """Return the key of a student with a file: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
+    """Return the key of a student with a file.
+
+    It is ``jdoe`` for ``jdoe.csv``, ``jdoe (1).csv`` and ``jdoe_answers.toml``.
+    """
     stem = (
         re.sub(r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name)
         or name
@@ -275,7 +283,9 @@ def _read_receipt(data: bytes) -> tuple[str, str]:
 
 
 def _with_user_names(named: Named, root: Path) -> Named:
-    """Find the user name and the full name of each student in names of Blackboard, where user names may contain a _.
+    """Find the user name and the full name of each student in names of Blackboard.
+
+    In these names, the user names may contain a _.
 
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without
     a receipt, the user name is behind the name of the assignment, which all files

@@ -1,4 +1,7 @@
-"""The submission of one student or group: its log, chosen without a guess between two, and the answer in any file."""
+"""The submission of one student or group, with its log and its answer.
+
+The log is chosen without a guess between two logs, and the answer may be in any file.
+"""
 
 from __future__ import annotations
 
@@ -201,7 +204,10 @@ class Submission(Struct, frozen=True, dict=True):
 
     @property
     def beside_log(self) -> list[str]:
-        """The files for a person to look into: all but the log, or the log if it is the only one."""
+        """The files for a person to look into.
+
+        They are all files except the log, or the log if it is the only file.
+        """
         return [name for name in self.members if name != self.log_name] or list(
             self.members
         )
@@ -214,7 +220,11 @@ class Submission(Struct, frozen=True, dict=True):
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
+        """SHA-256 of everything on which a grade depends.
+
+        It covers the names and bytes of the log and the texts, the lateness, and the
+        problem.
+        """
         if self.known_digest:
             return self.known_digest
         about = repr(
@@ -379,7 +389,11 @@ def _named(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
 def _latest(
     logs: Logs, files: Mapping[str, str], best: Callable[..., str]
 ) -> tuple[str, str]:
-    """Choose among versions of a log by words in their names, or else the one with all rows; "" if nothing tells."""
+    """Choose among versions of a log by words in their names.
+
+    If the names do not help, the version with all rows is chosen. The result is "" if
+    there is no such version.
+    """
     versions = {name: version_of(files[name]) for name in logs}
     ranks = {name: rank for name, (rank, _) in versions.items()}
     bases = {base for _, base in versions.values()} - {""}

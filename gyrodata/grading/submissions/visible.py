@@ -189,7 +189,10 @@ _NO_TAG = re.compile(
 
 
 def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
-    """Return a page, the XML of Word, or Markdown with elements of HTML, without its unseen text."""
+    """Return a page without its unseen text.
+
+    The text may also be the XML of Word, or Markdown with elements of HTML.
+    """
     if "<" not in text:
         return text
     page = _Seen(styles or {}, white_is_seen=_BACKGROUND.search(text) is not None)
@@ -254,7 +257,10 @@ def hidden_sheets(data: bytes) -> frozenset[str]:
 
 
 def _hidden_sheets(elements: list[tuple[str, Attributes]]) -> Iterator[str]:
-    """Yield the names of the hidden sheets: by their state in Excel, by their style in OpenDocument."""
+    """Yield the names of the hidden sheets.
+
+    A sheet is hidden by its state in Excel, and by its style in OpenDocument.
+    """
     unseen: set[str] = set()
     style = ""
     for tag, attributes in elements:

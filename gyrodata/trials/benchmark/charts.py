@@ -143,7 +143,10 @@ _CURVES = dict(
 
 
 def _draw_orders(orders: Sequence[Order]) -> Figure:
-    """Draw the error of e3 against the number of evaluations, after one turn and after many turns."""
+    """Draw the error of e3 against the number of evaluations.
+
+    The error is drawn after one turn and after many turns.
+    """
     figure = _figure(
         5.2,
         "Integrators: splitting is the cheapest for low accuracy, a high order for high accuracy",
@@ -209,7 +212,10 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
 
 
 def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
-    """Draw bias, error, coverage and cost of each fit, for correct and incorrect stated uncertainties."""
+    """Draw bias, error, coverage and cost of each fit.
+
+    They are drawn for correct and for incorrect stated uncertainties.
+    """
     figure = _figure(
         4.4,
         "Fits: only the recommended one is honest for correct and incorrect uncertainties\n",

@@ -51,7 +51,10 @@ def textbook(measured: Measurements, name: str) -> Answer:
 
 
 def line_with_errors(measured: Measurements, independent: bool) -> Answer:
-    """Fit a line with errors in both variables: independent (York), or with all covariances (ISO/TS 28037)."""
+    """Fit a line with errors in both variables.
+
+    The errors are independent (York), or have all covariances (ISO/TS 28037).
+    """
     of_product, of_torque = (
         np.diag(one) if independent else one for one in covariances(measured)
     )

@@ -52,7 +52,10 @@ def find_failures(effort: Effort, clock: Clock, seed: int = 1) -> list[Failure]:
 
 
 def _formulas() -> list[Failure]:
-    """Compute eq. (8) for a nearly level rod and for a tilted one, and the mean of a falling spin."""
+    """Compute eq. (8) for a nearly level rod and for a tilted rod.
+
+    The mean of a falling spin is computed as well.
+    """
     level, spin = 1e-14, 400 * RPM
     tilted = math.radians(45)
     start, end = 400 * RPM, 200 * RPM
@@ -110,7 +113,10 @@ def textbook_root(pitch: float, spin: float) -> float:
 
 
 def true_rate(pitch: float, spin: float) -> float:
-    """Compute the slow rate of eq. (8) with 28 digits, for the same cosθ as the formulas [rad/s]."""
+    """Compute the slow rate of eq. (8) with 28 digits [rad/s].
+
+    The value of cosθ is the same as in the formulas.
+    """
     a = (Decimal(INERTIA) - Decimal(TOP.transverse_inertia)) * Decimal(math.sin(pitch))
     b = Decimal(INERTIA) * Decimal(spin)
     return float(
@@ -173,7 +179,10 @@ def _near_vertical() -> Failure:
 
 
 def _no_steady_precession() -> Failure:
-    """Compute the motion of a rod that points upwards and spins too slowly: eq. (8) has no real root."""
+    """Compute the motion of a rod that points upwards and spins too slowly.
+
+    Eq. (8) has no real root for this rod.
+    """
     pitch, spin = math.radians(45), 40 * RPM
     period = motion.nutation(TOP, spin, pitch).period
     path, _ = motion.integrate(

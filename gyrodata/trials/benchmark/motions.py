@@ -57,7 +57,10 @@ FULL = Effort(motion_labs=200, turns=200, evaluations=100_000, labs=2000)
 
 
 def time_of(task: Callable[[], object], clock: Clock, repeats: int) -> float:
-    """Measure the shortest CPU time of a task [s]: other work of the machine only makes it longer."""
+    """Measure the shortest CPU time of a task [s].
+
+    Other work of the machine only makes the time longer.
+    """
     return max(min(timeit.repeat(task, timer=clock, repeat=repeats, number=1)), 1e-9)
 
 
@@ -194,7 +197,10 @@ def _run_scene(
     labs, one = (_draw_labs(scene, count, random) for count in (effort.motion_labs, 1))
 
     def error(found: Floats, true: Floats) -> float:
-        """Compute the root mean square over the labs of the error of I_zz, with the fit's weights of the runs."""
+        """Compute the root mean square of the error of I_zz over the labs.
+
+        The runs have the weights of the fit.
+        """
         return math.sqrt(
             np.mean(
                 ((found / true - 1).reshape(-1, len(fit.response)) @ fit.response) ** 2
@@ -473,7 +479,11 @@ def _follow(
 
 
 def cheapest(orders: Sequence[Order], turns: int) -> dict[str, tuple[float, float]]:
-    """Find the integrators with the fewest evaluations, and the largest and smallest error for which this is true."""
+    """Find the integrators that need the fewest evaluations.
+
+    The result for each integrator is the largest and the smallest error for which this
+    is true.
+    """
     winners: dict[str, tuple[float, float]] = {}
     for aim in np.geomspace(1e-2, 1e-11, 181).tolist():
         needed = {

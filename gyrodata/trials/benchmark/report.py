@@ -1,4 +1,7 @@
-"""The complete benchmark: runs all parts, and writes tables and a text, whose words are in `reading.md`."""
+"""Run all parts of the benchmark, and write tables and a text.
+
+The words of the text are in `reading.md`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Errors of simulated readings: the ``u_…`` keys of the log format, shared between runs as in a real lab."""
+"""Errors of simulated readings.
+
+They are the ``u_…`` keys of the log format, shared between runs as in a real lab.
+"""
 
 from __future__ import annotations
 
@@ -75,7 +78,9 @@ def put_errors(
     noise: Mapping[str, Uncertainty],
     random: np.random.Generator,
 ) -> dict[str, Floats]:
-    """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
+    """Add errors to the true values.
+
+    Each error is (absolute + relative × truth) × a standard normal number.
 
     The random numbers do not depend on the noise, so that a different noise only scales
     the same errors.

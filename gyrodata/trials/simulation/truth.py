@@ -59,7 +59,10 @@ class Truth(Struct, frozen=True):
 
 
 class Design(Struct, frozen=True):
-    """The runs of the lab: all combinations of weights, positions, pitches, spins and numbers of turns."""
+    """The runs of the lab: all combinations of loads, pitches, spins and turns.
+
+    The loads are weights at positions, and the turns are numbers of turns.
+    """
 
     masses: tuple[float, ...] = (0.020, 0.040, 0.060)
     """[kg]; 0: the rod without a weight, which has no position."""
@@ -255,7 +258,10 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         return replace(runs, time=longest)
 
     def mean_rate(fall: Floats | float) -> Floats:
-        """Compute the mean rate while the spin falls by e^−fall, NaN if steady precession is impossible at the end."""
+        """Compute the mean rate while the spin falls by the factor e^−fall.
+
+        The rate is NaN if steady precession is impossible at the end.
+        """
         return (
             rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES))
             @ _SHARES
@@ -280,7 +286,10 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
 
 def _released(truth: Truth, runs: Runs) -> Runs:
-    """Time a rod that is released from rest and nods: the stopwatch stops when the rod first completes its turns."""
+    """Time a rod that is released from rest and nods.
+
+    The stopwatch stops when the rod first completes its turns.
+    """
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
     time = motion.time_to_turn(
         top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns

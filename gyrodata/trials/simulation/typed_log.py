@@ -166,7 +166,10 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
 def _stated(
     truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: set[str]
 ) -> dict[str, Uncertainty]:
-    """Return the uncertainties that the log states: those that affect its readings, also if they are zero."""
+    """Return the uncertainties that the log states.
+
+    They are the uncertainties that affect its readings, also if they are zero.
+    """
     absent = {
         f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles
     }

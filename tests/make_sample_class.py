@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from grading.reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
-from labs import INERTIA
+from grading.students_reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
+from simulated_labs import INERTIA
 
 SEED = 14
 IMBALANCE = 2e-4  # [N*m]

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gates.labs import Bench, draw, write
-from labs import analyze_briefly
+from gates.drawn_logs import Bench, draw, write
+from places import ROOT
+from simulated_labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
@@ -19,7 +20,6 @@ from gyrodata.base.errors import LogError
 from gyrodata.cli import app
 from gyrodata.judging.tables import NamedFit
 
-ROOT = Path(__file__).parent.parent
 SAMPLES = ROOT / "sample_data"
 
 # Arm [m] and three timings [s] (published student data); the "period" is 40° of

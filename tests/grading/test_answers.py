@@ -3,16 +3,14 @@ reports.
 """
 
 import tomllib
-from pathlib import Path
 
 import pytest
+from places import DATA
 
 from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
 
-PROSE = tomllib.loads(
-    (Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8")
-)
+PROSE = tomllib.loads((DATA / "answers_in_prose.toml").read_text(encoding="utf-8"))
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 VALUE = "4.40e-3 ± 0.05e-3 kg m^2"
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from classes.cells import grade
+from classes.class_cells import grade
 from classes.drawn import USUAL, draw
-from grading.reports import reported_line
+from grading.students_reports import reported_line
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError

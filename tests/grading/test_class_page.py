@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from browser import look_at, needs_browser
 from grading.classes import make_folder
-from grading.reports import (
+from grading.students_reports import (
     RIGHT,
     STATED,
     Sheet,
@@ -31,6 +31,7 @@ from grading.reports import (
 )
 from msgspec.structs import astuple
 from pages import Structure
+from places import DATA
 from typer.testing import CliRunner, Result
 
 from gyrodata.cli import app, schema
@@ -332,7 +333,7 @@ def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
 # --- in a browser ---
 
 
-PROBE = (Path(__file__).parent / "data" / "probe.html").read_text(encoding="utf-8")
+PROBE = (DATA / "probe_of_class_page.html").read_text(encoding="utf-8")
 
 
 @needs_browser

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from grading.classes import make_folder
-from grading.reports import (
+from grading.students_reports import (
     RIGHT,
     SLIPS,
     STATED,
@@ -31,6 +31,7 @@ from grading.reports import (
 )
 from msgspec.structs import replace
 from pages import Structure
+from places import DATA
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
@@ -46,7 +47,6 @@ Rows = list[list[str]]
 
 # --- feedback ---
 
-EXPECTED = Path(__file__).parent / "expected"
 GRADES = three_grades()
 
 
@@ -59,10 +59,10 @@ def a_grade(student: str, points: float | None = 17.5, **changes: Any) -> Grade:
 
 @pytest.mark.parametrize("name", GRADES)
 def test_feedback_is_the_stored_text_and_the_page_agrees(name: str) -> None:
-    """After an intended change, write the new text into the file in ``expected``."""
-    assert feedback_pages(GRADES[name])[".md"] == (EXPECTED / f"{name}.md").read_text(
-        encoding="utf-8"
-    )
+    """After an intended change, write the new text into the file in tests/data."""
+    assert feedback_pages(GRADES[name])[".md"] == (
+        DATA / f"feedback_{name}.md"
+    ).read_text(encoding="utf-8")
     text = feedback_pages(
         GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")}
     )[".html"]
@@ -130,7 +130,7 @@ def test_markdown_obeys_nothing_from_outside() -> None:
 # --- sheets of somebody else's ---
 
 BOOKS: dict[str, dict[str, Any]] = tomllib.loads(
-    (EXPECTED.parent / "data" / "books.toml").read_text("utf-8")
+    (DATA / "gradebooks.toml").read_text("utf-8")
 )
 """Sheets; who is filled; what was there before; and why somebody is skipped; a student
 w... is not graded."""

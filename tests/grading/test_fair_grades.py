@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from classes.cells import canvas, grade, gyro, with_answer
+from classes.class_cells import canvas, grade, gyro, with_answer
 from classes.disguises import plant
 from classes.drawn import FITS, TITLES, Student, draw, with_rows
 from grading.classes import make_folder
-from grading.reports import reported_line
+from grading.students_reports import reported_line
 from msgspec.structs import replace
 
 from gyrodata.grading.rubric import default_rubric_text

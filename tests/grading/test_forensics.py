@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from classes.disguises import rows_of
 from classes.drawn import USUAL, Student, draw, with_rows
-from labs import INERTIA, RPM, G
 from msgspec.structs import replace
 from scipy import stats
+from simulated_labs import INERTIA, RPM, G
 
 from gyrodata.grading.forensics import Fingerprint, fingerprint, flag_class
 from gyrodata.measurements import measure

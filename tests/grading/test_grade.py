@@ -10,7 +10,15 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 import pytest
-from grading.reports import RIGHT, SLIPS, STATED, Formula, Sheet, reported_line, sheet
+from grading.students_reports import (
+    RIGHT,
+    SLIPS,
+    STATED,
+    Formula,
+    Sheet,
+    reported_line,
+    sheet,
+)
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec import to_builtins

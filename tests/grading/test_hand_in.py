@@ -12,7 +12,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from classes.cells import grade
+from classes.class_cells import grade
 from classes.drawn import draw
 from classes.typed import HABITS, plain
 from grading.classes import make_folder

@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from classes.cells import gyro
+from classes.class_cells import gyro
+from cli.test_options_hints import CARRIED_OUT as OF_A_LOG
+from cli.test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
 from grading.classes import make_folder, packed
-from grading.reports import a_log
+from grading.students_reports import a_log
 from grading.test_fair_grades import CARRIED_OUT as OF_A_CLASS
-from test_options_hints import CARRIED_OUT as OF_A_LOG
-from test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
+from places import DATA, SAMPLES
 from typer.testing import Result
 
 import gyrodata
@@ -55,7 +56,7 @@ def found(pattern: str, text: str) -> str:
     return match[1] if match.re.groups else match[0]
 
 
-TABLE = Path(__file__).parent / "data" / "hints.toml"
+TABLE = DATA / "hints_of_grading.toml"
 HINTS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
 
 
@@ -74,7 +75,7 @@ def test_the_hint_of_every_code_is_followed() -> None:
 
 # --- options of a command ---
 
-SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
+SAMPLE = SAMPLES / "air_gyroscope.csv"
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from grading.classes import make_folder, packed
-from grading.reports import a_log
+from grading.students_reports import a_log
 from typer.testing import CliRunner, Result
 
 from gyrodata.cli import app

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import openpyxl
 import pytest
-from classes.cells import gyro
+from classes.class_cells import gyro
 from grading.classes import LOG, make_folder, packed
-from grading.reports import a_log
+from grading.students_reports import a_log
 
 from gyrodata.grading.ledger import forms_of
 from gyrodata.grading.submissions import find_submissions

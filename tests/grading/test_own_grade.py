@@ -14,9 +14,9 @@ import make_examples
 import numpy as np
 import openpyxl
 import pytest
-from classes.cells import grade, gyro
+from classes.class_cells import grade, gyro
 from classes.drawn import FITS, TITLES, USUAL, draw
-from grading.reports import reported_line
+from grading.students_reports import reported_line
 from msgspec.structs import replace
 
 from gyrodata.grading.rubric import default_rubric_text

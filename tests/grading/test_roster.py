@@ -9,9 +9,9 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from classes.cells import gyro
+from classes.class_cells import gyro
 from grading.classes import make_folder
-from grading.reports import a_log
+from grading.students_reports import a_log
 
 from gyrodata.cli import schema
 

@@ -12,6 +12,7 @@ from typing import Any
 import jsonschema
 import pytest
 from msgspec.structs import astuple
+from places import DATA
 
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import InputError
@@ -21,9 +22,7 @@ from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
-TABLE = tomllib.loads(
-    (Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8")
-)
+TABLE = tomllib.loads((DATA / "lateness.toml").read_text(encoding="utf-8"))
 RULES: dict[str, str] = TABLE["rules"]
 CHECKS = (
     "log",

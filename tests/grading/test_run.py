@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from grading.classes import make_folder
-from grading.reports import a_log
+from grading.students_reports import a_log
 from typer.testing import CliRunner
 
 from gyrodata.base.version import __version__

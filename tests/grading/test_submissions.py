@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 from grading.classes import LOG, make_folder, make_zip
+from places import DATA
 
 from gyrodata.grading.submissions import Submission, find_submissions
 
 Class = dict[str, Any]
 CLASSES: dict[str, Class] = tomllib.loads(
-    (Path(__file__).parent / "data" / "platforms.toml").read_text("utf-8")
+    (DATA / "names_of_platforms.toml").read_text("utf-8")
 )
 TEX = (
     r"\begin{tabular}{ccccc}"  # noqa: ISC003

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 import pytest
-from labs import analyze_briefly as analyze
+from simulated_labs import analyze_briefly as analyze
 
 from gyrodata import LogError
 

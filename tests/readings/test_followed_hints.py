@@ -16,8 +16,8 @@ from typing import Any
 
 import openpyxl
 import pytest
-from labs import analyze_briefly
 from msgspec.structs import asdict
+from simulated_labs import analyze_briefly
 
 import gyrodata
 from gyrodata import LogError

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from labs import analyze_briefly
+from simulated_labs import analyze_briefly
 
 from gyrodata.base.errors import GyroError
 from gyrodata.readings import read_log, write_log

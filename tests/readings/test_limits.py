@@ -17,10 +17,10 @@ from pathlib import Path
 
 import openpyxl
 import pytest
+from places import ROOT
 
 from gyrodata.readings import read_log
 
-ROOT = Path(__file__).parents[2]
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,406,13.06,1/3\n"
 LOG = HEAD + ROW

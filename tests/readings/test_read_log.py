@@ -7,9 +7,9 @@ import io
 import math
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
+from places import DATA
 
 from gyrodata.readings import Uncertainty, read_log
 
@@ -19,9 +19,7 @@ RUNS = HEAD + ROW * 3
 RPM = 2 * math.pi / 60
 
 
-CELLS = tomllib.loads(
-    (Path(__file__).parent / "cells.toml").read_text(encoding="utf-8")
-)
+CELLS = tomllib.loads((DATA / "odd_cells.toml").read_text(encoding="utf-8"))
 
 
 def codes(readings):

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from labs import analyze_briefly as analyze
 from readings.test_first_attempt import TRUTH, TURN, is_right
 from sheets import workbook
+from simulated_labs import analyze_briefly as analyze
 
 import gyrodata
 from gyrodata import LogError

@@ -11,8 +11,8 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
-from labs import analyze_briefly
 from sheets import HABITS, HEAD, INERTIA, lab, source
+from simulated_labs import analyze_briefly
 
 import gyrodata
 from gyrodata.base.errors import GyroError

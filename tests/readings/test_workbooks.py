@@ -13,8 +13,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 import openpyxl
 import pytest
-from labs import analyze_briefly
 from openpyxl.worksheet.formula import ArrayFormula
+from simulated_labs import analyze_briefly
 
 from gyrodata.base.errors import GyroError
 

@@ -1,0 +1,106 @@
+"""Code that is hard to read cannot land: by a branch, a table of lambdas, or a text."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+from places import PACKAGE
+
+HERE = Path(__file__).parent
+TWELVE = range(12)
+BRANCHES = "def new(x):\n" + "".join(
+    f"    if x == {at}:\n        return {at + 1}\n" for at in TWELVE
+)
+LAMBDAS = (
+    "NEW = (\n"
+    + "".join(f"    lambda x: {at} if x else None,\n" for at in TWELVE)
+    + ")\n"
+)
+EVALUATED = f"def new(x):\n    return eval({' + '.join('x' * 12)!r}, {{'x': x}})\n"
+EXECUTED = f"def new(x):\n    exec({BRANCHES!r})\n"
+
+
+def checked(package: Path) -> tuple[int, str]:
+    """Run the two checks of the continuous integration on a package."""
+    ruff = [sys.executable, "-m", "ruff", "check", "--select", "S102,S307"]
+    ruff += ["--isolated", str(package)]
+    limits = [sys.executable, str(HERE), str(package)]
+    found = ""
+    code = 0
+    for command in (ruff, limits):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        code = code or done.returncode
+        found += done.stdout + done.stderr
+    return code, found
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    return shutil.copytree(
+        PACKAGE,
+        tmp_path / "gyrodata",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+
+
+def test_package_keeps_its_limits() -> None:
+    assert checked(PACKAGE) == (0, "All checks passed!\nall limits are kept\n")
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (BRANCHES, "physics/closed_forms.py:new: decisions 12, a new one"),
+        (LAMBDAS, "physics/closed_forms.py:(module): decisions 12, a new one"),
+        (EVALUATED, "S307"),
+        (EXECUTED, "S102"),
+        (f"WORDS = {' '.join(['word'] * 6000)!r}\n", "the room physics has grown"),
+    ],
+    ids=["function", "lambdas", "eval", "exec", "room"],
+)
+def test_code_that_is_hard_to_read_fails(package: Path, code: str, words: str) -> None:
+    place = package / "physics" / "closed_forms.py"
+    place.write_text(place.read_text("utf-8") + "\n\n" + code, encoding="utf-8")
+    status, found = checked(package)
+    assert status == 1
+    assert words in found
+
+
+def test_number_of_a_listed_function_may_not_grow(package: Path) -> None:
+    place = package / "readings" / "roles.py"
+    text = place.read_text("utf-8")
+    head, start, rest = text.partition("def split_unit(")
+    signature, end, body = rest.partition('\n    """')
+    words, close, body = body.partition('"""\n')
+    branch = "    if text and unit and not text:\n        return None\n"
+    branch = textwrap.indent(textwrap.dedent(branch), "    ")
+    place.write_text(
+        head + start + signature + end + words + close + branch + body, encoding="utf-8"
+    )
+    status, found = checked(package)
+    assert status == 1
+    assert "readings/roles.py:split_unit: decisions" in found
+    assert "more than the" in found
+
+
+def test_growth_of_a_room_needs_a_reason(tmp_path: Path) -> None:
+    code = """
+        from limits.__main__ import allowed_size
+
+        growth = [{"nodes": 120, "why": "a new model"}, {"nodes": 50, "why": " "}]
+        print(allowed_size({"size": 1000, "growth": growth}))
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        env={**os.environ, "PYTHONPATH": str(HERE.parent)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "1120\n"

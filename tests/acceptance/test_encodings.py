@@ -1,0 +1,116 @@
+"""No number is damaged on its way out: every format in every locale, into a file, a
+pipe and onto a terminal.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import unicodedata
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from places import ROOT
+from processes import started
+from streams import LINES
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
+
+PLAIN = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+LOCALES = {
+    "utf-8": {"PYTHONIOENCODING": "utf-8"},
+    "cp437": {"PYTHONIOENCODING": "cp437", "LC_ALL": "POSIX", **PLAIN},
+    "ascii": {"LC_ALL": "C", **PLAIN},
+}
+
+# A header in Greek and Russian, a name, and a number that is none: all is told, and
+# quoted.
+BAD = (
+    "# оператор: Ünal\nmass [g], position [cm], spin [rpm], T₁ [ms²], turns\n20, 15, "
+    "400, 1３.0, ½\n"
+)
+
+
+def written(folder: Path) -> dict[str, list[tuple[str, str]]]:
+    """Give what every command wrote into a file and onto a terminal, by locale."""
+    work = folder / "work"
+    work.mkdir()
+    (work / "log.csv").write_bytes(
+        (ROOT / "sample_data" / "air_gyroscope.csv").read_bytes()
+    )
+    (work / "bad.csv").write_text(BAD, encoding="utf-8")
+    (work / "class").mkdir()
+    for path in sorted((ROOT / "sample_data" / "class").iterdir())[::4]:
+        (work / "class" / path.name).symlink_to(path)
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("LC_", "LANG", "PYTHON"))
+    }
+    kept |= {
+        "PYTHONPATH": str(ROOT),
+        "NO_COLOR": "1",
+        "COLUMNS": "1000",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    with ExitStack() as stack:
+        running = []
+        for name, locale in LOCALES.items():
+            (folder / name).mkdir()
+            line = [sys.executable, ROOT / "tests" / "streams.py", folder / name]
+            running.append(
+                stack.enter_context(started(line, cwd=work, env=kept | locale))
+            )
+        assert [process.wait(600) for process in running] == [0] * len(running)
+
+    def both(name: str, i: int) -> tuple[str, str]:
+        parts = (folder / name / f"{i}.{where}" for where in ("file", "terminal"))
+        kept, shown = (part.read_bytes() for part in parts)
+        return kept.decode("utf-8"), shown.decode(name)
+
+    return {name: [both(name, i) for i in range(len(LINES))] for name in LOCALES}
+
+
+RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+
+
+def numbers(text: str) -> list[str]:
+    """List the numbers of a text, however their powers of ten and their squares are
+    written.
+    """
+    text = re.sub(
+        r"[×x·*] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
+        lambda m: f" <{unicodedata.normalize('NFKC', m[1])}> ",
+        text,
+    )
+    text = re.sub(r"(?<=[\d)])e([-+]?\d+)", lambda m: f" <{int(m[1])}> ", text)
+    text = re.sub(
+        f"[⁻{RAISED}]+", lambda m: f" {unicodedata.normalize('NFKC', m[0])} ", text
+    ).replace("^", " ")
+    text = re.sub(r"[½⅓⅔]", lambda m: f" {unicodedata.normalize('NFKC', m[0])}", text)
+    text = unicodedata.normalize("NFKC", text).replace("⁄", "/").replace("−", "-")
+    return re.findall(r"<-?\d+>|\d+(?:\.\d+)?", text)
+
+
+def test_every_number_is_the_same_in_every_locale_in_a_file_and_on_a_terminal(
+    tmp_path: Path,
+) -> None:
+    told = written(tmp_path)
+    for line, *found in zip(LINES, *told.values(), strict=True):
+        kept, shown = found[0]
+        assert kept.count("\n") > 0, line
+        # A terminal has pages laid out, and shows how far a long computation is.
+        assert kept == shown or line.startswith(("explain ", "grade ", "selfcheck ")), (
+            line
+        )
+        for name, (kept_there, shown_there) in zip(LOCALES, found, strict=True):
+            assert kept_there == kept, (name, line)
+            assert numbers(shown_there) == numbers(shown), (name, line)
+            # A question mark stands for what is no sign, in a broken file, and for
+            # nothing else.
+            lost = (
+                0 if name == "utf-8" else len(re.findall(r"[\x80-\x9f\ufffd]", shown))
+            )
+            assert shown_there.count("?") == shown.count("?") + lost, (name, line)

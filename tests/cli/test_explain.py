@@ -1,0 +1,164 @@
+"""``gyro explain``: codes, words and keys; and colours on a terminal only."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from places import SAMPLES
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.cli import app
+from gyrodata.cli.explain_command import COMMANDS
+from gyrodata.readings.roles import KEYS
+
+SAMPLE = (SAMPLES / "air_gyroscope.csv").read_text("utf-8")
+
+
+def explain(*topics: str) -> Result:
+    return CliRunner().invoke(app, ["explain", *topics])
+
+
+@pytest.mark.parametrize("code", sorted(explanations()))
+def test_every_code_is_explained(code: str) -> None:
+    entry, done = explanations()[code], explain(code.lower())
+    assert done.exit_code == 0, done.output
+    title, *parts = done.stdout.split("\n\n")
+    assert title == f"{code}, {severities()[code]}: {entry.title}"
+    heads = [part.partition(":\n  ")[0] for part in parts]
+    reasons = ["What it means", "Why it matters"] if entry.why else []
+    assert heads[: len(reasons) + 2] == [*reasons, "How to fix it", "Example"]
+    if code < "G5" and entry.example.split(" ")[0] not in COMMANDS:
+        assert (
+            f"{severities()[code]} {code}: "
+            in parts[heads.index("gyro says about this log")]
+        )
+
+
+def test_errors_and_warnings_of_a_log_have_a_reason() -> None:
+    reasons = {
+        code for code, entry in explanations().items() if entry.means and entry.why
+    }
+    assert len(reasons) >= 90
+    assert {
+        code
+        for code, severity in severities().items()
+        if code < "G5" and severity != "note"
+    } <= reasons
+
+
+TURNS = {"1/3": "1", "2/3": "2", "1": "3", "1/12": "1/4"}
+EFFECTS = [
+    ("G206", "9.55 times too small", r"spin \[rpm\]", "spin [rad/s]", 1 / 9.55, 0),
+    ("G206", "60 times too small", r"spin \[rpm\]", "spin [Hz]", 1 / 60, 0),
+    (
+        "G230",
+        "3 times too small",
+        r",([\d/]+),ccw",
+        lambda found: f",{TURNS[found[1]]},ccw",
+        1 / 2.99,
+        0,
+    ),
+    ("G229", "4 % too small", r"(\d+)\.\d+,([\d/]+),ccw", r"\1,\2,ccw", 0.959, 0),
+    (
+        "G305",
+        "0.72 % instead of 1.2 %",
+        "# station",
+        "# u_spin_scale: 1 %\n# station",
+        1,
+        1.23,
+    ),
+    ("G340", "34 % too small", ",15.00,", ",9.92,", 0.661, 0),
+    ("G407", "2.1 % instead of 0.72 %", ",15.00,", ",15,", 1, 2.06),
+    ("G408", "0.61 % instead of 0.72 %", r"(?s)(1,20.*)", r"\1\1", 0.999, 0.61),
+    ("G414", "9 % instead of 0.72 %", "(?s)4,39.*", "", 0.988, 9.1),
+    ("G426", "1.3 % instead of 0.72 %", ",ccw|,precession_sense", "", 0.992, 1.31),
+    ("G440", "1000 times too large", r"mass \[g\]", "mass [kg]", 1000, 0),
+    (
+        "G441",
+        "920 times too large",
+        r"spin \[rpm\],time \[s\]",
+        "time [s],spin [rpm]",
+        922,
+        0,
+    ),
+    ("G454", "0.94 % instead of 0.72 %", "10,0,.*", "", 0.99, 0.935),
+]
+"""Code, words of its text, what is changed in the sample log; I_zz after and before,
+and u(I_zz) [%] if not 0."""
+
+
+@pytest.mark.parametrize(("code", "words", "old", "new", "factor", "u"), EFFECTS)
+def test_the_effect_on_the_sample_is_as_stated(
+    code: str, words: str, old: str, new: Any, factor: float, u: float
+) -> None:
+    assert words in " ".join(explanations()[code].why.split())
+    before, after = (
+        gyrodata.analyze(log.encode()).inertia
+        for log in (SAMPLE, re.sub(old, new, SAMPLE))
+    )
+    assert after.value / before.value == pytest.approx(factor, rel=0.005)
+    assert not u or 100 * after.u / after.value == pytest.approx(u, rel=0.02)
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_every_key_of_a_log_is_explained(key: str) -> None:
+    assert f" {key}" in explain(key.upper()).stdout.partition(":\n")[2]
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("454", "G454, warning"),
+        ("chi square", "chi-square, "),
+        ("m0", "M0, "),
+        ("THEORY.md", "# Theory"),
+        ("thoery", "did you mean theory?"),
+        ("budgt", "did you mean budget?"),
+        ("u_tme", "did you mean u_time?"),
+        ("G4544", "did you mean G454?"),
+        ("G999", 'there is no page, code, word or key "G999"'),
+    ],
+)
+def test_a_name_or_the_nearest_one_is_found(asked: str, found: str) -> None:
+    done = explain(asked)
+    assert (found in done.output, done.exit_code) == (
+        True,
+        2 if found.startswith(("did", "there")) else 0,
+    )
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(monkeypatch: pytest.MonkeyPatch, *words: str) -> str:
+    with monkeypatch.context() as here:
+        here.setattr("sys.stdout", shown := Terminal())
+        app([*words], standalone_mode=False)
+    return shown.getvalue()
+
+
+def test_colours_are_for_terminals(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in ("NO_COLOR", "TERM"):
+        monkeypatch.delenv(name, raising=False)
+    log = tmp_path / "log.csv"
+    log.write_text(
+        "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,400,40.4,1\n20,15,,20.4,1\n",
+        "utf-8",
+    )
+    assert (
+        "log.csv:3:8: warning G452: "
+        in CliRunner().invoke(app, ["check", str(log)]).stdout
+    )
+    assert "log.csv:3:8: \033[1;33mwarning G452:\033[0m " in on_terminal(
+        monkeypatch, "check", str(log)
+    )

@@ -1,0 +1,133 @@
+"""The help of every command is whole and has an example that works, and a shell
+completes what is typed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from documents import ROOT
+from typer.testing import CliRunner
+
+from gyrodata.base.diagnostics import explanations
+from gyrodata.cli import app
+from gyrodata.cli.documentation import PAGES
+
+
+def commands(command: Any, name: str = "gyro") -> Iterator[tuple[str, Any]]:
+    yield name, command
+    for sub, one in getattr(command, "commands", {}).items():
+        yield from commands(one, f"{name} {sub}")
+
+
+COMMANDS = dict(commands(typer.main.get_command(app)))
+ALONE = [
+    name
+    for name, one in COMMANDS.items()
+    if not hasattr(one, "commands") and not one.hidden
+]
+
+
+def help_of(name: str) -> str:
+    return str(
+        COMMANDS[name].get_help(
+            COMMANDS[name].context_class(COMMANDS[name], info_name=name)
+        )
+    )
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("width", [60, 80])
+def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    command, shown = COMMANDS[name], help_of(name)
+    lines, flowing = shown.splitlines(), " ".join(shown.split())
+    assert max(map(len, lines)) <= width
+    # Terminals of Windows may show nothing else.
+    assert shown.isascii()
+    assert [
+        line
+        for line in lines
+        if re.search(r"…|-$|(?<!\])\.\.\.$", line) and not line.startswith("Usage")
+    ] == []
+    for param in command.params:
+        if param.param_type_name == "option" and not param.hidden:
+            assert " ".join((param.help or "").split()) in flowing
+            assert all(
+                re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", shown)
+                for option in param.opts
+            )
+    for sub, one in getattr(command, "commands", {}).items():
+        assert one.hidden or f"{sub} {one.short_help}" in flowing
+    assert name not in ALONE or f"  Example:  {name}" in "".join(lines[-4:])
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_the_example_at_the_foot_works(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if name != "gyro demo":
+        shutil.copy(ROOT / "sample_data" / "air_gyroscope.csv", "demo.csv")
+    shutil.copytree(ROOT / "sample_data" / "class", "class")
+    _, *words = shlex.split(
+        help_of(name).partition("Example:")[2].replace("\\\n", " ").partition(">")[0]
+    )
+    # The benchmark takes a minute, and 1,000 labs 5 s: of the first, only the options
+    # are read.
+    words += {"gyro benchmark": ["--help"], "gyro selfcheck": ["--labs", "20"]}.get(
+        name, []
+    )
+    done = CliRunner().invoke(app, words)
+    # The sample's class has three that cannot be graded.
+    assert (done.exit_code, "error" in done.stderr) == (
+        1 if name == "gyro grade" else 0,
+        False,
+    )
+
+
+START = [
+    sys.executable,
+    "-c",
+    "import sys; sys.argv[0] = 'gyro'; from gyrodata.__main__ import main; main()",
+]
+OURS = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def completed(line: str) -> list[str]:
+    """Ask as a shell does, with the cursor at the end of the line."""
+    asked = {
+        "_GYRO_COMPLETE": "complete_bash",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(line.count(" ")),
+    }
+    done = subprocess.run(
+        START, env=OURS | asked, capture_output=True, text=True, check=False
+    )
+    assert "Traceback" not in done.stderr
+    return [one for one in done.stdout.splitlines() if one]
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("gyro se", ["selfcheck"]),
+        ("gyro analyze log.csv --fo", ["--format"]),
+        ("gyro analyze --format nd", ["ndjson"]),
+        ("gyro explain ", [*PAGES, *sorted(explanations())]),
+        # The shell's own files come where there is nothing to say.
+        ("gyro analyze lo", []),
+    ],
+)
+def test_bash_completes(line: str, found: list[str]) -> None:
+    assert completed(line) == found

@@ -1,0 +1,67 @@
+"""Run every command in every format, its output into a file and onto a terminal, in
+this process's locale.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+import threading
+import time
+from contextlib import suppress
+from io import TextIOWrapper
+from pathlib import Path
+
+from places import DATA
+
+LINES = (DATA / "commands_and_formats.txt").read_text(encoding="utf-8").splitlines()
+
+
+def run(line: str, out: int, encoding: str) -> None:
+    """Run a command with a descriptor for standard output and error, opened as Python
+    opens its own.
+    """
+    from gyrodata.cli import app
+
+    with open(out, "wb", closefd=False) as raw:
+        both = TextIOWrapper(
+            raw, encoding=encoding, errors="strict", write_through=True
+        )
+        before = sys.stdout, sys.stderr
+        sys.stdout = sys.stderr = both
+        try:
+            with suppress(SystemExit):
+                app(line.split(), prog_name="gyro")
+        finally:
+            sys.stdout, sys.stderr = before
+            both.detach()
+
+
+def on_terminal(line: str, encoding: str) -> bytes:
+    """Give what a terminal gets."""
+    master, slave = os.openpty()
+    seen: list[bytes] = []
+
+    def read() -> None:
+        with suppress(OSError):
+            while data := os.read(master, 1 << 16):
+                seen.append(data)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    run(line, slave, encoding)
+    os.close(slave)
+    reader.join()
+    os.close(master)
+    return b"".join(seen).replace(b"\r\n", b"\n")
+
+
+if __name__ == "__main__":
+    coded, target = sys.stdout.encoding, Path(sys.argv[1])
+    # Every fit of a self-check takes as long as the others.
+    time.perf_counter = itertools.count().__next__
+    for i, one in enumerate(LINES):
+        with (target / f"{i}.file").open("wb") as file:
+            run(one, file.fileno(), coded)
+        (target / f"{i}.terminal").write_bytes(on_terminal(one, coded))

@@ -1,0 +1,95 @@
+"""A lab's fits tried out on labs like it: what an honest uncertainty covers, and what
+the textbook's does.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from gates.drawn_logs import Bench, draw, write
+from places import SAMPLES
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
+
+SALORT = SAMPLES / "salort_one_torque.csv"
+
+
+def selfcheck(log: str, labs: int, *options: str) -> str:
+    done = CliRunner().invoke(
+        app, ["selfcheck", "-", "--labs", str(labs), *options], input=log
+    )
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def fits(log: str, labs: int) -> dict[str, dict[str, Any]]:
+    """Performance of each fit by its name."""
+    return {
+        one["name"]: one
+        for one in json.loads(selfcheck(log, labs, "--format", "json"))["estimators"]
+    }
+
+
+@pytest.mark.parametrize(
+    "bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str
+)
+def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> None:
+    by_name = fits(write(draw(bench, 3), "# u_time: 0.14 s"), 200)
+    best = by_name["recommended"]
+    assert best["coverage_68"] == pytest.approx(
+        0.683, abs=0.1
+    )  # three standard deviations of a binomial of 200
+    assert best["coverage_95"] == pytest.approx(0.954, abs=0.044)
+    assert best["bias"] == pytest.approx(0, abs=0.002)
+    assert best["mean_u"] == pytest.approx(best["rmse"], rel=0.2)
+    for name in ("through_origin", "with_constant", "mean_of_ratios"):
+        assert by_name[name]["coverage_95"] < 0.9
+
+
+def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
+    log = write(draw(Bench(repeats=3, hand=0.5), 3), "# u_time: 0.14 s")
+    found = json.loads(selfcheck(log, 200, "--format", "json"))
+    assert found["scatter"] == pytest.approx(0.5 / 0.14, rel=0.4)
+    stated, own = (
+        found[table][0] for table in ("estimators", "estimators_with_scatter")
+    )
+    assert (stated["name"], own["name"]) == ("recommended", "recommended")
+    assert own["coverage_95"] == pytest.approx(0.95, abs=0.05)
+    assert own["rmse"] > 1.4 * stated["rmse"]
+    text = selfcheck(log, 10)
+    assert (
+        f"the scatter of this log is {found['scatter']:.2g} times what is stated"
+        in text.splitlines()[0]
+    )
+    assert text.count("\nrecommended ") == 2
+    agreeing = selfcheck(log.replace("0.14 s", "0.5 s"), 10)
+    assert "agrees" in agreeing.splitlines()[0]
+    assert agreeing.count("\nrecommended ") == 1
+
+
+def test_salort_log_is_covered_and_no_lab_is_refused() -> None:
+    found = json.loads(
+        selfcheck(SALORT.read_text(encoding="utf-8"), 120, "--format", "json")
+    )
+    for best in (found["estimators"][0], found["estimators_with_scatter"][0]):
+        assert (best["name"], best["refused"]) == ("recommended", 0)
+        assert best["coverage_95"] > 0.9
+        assert abs(best["bias"]) < 0.15
+        assert best["mean_u"] > 0
+
+
+ONE = write(draw(Bench(masses=(40,)), 2))
+TESTED = write(draw(Bench(imbalance=0.01), 2), "# u_imbalance: 2e-4 N*m")
+UNSENSED = write(draw(Bench(imbalance=0.02), 2)) + "0,,400,1100,1/12\n"
+
+
+@pytest.mark.parametrize(
+    ("log", "least"),
+    [(ONE, 0.94), (TESTED, 0.88), (UNSENSED, 0.88)],
+    ids=["one torque", "balance test", "unknown sense"],
+)
+def test_an_unusual_lab_is_covered_too(log: str, least: float) -> None:
+    assert fits(log, 100)["recommended"]["coverage_95"] > least

@@ -14,6 +14,7 @@ PAGES = (
     "instructors",
     "python",
     "pipelines",
+    "changelog",
 )
 """Names of the pages, in the order of the list."""
 

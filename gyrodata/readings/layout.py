@@ -1516,14 +1516,14 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
         for row in rows[:first]
         if len(filled_at(row)) == 1 and filled_at(row)[0] <= starts[0]
     ]
-    label = r"[^\d=]+" if starts[0] else r"[^\d=]+:"
+    label_pattern = r"[^\d=]+" if starts[0] else r"[^\d=]+:"
     for start, end in pairwise([*starts, len(head.texts)]):
         words = [] if blocks else titles
         cut = [_cut(row, range(start, end)) for row in rows]
         for row, own in zip(rows[:first], cut, strict=False):
             if row not in titles and any(own.texts):
                 # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
-                if start and re.fullmatch(label, row.texts[0]):
+                if start and re.fullmatch(label_pattern, row.texts[0]):
                     own = _cut(row, [0, *range(start, end)])
                 words = [*words, own]
         own_head = replace(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import os
 
     import pandas as pd
+
+    from gyrodata.errors import Diagnostic
 
 LARGEST = 3_000_000
 """Largest number of runs times shared readings in one fit, which is the size of its
@@ -130,13 +132,7 @@ def analyze_readings(
     ball = tables.compare_with_ball(
         fit.inertia, readings.constants, readings.uncertainties
     )
-    needed = whole or (measured.motion is None and changes.release_may_matter(lab))
-    lab = replace(
-        lab,
-        effects=changes.list_effects(lab, () if whole else ("release",))
-        if needed
-        else (),
-    )
+    lab = replace(lab, effects=_effects(lab, whole))
     patterns = tables.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     changed = changes.answers(lab, "sensitivity") if whole else []
@@ -171,28 +167,11 @@ def analyze_readings(
         measured.lines[i]
         for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))
     ]
-    doubts = []
-    for kind in DOUBTS if whole else ():
-        told = [
-            one
-            for one in found
-            if one.doubt == kind and not (kind == "size" and one.line in silent)
-        ]
-        doubts += [Doubt(kind, one.message, one.hint) for one in told]
+    doubts = _doubts(found, silent) if whole else []
     # Advice for another measurement is only valid for runs without doubts.
     advice = [f"find the cause first: {doubt.remedy}" for doubt in doubts]
-    now, gains = 100 * fitting.relative_u(fit.inertia), []
-    for _, one in changes.answers(lab, "advice") if whole and not doubts else ():
-        then = 100 * fitting.relative_u(one.inertia) if one.inertia else math.inf
-        if then < findings.WORTH * now:
-            gains.append(
-                (
-                    then,
-                    one.words,
-                    f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %",
-                )
-            )
-    advice += map(itemgetter(2), sorted(gains))
+    if whole and not doubts:
+        advice = _worthwhile_changes(lab)
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -225,6 +204,41 @@ def analyze_readings(
         advice=tuple(advice),
         diagnostics=tuple(found),
     )
+
+
+def _effects(lab: Lab, whole: bool) -> tuple[changes.Effect, ...]:
+    """List all effects, or only a release that may matter."""
+    if whole:
+        return changes.list_effects(lab)
+    if lab.measured.motion is None and changes.release_may_matter(lab):
+        return changes.list_effects(lab, ("release",))
+    return ()
+
+
+def _doubts(diagnostics: list[Diagnostic], silent: list[int]) -> list[Doubt]:
+    """List the doubts in the order of `DOUBTS`, without sizes in the silent lines."""
+    doubts = []
+    for kind in DOUBTS:
+        reasons = [
+            diagnostic
+            for diagnostic in diagnostics
+            if diagnostic.doubt == kind
+            and not (kind == "size" and diagnostic.line in silent)
+        ]
+        doubts += [Doubt(kind, reason.message, reason.hint) for reason in reasons]
+    return doubts
+
+
+def _worthwhile_changes(lab: Lab) -> list[str]:
+    """List the measurements that would make u of I_zz much smaller, best first."""
+    now = 100 * fitting.relative_u(lab.fit.inertia)
+    gains = []
+    for _, answer in changes.answers(lab, "advice"):
+        then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
+        if then < findings.WORTH * now:
+            text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
+            gains.append((then, answer.words, text))
+    return [text for *_, text in sorted(gains)]
 
 
 ABSURD = 1000.0

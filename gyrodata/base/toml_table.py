@@ -235,10 +235,9 @@ def samples_of(kind: type) -> dict[str, list[str]]:
                     part.get("items", {}),
                     part.get("enum", part.get("examples", ())),
                 )
-                samples = [
-                    json.dumps(one)
-                    for one in ([items["enum"]] if "enum" in items else samples)
-                ]
+                if "enum" in items:
+                    samples = [items["enum"]]
+                samples = [json.dumps(sample) for sample in samples]
                 if "$ref" in part or "$ref" in items or part.get("type") == "object":
                     samples = ["[[]]" if items else "[]"]
                 found[key] = list(dict.fromkeys([*found.get(key, ()), *samples]))

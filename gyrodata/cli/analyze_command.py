@@ -139,8 +139,10 @@ def analyze(
         logs, terminal.names_of(logs, stdin), folders, strict=True
     ):
         folder = None
-        if reported and (out is not None or log != "-"):
-            folder = below if out is None else out / below if request.several else out
+        if reported and out is not None:
+            folder = out / below if request.several else out
+        elif reported and log != "-":
+            folder = below
         near = constants_of(log, config, quiet)
         request = replace(
             request,

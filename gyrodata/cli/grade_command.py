@@ -160,8 +160,9 @@ def grade(
     if form in ("text", "csv"):
         write_out(grades.summary if form == "text" else grades.table)
     else:
+        shown_changes = changes if dry_run else None
         json = (
-            grades_document(grades, changes if dry_run else None)
+            grades_document(grades, shown_changes)
             if form == "json"
             else grade_lines(grades)
         )

@@ -53,8 +53,10 @@ def example_of(*lines: str) -> str:
 
 def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; the last value of a key is used."""
-    found = {}
-    for item in given or []:
+    found: dict[str, str] = {}
+    if given is None:
+        return found
+    for item in given:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
             example, form = (

@@ -77,9 +77,9 @@ def _records(kind: Any) -> Iterator[type]:
     """Find the records that are parts of a type."""
     if isinstance(kind, type) and hasattr(kind, "__annotations__"):
         yield kind
-    for part in (
-        get_type_hints(kind).values() if isinstance(kind, type) else get_args(kind)
-    ):
+    is_class = isinstance(kind, type)
+    parts = [*get_type_hints(kind).values()] if is_class else get_args(kind)
+    for part in parts:
         yield from _records(part)
 
 

@@ -71,7 +71,9 @@ def _usage_error(error: Any) -> Diagnostic:
     message = re.sub("(?i)value error, ", "", message)
     message = (message[:1].lower() + message[1:]).rstrip(".")
     hint = "see: gyro --help"
+    options = []
     if error.ctx is not None:
+        options = error.ctx.command.params
         command, epilog = error.ctx.command_path, error.ctx.command.epilog or ""
         hint = f"see: {command} --help"
         if message.startswith("missing argument") and epilog:
@@ -85,7 +87,7 @@ def _usage_error(error: Any) -> Diagnostic:
         )
         hint = f"did you mean {near[0]}?" if near else hint
     wrong = getattr(error, "option_name", "").lstrip("-")
-    for option in error.ctx.command.params if error.ctx else ():
+    for option in options:
         if wrong in (option.type_descriptor.choices or ()):
             hint = f"did you mean {option.opts[0]} {wrong}?"
         elif "--out" in option.opts and message.startswith(

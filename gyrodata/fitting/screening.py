@@ -319,7 +319,8 @@ def _lines(
     ]
     constants = [np.zeros(len(factor)) for factor in factors]
     # If there are only two torques, a line through both is not evidence.
-    for a, b in combinations(range(len(torque)), 2) if len(torque) > 2 else ():
+    pairs = [*combinations(range(len(torque)), 2)] if len(torque) > 2 else []
+    for a, b in pairs:
         first, second = (
             x.ravel()
             for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b])
@@ -419,7 +420,8 @@ def insist_on_lines(
         )
         spin = spin + rate * height
     found = []
-    for intercept in (False, True) if adjustment.torques_differ(torque) else (False,):
+    intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
+    for intercept in intercepts:
         slope = float(ordinary_line(rate * spin, torque, intercept)[0])
         if (
             slope > 0

@@ -122,13 +122,9 @@ def judge_lateness(
     """
     late, late_seconds = submission.late, submission.late_seconds
     if rule is None:
-        after = (
-            f"{duration_text(late_seconds)} late"
-            if late_seconds
-            else "marked late"
-            if late
-            else ""
-        )
+        after = "marked late" if late else ""
+        if late_seconds:
+            after = f"{duration_text(late_seconds)} late"
         return Lateness(late_seconds, 0.0, after, False)
     called = {
         one.casefold()
@@ -456,7 +452,8 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     )
     file = TomlFile(data, name, diagnostics.RUBRIC_NO_TOML, hint)
     written = file.values.get("reference")
-    for station in written if isinstance(written, dict) else ():
+    stations = written if isinstance(written, dict) else {}
+    for station in stations:
         if station != "from":
             file.record(Station, ("reference", station))
     return Rubric(**asdict(file.record(_Table)), name=name)
@@ -469,8 +466,10 @@ def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnos
         for one in submissions.items
         for name in (one.student, one.name, *one.ids.values())
     }
-    found = []
-    for one in rubric.late.exceptions if rubric.late else ():
+    found: list[Diagnostic] = []
+    if rubric.late is None:
+        return found
+    for one in rubric.late.exceptions:
         if one.student.casefold() not in known:
             near = nearest(
                 one.student, known.values(), "write the name, key or id of a student"

@@ -292,9 +292,9 @@ def find_slips(
     singles = list(possible_mistakes(own, readings, measured).values())
     found: list[tuple[int, Slip]] = []
     for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
-        for kind in (
-            () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds
-        ):
+        if any(slip.distance <= BOTH_WITHIN for _, slip in found):
+            break
+        for kind in kinds:
             for one in sorted(
                 with_mistake(kind, own), key=lambda one: abs(one.value - reported)
             ):
@@ -369,11 +369,12 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
     torque, product = np.asarray(kind.torque), np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
-    factor = (
-        product
-        if role == "time"
-        else 1 / (product if role in ("spin", "turns") else torque)
-    )
+    if role == "time":
+        factor = product
+    elif role in ("spin", "turns"):
+        factor = 1 / product
+    else:
+        factor = 1 / torque
     roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
     meant = "" if role == "turns" else kind.meant
     # Which role is made from which column, in which unit, and by which factor.

@@ -330,7 +330,9 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
             "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
         )
     groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
-    for number, group in enumerate(groups) if 1 < len(groups) <= MOST_WEIGHTS else ():
+    if not 1 < len(groups) <= MOST_WEIGHTS:
+        return
+    for number, group in enumerate(groups):
         rest = np.delete(np.arange(len(measured.runs)), group)
         if used[group].any() and measured.torque[rest[used[rest]]].any():
             words = (
@@ -403,7 +405,12 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
             one.shared_by.startswith("all runs"),
             one.quantity in ("time", "spin", "turns", "g"),
         )
-        one.groups[-1] = 0 if shared else one.groups.max() + 1 if touched else -1
+        if shared:
+            one.groups[-1] = 0
+        elif touched:
+            one.groups[-1] = one.groups.max() + 1
+        else:
+            one.groups[-1] = -1
         one.absolute[-1], one.relative[-1] = one.absolute.max(), one.relative.max()
     names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
     words = (

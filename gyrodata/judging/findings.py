@@ -415,7 +415,9 @@ def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
         far = np.flatnonzero(
             (fall > FELL_MORE * share) & (fall - share > FELL_BY)
         ).tolist()
-        for i in far if len(far) <= len(fall) / 4 else ():
+        if len(far) > len(fall) / 4:
+            far = []
+        for i in far:
             place, fell = (
                 spin_columns(seen.readings)[-1].place(i),
                 100 * (1 - end[i] / start[i]),
@@ -561,10 +563,10 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         )
 
 
-def _model(seen: Seen) -> Iterator[Diagnostic]:
-    """Report what the log does not contain for the choice of the model, and how much it matters."""
-    readings, measured, fit = seen.readings, seen.measured, seen.fit
-    for share in fit.budget if measured.transverse_inertia is None else ():
+def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the estimate of a transverse inertia if its uncertainty matters."""
+    measured, fit = seen.measured, seen.fit
+    for share in fit.budget:
         if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
             across = fitting.transverse_inertia(measured)
             size = 100 * share.u_inertia / abs(fit.inertia.value)
@@ -573,7 +575,16 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
                 "high": across.max(),
                 "middle": np.median(across),
             }
-            yield readings.say("transverse_inertia_not_given", **taken, percent=size)
+            yield seen.readings.say(
+                "transverse_inertia_not_given", **taken, percent=size
+            )
+
+
+def _model(seen: Seen) -> Iterator[Diagnostic]:
+    """Report what the log does not contain for the choice of the model, and how much it matters."""
+    readings, measured, fit = seen.readings, seen.measured, seen.fit
+    if measured.transverse_inertia is None:
+        yield from _transverse_inertia(seen)
     unused = (
         ("u_pitch",) if seen.chosen.released else ("u_pitch", "u_transverse_inertia")
     )
@@ -679,11 +690,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
                 0.0,
             )
             run = int(np.argmax(sizes))
-            place = (
-                column.place(run if role in ("position", "spin") else 0)
-                if column
-                else None
-            )
+            row = run if role in ("position", "spin") else 0
+            place = column.place(row) if column else None
             # If only another unit makes the column usual, or if no such rod was seen,
             # the answer is not safe to quote.
             doubt = (

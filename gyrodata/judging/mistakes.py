@@ -114,7 +114,9 @@ def list_mistakes(
         log, remedy = one.log, one.remedy
         if one.read:
             # A spin in Hz is a spin in revolutions per second.
-            log = log if one.read in (unit, "Hz" if unit == "rps" else unit) else ""
+            names_of_unit = {unit, "Hz"} if unit == "rps" else {unit}
+            if one.read not in names_of_unit:
+                log = ""
             remedy = remedy or f'write the header as "{one.column} [{one.meant}]"'
         missing = one.needs and not (
             one.needs in readings.columns or one.needs in readings.constants

@@ -321,7 +321,9 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
             f" would fit, not {{old}} ({why})",
             value + moved,
         )
-    for unit, times in other_units(column) if column.unit and not shifted else ():
+    if not column.unit or shifted:
+        return
+    for unit, times in other_units(column):
         there = value * times
         yield Cell(
             2,

@@ -139,10 +139,12 @@ def _find_unheard(
     shows_law = len(spins) == 2 or (
         parts.read_once(spins) and measured.drag is not None
     )
-    often, never = (
-        "the spin is read more than once in each run",
-        "one spin is given for the whole log",
-    )
+    if parts.read_once(spins):
+        no_delay = None
+    elif len(spins) > 1:
+        no_delay = "the spin is read more than once in each run"
+    else:
+        no_delay = "one spin is given for the whole log"
     has_ball = (
         "ball_mass" in readings.constants and "ball_diameter" in readings.constants
     )
@@ -156,11 +158,7 @@ def _find_unheard(
         "u_position_zero": None
         if load != "torque" and "position" in columns
         else "no position is read",
-        "u_spin_delay": None
-        if parts.read_once(spins)
-        else often
-        if len(spins) > 1
-        else never,
+        "u_spin_delay": no_delay,
         "u_decay_exponent": None if shows_law else no_law,
         "u_ball_mass": no_ball,
         "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
@@ -171,9 +169,8 @@ def _find_unheard(
     of_runs = *spins, *parts.told_by_period(columns, timing)
     read = {load, timing.role, "pitch", *map(attrgetter("role"), of_runs)}
     read |= {"position"} if load != "torque" else set()
-    read |= (
-        {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
-    )
+    if timing.role == "time":
+        read.add("turns" if "turns" in columns else "angle")
     read |= {"weight_diameter"} if load == "mass" else set()
     read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
     if "pitch" in columns or readings.motion == "released":
@@ -452,7 +449,12 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
             "unit": meant,
             "there": near,
         }
-        name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
+        if unit:
+            name = "size_of_column"
+        elif meant:
+            name = "size_of_cell"
+        else:
+            name = "size_unusual"
         found.append(readings.say(name, column.cell(run), **words))
     if not 0.01 <= (diameter := readings.constants.get("ball_diameter", 0.1)) <= 0.5:
         words = {

@@ -64,7 +64,9 @@ class Source(Struct, frozen=True):
 
 def load_role(columns: Mapping[str, Column]) -> str:
     """Return the role that gives the torque: masses, else forces, else the torque itself."""
-    return "mass" if "mass" in columns else "force" if "force" in columns else "torque"
+    if "mass" in columns:
+        return "mass"
+    return "force" if "force" in columns else "torque"
 
 
 def list_sources(
@@ -400,12 +402,11 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
     group = _numbered(values, touched)
-    for sizes in (
-        (absolute, relative) if column.stated or len({*column.steps}) > 1 else ()
-    ):
-        most = np.zeros_like(sizes)
-        np.maximum.at(most, group[touched], sizes[touched])
-        sizes[touched] = most[group[touched]]
+    if column.stated or len({*column.steps}) > 1:
+        for sizes in (absolute, relative):
+            most = np.zeros_like(sizes)
+            np.maximum.at(most, group[touched], sizes[touched])
+            sizes[touched] = most[group[touched]]
     return _source(key, group, absolute, relative, default)
 
 
@@ -457,11 +458,9 @@ def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Co
 
     They are listed only if the times do not state an uncertainty.
     """
-    for role in (
-        ("precession_period", "precession_rate")
-        if timing.role == "time" and not timing.stated
-        else ()
-    ):
+    if timing.role != "time" or timing.stated:
+        return
+    for role in ("precession_period", "precession_rate"):
         if role in columns and len(columns[role].stated) == len(columns[role].readings):
             yield columns[role]
 

@@ -132,7 +132,12 @@ def predict_precession(
         "counterclockwise" if torque * spin > 0 else "clockwise",
         "falls" if torque > 0 else "rises",
     )
-    case = "no_torque" if torque == 0 else "no_spin" if spin == 0 else "turns"
+    if torque == 0:
+        case = "no_torque"
+    elif spin == 0:
+        case = "no_spin"
+    else:
+        case = "turns"
     reasons = []
     if slow is None:
         least = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
@@ -315,7 +320,12 @@ def predict_platform(
         + 0.0
     )
     wheel = wheel_inertia * wheel_spin
-    case = "no_spin" if wheel == 0 else "turns" if rate else "no_change"
+    if wheel == 0:
+        case = "no_spin"
+    elif rate:
+        case = "turns"
+    else:
+        case = "no_change"
     return Platform(
         why=_say("platform", case),
         reason="" if rate else "period: the platform stays at rest",

@@ -271,10 +271,10 @@ def take_apart(text: str) -> Written | None:
             and to_float(spread) > to_float(number)
         ):
             number = number.replace(",", "")  # "46,300 ± 600"
-    spread_unit, unit = (
-        "%" if percent else last if unit else None,
-        unit or last or behind,
-    )
+    spread_unit = last if unit else None
+    if percent:
+        spread_unit = "%"
+    unit = unit or last or behind
     if "/" not in number:
         value, step = to_float(number), float(f"1e{last_place(number)}")
         return Written(number, value, step, unit, spread, spread_unit, coverage)
@@ -519,13 +519,11 @@ def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # If the comma is the decimal sign, 20.1 becomes the 20th of January.
-        meant = (
-            f"{min(pair)}/{max(pair)}"
-            if pair and kind == "number"
-            else "{}.{}".format(*pair)
-            if pair
-            else ""
-        )
+        meant = ""
+        if pair and kind == "number":
+            meant = f"{min(pair)}/{max(pair)}"
+        elif pair:
+            meant = "{}.{}".format(*pair)
         hint = (
             f"did you mean {meant}? " if meant else "write the number that was read. "
         )

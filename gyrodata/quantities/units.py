@@ -209,6 +209,21 @@ _SCALED = r"(?:\*?\s*10(?:\^|(?=[-+]))([-+]?[0-9]{1,2})|[x*]\s*1(0+)|1/1(0+))[\s
 """A power of ten and a unit: "10^-3 kg", "x100 rpm", "1/100 s"."""
 
 
+def _product(word: str) -> list[Unit]:
+    """Return the units of a product without ``*``; empty if the word is not a product.
+
+    It may be written "N.m", or "Nm" and "gcm": then its last symbol is a length.
+    """
+    bare = word.replace(".", "")
+    with_dots = word.strip(".").split(".")
+    for parts in (with_dots, [bare[:-2], bare[-2:]], [bare[:-1], bare[-1:]]):
+        if all(part in _SYMBOLS for part in parts):
+            symbols = [_SYMBOLS[part] for part in parts]
+            if parts is with_dots or symbols[-1].dimensions == _BASES["m"]:
+                return symbols
+    return []
+
+
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Unit:
     """Read a unit text: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
@@ -248,19 +263,8 @@ def parse(text: str) -> Unit:
             _ANY_CASE.get(bare.lower()) if bare not in _MEGA else None
         )
         symbols = [known] if known else []
-        # A product may be written "N.m", or "Nm" and "gcm": then its last symbol is a
-        # length.
-        parts = [
-            word.strip(".").split("."),
-            [bare[:-2], bare[-2:]],
-            [bare[:-1], bare[-1:]],
-        ]
-        for part in parts if word and not known else ():
-            found = [_SYMBOLS[symbol] for symbol in part if symbol in _SYMBOLS]
-            is_product = len(found) == len(part) and (
-                part is parts[0] or found[-1].dimensions == _BASES["m"]
-            )
-            symbols = symbols or (found if is_product else [])
+        if word and not known:
+            symbols = _product(word)
         if match is None or (word and not symbols):
             inside = f' ("{match[2]}")' if match and match[2] != text else ""
             raise UnitError(f'the unit "{text}"{inside} is not known')

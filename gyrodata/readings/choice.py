@@ -262,12 +262,24 @@ def choose(
         ]
         choice.there = choice.there - {"spin"} | {"spin_start"}
         faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
+    if choice.unplaced and "mass" in choice.there:
+        _warn_of_unused_masses(columns, table, choice, faults)
+    choice.unplaced.sort(key=attrgetter("place"))
+    for repeats in choice.used.values():
+        repeats.sort(key=attrgetter("number"))
+    return choice
+
+
+def _warn_of_unused_masses(
+    columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults
+) -> None:
+    """Warn of each column without a place that counts weights or contains masses."""
     masses = [
         row.texts[choice.used["mass"][0].at] if "mass" in choice.used else ""
         for row in table.rows
     ]
-    for one in columns if choice.unplaced and "mass" in choice.there else ():
-        cells = [row.texts[one.at] for row in table.rows]
+    for column in columns:
+        cells = [row.texts[column.at] for row in table.rows]
         # If each number has its own mass, this is the mass of all weights.
         whole = (
             len(set(zip(cells, masses, strict=True)))
@@ -275,20 +287,17 @@ def choose(
             == len(set(masses))
             > 1
         )
-        counts = roles.counts_weights(one.header) and not (
+        counts = roles.counts_weights(column.header) and not (
             whole or {*cells} <= {"", "1"}
         )
+        header = column.cell.text
         weighs = (
-            "mass" in kinds_of(one.header.unit or "")
-            and one.cell.text != one.header.unit
+            "mass" in kinds_of(column.header.unit or "")
+            and header != column.header.unit
         )
-        weighs &= roles.NOT_THE_WEIGHT.isdisjoint(roles.squeezed_words(one.cell.text))
-        if one.cell in choice.unplaced and (counts or weighs):
-            faults.add("mass_unused", one.cell, header=one.cell.text)
-    choice.unplaced.sort(key=attrgetter("place"))
-    for repeats in choice.used.values():
-        repeats.sort(key=attrgetter("number"))
-    return choice
+        weighs &= roles.NOT_THE_WEIGHT.isdisjoint(roles.squeezed_words(header))
+        if column.cell in choice.unplaced and (counts or weighs):
+            faults.add("mass_unused", column.cell, header=header)
 
 
 def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) -> None:
@@ -327,7 +336,11 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) 
         # "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one
         # turn.
         is_part = others == [1] and all("/" in turns for turns in said)
-        turns = "1" if is_part else "".join(said) if len(said) == 1 else ""
+        turns = ""
+        if is_part:
+            turns = "1"
+        elif len(said) == 1:
+            turns = "".join(said)
         choice.used["time"] = [replace(one, turns=one.turns or turns) for one in times]
 
 
@@ -497,17 +510,12 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     ] or open_roles
 
 
-def _place_by_cells_and_unit(
+def _place_turns_by_cells(
     columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults
 ) -> None:
-    """Give the missing role to a column without a known name.
-
-    The cells or the unit of this column must fit, and those of no other column.
-    """
+    """Read the only column without a place that can contain turns or an angle."""
     fits: list[Chosen] = []
-    counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
-    counted |= any(one.turns for one in choice.used.get("time", ()))
-    for column in columns if not counted else ():
+    for column in columns:
         if column.cell not in choice.unplaced:
             continue
         texts = [row.texts[column.at] for row in table.rows]
@@ -521,10 +529,21 @@ def _place_by_cells_and_unit(
         in_turns &= not roles.is_of_the_spin(column.header.text)
         if is_angle or in_turns or roles.are_turns(column.header, texts):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
-    for column in fits if len(fits) == 1 else ():
-        choice.serve(column)
-        choice.unplaced.remove(column.cell)
-        faults.add("read_by_cells", column.cell, role=column.role)
+    if len(fits) == 1:
+        counting = fits[0]
+        choice.serve(counting)
+        choice.unplaced.remove(counting.cell)
+        faults.add("read_by_cells", counting.cell, role=counting.role)
+
+
+def _place_by_cells_and_unit(
+    columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults
+) -> None:
+    """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
+    counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+    counted |= any(one.turns for one in choice.used.get("time", ()))
+    if not counted:
+        _place_turns_by_cells(columns, table, choice, faults)
     there = choice.there | choice.asked
     for role, present in (
         (one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without
@@ -790,7 +809,8 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         return message, hint
     blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
     fitting = []
-    for likely in (role, "force") if role == "mass" else (role,):
+    likely_roles = [role, "force"] if role == "mass" else [role]
+    for likely in likely_roles:
         kind = kind_of_role(likely)
         fitting += [
             (likely, one)

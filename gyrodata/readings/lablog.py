@@ -754,13 +754,14 @@ def read_settings(
         ):  # "# spin 400 rpm" without a colon
             _warn_of_remark(match[1], match[2], comment, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
-    for key, text in answers if "inertia" not in settings.reported else ():
-        # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
-        read = read_reported(key, text.text)
-        if read.fault is None or (len(key) > 1 and read.value is not None):
-            _enter_reported(settings, key, text, faults, ask)
-        else:
-            settings.metadata[key] = text.text
+    if "inertia" not in settings.reported:
+        for key, text in answers:
+            # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+            read = read_reported(key, text.text)
+            if read.fault is None or (len(key) > 1 and read.value is not None):
+                _enter_reported(settings, key, text, faults, ask)
+            else:
+                settings.metadata[key] = text.text
     for item in options:
         # The log itself knows its lab better than the file of the bench.
         if item.key not in seen or not item.label.startswith("--config"):

@@ -125,15 +125,8 @@ def find_layout(
                 line=[head.line],
             )
         _name_counter(grid, head, decided)
-        for row in grid.rows if len(head.texts) > 2 else ():
-            # Rows that were typed with another delimiter.
-            for parts in (
-                (row.texts[0].split(sign) for sign in ",;\t")
-                if len(row.texts) == 1
-                else ()
-            ):
-                if len(parts) == len(head.texts) and all(map(is_number, parts)):
-                    row.texts[:] = parts
+        if len(head.texts) > 2:
+            _split_rows(grid.rows, len(head.texts))
         heads = [row for row in grid.rows if is_head(row)] or [head]
         if lacking := _lacking(
             [parse_header(text) for row in heads for text in row.texts], grid
@@ -165,6 +158,17 @@ def find_layout(
         return sheet.finish()
     except InputError:
         return None
+
+
+def _split_rows(rows: list[Row], width: int) -> None:
+    """Split the rows that were typed with another delimiter than the header."""
+    for row in rows:
+        if len(row.texts) != 1:
+            continue
+        for sign in ",;\t":
+            parts = row.texts[0].split(sign)
+            if len(parts) == width and all(map(is_number, parts)):
+                row.texts[:] = parts
 
 
 def _with_commented_header(grid: Grid) -> Grid:
@@ -652,7 +656,9 @@ def _said_in_sentence(
         re.search(_SAYS_NOTHING, whole) or only_position,
         re.search(_SEVERAL_WEIGHTS, whole),
     )
-    for one in found if "?" not in whole else ():
+    if "?" in whole:
+        return
+    for one in found:
         # "Rod timed over a third of a turn"
         timed = (
             one[0] == "turns"
@@ -964,12 +970,10 @@ class _Sheet:
             for at, (_, header) in enumerate(self.here)
             if header.roles == ("time",)
         }
-        for number, at in (
-            enumerate(times, 1) if len({*times.values()}) < len(times) else ()
-        ):
-            self.here[at] = self.here[at][0], replace(times[at], number=number)
-            if number == len(times):
-                self.faults.add("same_times", self.here[at][0])
+        if len({*times.values()}) < len(times):
+            for number, at in enumerate(times, 1):
+                self.here[at] = self.here[at][0], replace(times[at], number=number)
+            self.faults.add("same_times", self.here[max(times)][0])
         self.named = list(self.here)
         beyond = len(head.texts)
         self.apart = not any(
@@ -1235,13 +1239,12 @@ class _Sheet:
         bad &= sum(map(is_head, self.grid.rows)) > 1
         if untimed or bad or (means and self.runs and not self.only_means):
             self.skipped = True
-            why = (
-                "untimed_table"
-                if untimed
-                else "table_not_measured"
-                if bad
-                else "table_of_means"
-            )
+            if untimed:
+                why = "untimed_table"
+            elif bad:
+                why = "table_not_measured"
+            else:
+                why = "table_of_means"
             self.faults.add(why, self.here[0][0], line=[self.head.line])
             return
         self.only_means = means if not self.runs else self.only_means
@@ -1289,25 +1292,8 @@ class _Sheet:
             of_row = said_in(row)
             legends = (re.fullmatch(_LEGEND, text) for text in row.texts)
             is_legend = any(one and squeeze(one[2]) in self.legend for one in legends)
-            for cell, header in (
-                self.here if "turns" not in self.decided and not is_legend else ()
-            ):
-                stated, turns = (
-                    turns_in(cell.text),
-                    of_row["turns"][0] if "turns" in of_row else "",
-                )
-                of_others = roles.is_of_the_spin(cell.text) or header.roles == (
-                    "turns",
-                )
-                if turns and stated not in ("", turns) and not of_others:
-                    values = {
-                        "turns": stated,
-                        "other": row.texts[filled_at(row)[0]],
-                        "says": turns,
-                    }
-                    self.faults.add(
-                        "turns_contradict_header", cell, header=cell.text, **values
-                    )
+            if "turns" in of_row and "turns" not in self.decided and not is_legend:
+                self._compare_with_headers(row, of_row["turns"][0])
             if said := {
                 role: (text, row.spot(at))
                 for role, (text, at) in of_row.items()
@@ -1335,6 +1321,37 @@ class _Sheet:
         self.words = []
         return found
 
+    def _compare_with_headers(self, caption: Row, turns: str) -> None:
+        """Warn of each header of times that states other turns than a caption."""
+        for cell, header in self.here:
+            stated = turns_in(cell.text)
+            of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)
+            if turns and stated not in ("", turns) and not of_others:
+                self.faults.add(
+                    "turns_contradict_header",
+                    cell,
+                    header=cell.text,
+                    turns=stated,
+                    other=caption.texts[filled_at(caption)[0]],
+                    says=turns,
+                )
+
+    def _compare_with_captions(self, turns: str, spot: int) -> None:
+        """Warn of each row below the tables that states other turns than a caption."""
+        for row in self.words:
+            says = said_in(row).get("turns", ("", 0))[0]
+            if says not in ("", turns):
+                cell = self.grid.cell(row, filled_at(row)[0])
+                caption = self.grid.lines[spot // source.MAX_COLUMNS - 1]
+                self.faults.add(
+                    "turns_contradict_header",
+                    cell,
+                    header=caption.strip(),
+                    turns=turns,
+                    other=cell.text,
+                    says=says,
+                )
+
     def finish(self) -> Layout:
         """Return all runs as one table.
 
@@ -1356,22 +1373,9 @@ class _Sheet:
                         "turns"
                     )  # a column with an unknown name counts them
             above = {given["turns"] for *_, given in self.runs if "turns" in given}
-            for row in (
-                self.words if len(above) == 1 and "turns" not in self.decided else ()
-            ):
-                says, [(turns, spot)] = said_in(row).get("turns", ("", 0))[0], above
-                if says not in ("", turns):
-                    cell, text = (
-                        self.grid.cell(row, filled_at(row)[0]),
-                        self.grid.lines[spot // source.MAX_COLUMNS - 1],
-                    )
-                    values = {
-                        "header": text.strip(),
-                        "turns": turns,
-                        "other": cell.text,
-                        "says": says,
-                    }
-                    self.faults.add("turns_contradict_header", cell, **values)
+            if len(above) == 1 and "turns" not in self.decided:
+                [(turns, spot)] = above
+                self._compare_with_captions(turns, spot)
             below = self._read_captions(lacking, "above")
         self.runs = [(row, places, below | given) for row, places, given in self.runs]
         for role, (_, spot) in {
@@ -1535,18 +1539,16 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
         for row in rows[:first]
         if len(filled_at(row)) == 1 and filled_at(row)[0] <= starts[0]
     ]
+    label_pattern = r"[^\d=]+" if starts[0] else r"[^\d=]+:"
     for start, end in pairwise([*starts, len(head.texts)]):
         words = [] if blocks else titles
         cut = [_cut(row, range(start, end)) for row in rows]
         for row, own in zip(rows[:first], cut, strict=False):
             if row not in titles and any(own.texts):
                 # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
-                label = (
-                    re.fullmatch(r"[^\d=]+" if starts[0] else r"[^\d=]+:", row.texts[0])
-                    if start
-                    else None
-                )
-                words = [*words, _cut(row, [0, *range(start, end)]) if label else own]
+                if start and re.fullmatch(label_pattern, row.texts[0]):
+                    own = _cut(row, [0, *range(start, end)])
+                words = [*words, own]
         own_head = replace(
             cut[first], texts=[re.sub(_COPY, "", text) for text in cut[first].texts]
         )

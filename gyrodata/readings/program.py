@@ -154,7 +154,9 @@ def _table_of_json(data: Any) -> str:
         raise NoTableError(
             f"it contains several tables, {', '.join(tables[:5])}: keep one"
         )
-    records = named[tables[0]] if tables else data if _are_records(data) else []
+    records = data if _are_records(data) else []
+    if tables:
+        records = named[tables[0]]
     columns = {} if records else _columns_of(named)
     if not records and not columns:
         raise NoTableError(

@@ -314,33 +314,32 @@ def altered_role(note: str) -> str:
 
     "" if there is none.
     """
+    if re.search(CORRECTED, note):
+        return ""
     for role, words in ALTERED.items():
-        if re.search(words, note) and not re.search(CORRECTED, note):
+        if re.search(words, note):
             return role
-    for clause in (
-        re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note))
-        if not re.search(CORRECTED, note)
-        else ()
-    ):
-        for word in (
-            re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ()
-        ):
-            named = NAMES.get(squeeze(word).lower()) or NAMES.get(
-                squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ()
-            )
-            named = (
-                ("spin",)
-                if kinds_of(word) == {"rate"}
-                else named
-                if len(word) > 2
-                else ()
-            )
-            named = ("mass",) if re.fullmatch(_HANGER, word, re.IGNORECASE) else named
-            if role := next(
-                (role for role in named if BY_NAME[role].part and role != "torque"), ""
-            ):
-                return role
+    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
+        if not re.search(_ALTERED, clause):
+            continue
+        for word in re.findall(r"[\w/]+", clause):
+            for role in _roles_of_word(word):
+                if BY_NAME[role].part and role != "torque":
+                    return role
     return ""
+
+
+def _roles_of_word(word: str) -> tuple[str, ...]:
+    """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
+    if re.fullmatch(_HANGER, word, re.IGNORECASE):
+        return ("mass",)
+    if kinds_of(word) == {"rate"}:
+        return ("spin",)
+    if len(word) <= 2:
+        return ()
+    singular = re.sub(r"e?[ns]$", "", word)
+    named = NAMES.get(squeeze(word).lower())
+    return named or NAMES.get(squeeze(singular).lower(), ())
 
 
 _FIRST_SIGN = "\u2e80"
@@ -641,13 +640,11 @@ def split_unit(text: str) -> tuple[str, str | None]:
         and kinds_of(match[1]) == {"time"}
         and re.search(_TURN, match[2])
     ):
-        owner = (
-            "precession"
-            if re.search(PRECESSION, match[2])
-            else "spin"
-            if re.search(SPINNING, match[2])
-            else ""
-        )
+        owner = ""
+        if re.search(PRECESSION, match[2]):
+            owner = "precession"
+        elif re.search(SPINNING, match[2]):
+            owner = "spin"
         return f"{owner} period" if owner else f"time per {match[2]}", match[
             1
         ]  # "sec per precession turn"
@@ -817,11 +814,10 @@ def _modified(name: str) -> tuple[str, ...]:
         (tokens[1:], tokens[:1]),
     ):
         word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())
-        both = tuple(
-            role
-            for role in symbol and (_known(word) or _modified(word))
-            if role in symbol
-        )
+        if not symbol:
+            continue
+        named_by_word = _known(word) or _modified(word)
+        both = tuple(role for role in named_by_word if role in symbol)
         # A word of Chinese or Japanese may have two signs.
         if both and (len(squeeze(words[0])) > 2 or words[0] > "\u2e80"):
             return both
@@ -1237,7 +1233,9 @@ def clock_word(header: str) -> str:
     Examples of headers are "start (s)" and "t stop".
     """
     words = squeezed_words(header)
-    return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
+    if words & START_WORDS:
+        return "start"
+    return "stop" if words & END_WORDS else ""
 
 
 def is_of_the_spin(header: str) -> bool:

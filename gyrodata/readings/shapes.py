@@ -287,7 +287,9 @@ def _weigh(grid: Grid, faults: Faults) -> None:
         if counting
         for match in re.finditer(_MASS_OF_ONE, text)
     }
-    for head, at in counting if len(masses) == 1 else ():
+    if len(masses) != 1:
+        return
+    for head, at in counting:
         cells = [
             row
             for row in grid.rows
@@ -418,6 +420,8 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
         parts += [*block, (number, line, {})] if line.strip() else block
         block = []
     runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
+    if len(runs) < 2:
+        return []
     there = [
         role
         for role in _SENTENCE_ROLES
@@ -428,7 +432,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     )
     rows: list[Row] = []
     begun = False
-    for number, text, said in parts if len(runs) > 1 else ():
+    for number, text, said in parts:
         words, is_run = " ".join(text.split()), {"spin", "time"} <= said.keys()
         if not is_run or re.search(layout.NOT_USED, words):
             rows.append(Row(number, ["#", words] if is_run else [words]))
@@ -482,7 +486,9 @@ def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         for at, row in enumerate(grid.rows)
         if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))
     ]
-    for at in heads if len(heads) > 1 else ():
+    if len(heads) < 2:
+        return grid, ()
+    for at in heads:
         headers = {
             place: parse_header(grid.rows[at].texts[place])
             for place in filled_at(grid.rows[at])

@@ -540,13 +540,12 @@ class TableReader:
         )
         texts: list[str] = []
         try:
-            unit = (
-                units.parse_unit(unit, kind).text
-                if unit
-                else ""
-                if kind in ("number", "sign")
-                else None
-            )
+            if unit:
+                unit = units.parse_unit(unit, kind).text
+            elif kind in ("number", "sign"):
+                unit = ""
+            else:
+                unit = None
             texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
             faults.add(
@@ -635,7 +634,9 @@ class TableReader:
             dashed = [
                 i for i, text in enumerate(texts) if text in dashes and places_blank[i]
             ]
-            for i in dashed if 4 * len(dashed) <= len(texts) else ():
+            if 4 * len(dashed) > len(texts):
+                dashed = []
+            for i in dashed:
                 texts[i] = "0"
         meant: dict[str, str] = {}
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
@@ -847,7 +848,9 @@ class TableReader:
         angles = [
             text for text in large if read[text].value % 15 == 0 and text.isdecimal()
         ]
-        for text in angles if len(large) < len(read) or angles == large else ():
+        if len(large) == len(read) and angles != large:
+            angles = []
+        for text in angles:
             part = Fraction(int(text), 360)
             hint = (
                 f'if it is in degrees, write {part}, or the header as "angle [deg]"; '
@@ -1268,11 +1271,8 @@ class TableReader:
         )
         if counted and not counted.header.startswith("--"):
             self._compare_with_texts(counted)
-        texts = (
-            [reading.text if reading.u is None else "" for reading in turns.readings]
-            if turns
-            else []
-        )
+        counts = turns.readings if turns else ()
+        texts = [reading.text if reading.u is None else "" for reading in counts]
         for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
             meant, doubt = rounded_turns(text)
             if (

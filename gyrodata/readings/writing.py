@@ -198,8 +198,11 @@ def _head(readings: Readings) -> list[str]:
     }
     for key in ("balance_tilt", "balance_drift", "falling_mass", "spin_down"):
         form, kinds = form_of(key)
-        found = getattr(readings, key) or ()
-        for numbers in found if key == "spin_down" or not found else (found,):
+        values = getattr(readings, key) or ()
+        # Only a spin-down may have several lines.
+        if values and key != "spin_down":
+            values = (values,)
+        for numbers in values:
             text = form.format(
                 *(
                     f"{number!r} {SI[kind]}"

@@ -163,11 +163,10 @@ def _doubts(analysis: Analysis) -> Iterator[Sentence]:
     """List the reasons why the answer is not reliable."""
     for i, doubt in enumerate(analysis.doubts):
         start = Styled("Also: " if i else "Do not rely on this answer: ", "warn")
-        remedy = (
-            f" Find the cause: {doubt.remedy}{'' if doubt.remedy.endswith('?') else '.'}"
-            if i == 0
-            else ""
-        )
+        remedy = ""
+        if i == 0:
+            end = "" if doubt.remedy.endswith("?") else "."
+            remedy = f" Find the cause: {doubt.remedy}{end}"
         yield say("{}{}.{}", start, doubt.words, remedy)
 
 
@@ -584,11 +583,14 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             text = f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
             text = "< 0.01" if effect.size and text == "0.00" else text
             size = n.number(f"effects.{i}.size", text, values.IN_U)
-        verdict = (
-            "in the model" if effect.kept else "in u" if effect.in_u else "left out"
-        )
-        if verdict == "left out" and (effect.size or 0.0) > changes.DROP_ONE:
+        if effect.kept:
+            verdict = "in the model"
+        elif effect.in_u:
+            verdict = "in u"
+        elif (effect.size or 0.0) > changes.DROP_ONE:
             verdict = "left out, and not small"
+        else:
+            verdict = "left out"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
         name = changes.EFFECTS.get(effect.effect, effect.effect)
         rows.append(

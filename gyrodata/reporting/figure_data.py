@@ -213,9 +213,9 @@ def with_u(result: Estimate) -> str:
 
 def answer(inertia: Result) -> str:
     """Write I_zz [kg*m^2] with u, or its 95 % interval if that is much wider than ± 2 u."""
-    if not is_wide(inertia):
+    if inertia.interval_95 is None or not is_wide(inertia):
         return f"{with_u(inertia)} kg·m²"
-    ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95 or ()]
+    ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95]
     return f"{' to '.join(ends)} kg·m² (95 % interval)"
 
 

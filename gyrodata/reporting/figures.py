@@ -419,9 +419,9 @@ def _draw_runs(
             elinewidth=1.0,
         )
     names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
-    for i in (
-        odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]
-    ):
+    if len(odd) > MOST_NAMES:
+        odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
+    for i in odd:
         words = [run_name(scene.names[i])] if scene.hollow[i] else []
         if at_x[i] != x[i]:
             words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")

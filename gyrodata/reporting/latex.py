@@ -84,15 +84,19 @@ def latex_report(analysis: Analysis) -> str:
     )
 
 
+def _column_type(head: Head) -> str:
+    """Return the type of a column of a tabular: of fixed width, right or left."""
+    if head.wrap:
+        width = rf"{head.wrap:g}\linewidth"
+        return rf">{{\raggedright\arraybackslash}}p{{{width}}}"
+    return "r" if head.scale else "l"
+
+
 def _block(block: Block) -> str:
     if isinstance(block, Picture):
         return _FIGURE % (block.name, escape(block.caption))
     if isinstance(block, Table):
-        wide = r">{\raggedright\arraybackslash}p{%g\linewidth}"
-        columns = "".join(
-            wide % head.wrap if head.wrap else "r" if head.scale else "l"
-            for head in block.heads
-        )
+        columns = "".join(map(_column_type, block.heads))
         rows = [" & ".join(map(_sentence, row)) for row in block.rows]
         # TeX reads a [ or a * after \\ as an option.
         body = "\n".join(

@@ -44,8 +44,11 @@ def markdown_report(
         _sentence(whole.read_as),
     ]
     # An unreliable answer is not bold, but the doubts about it are.
-    blocks += [f"**{_sentence(one)}**" for one in whole.doubts or [whole.answer]]
-    blocks += [_sentence(whole.answer)] if whole.doubts else []
+    if whole.doubts:
+        blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
+        blocks.append(_sentence(whole.answer))
+    else:
+        blocks.append(f"**{_sentence(whole.answer)}**")
     for heading, contents in (
         ("", whole.top),
         *((f"## {escape(one.title)}", one.blocks) for one in whole.sections),

@@ -200,13 +200,12 @@ def _draw(head: Head) -> list[Markup]:
         found = behind
         if value:
             start, end = percent(value[0] - value[1]), percent(value[0] + value[1])
-            kind = (
-                "off left"
-                if value[0] < low - space
-                else "off right"
-                if value[0] > high + space
-                else "dot"
-            )
+            if value[0] < low - space:
+                kind = "off left"
+            elif value[0] > high + space:
+                kind = "off right"
+            else:
+                kind = "dot"
             found += bar.format("bar", start, end - start) + mark.format(
                 kind, percent(value[0])
             )
@@ -246,15 +245,11 @@ def report_files(
         The contents by name of the file.
     """
     shown, kinds = shown_form(figures), {figures}
-    if document:
-        # Markdown shows no PDF, and LaTeX includes no SVG.
-        kinds.add(
-            shown
-            if document.endswith(".md")
-            else "pdf"
-            if figures == "svg"
-            else figures
-        )
+    # Markdown shows no PDF, and LaTeX includes no SVG.
+    if document.endswith(".md"):
+        kinds.add(shown)
+    elif document and figures == "svg":
+        kinds.add("pdf")
     drawn = {
         one: render(analysis, one, style, faults=faults) for one in {shown, *kinds}
     }

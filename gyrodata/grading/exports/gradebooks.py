@@ -227,7 +227,9 @@ def _platform_of(sheet: Sheet) -> tuple[str, Book]:
         re.fullmatch(r"\D+\d+", sheet.value(row, 0))
         for row in range(1, len(sheet.rows))
     )
-    lms = "blackboard" if "[Total Pts:" in head else "moodle" if of_moodle else "canvas"
+    lms = "moodle" if of_moodle else "canvas"
+    if "[Total Pts:" in head:
+        lms = "blackboard"
     lms = next(
         (
             one
@@ -340,13 +342,9 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
         for at, some in values.items()
         if len(some) == 1 and read_number(*some) is not None
     ]
-    top = (
-        sheet.head.index("Maximum Grade")
-        if "Maximum Grade" in sheet.head
-        else equal[-1]
-        if equal
-        else 0
-    )
+    top = equal[-1] if equal else 0
+    if "Maximum Grade" in sheet.head:
+        top = sheet.head.index("Maximum Grade")
     if not rows or top < 2:
         columns = f"; its columns are: {listing(sheet.head)}"
         raise InputError.named(
@@ -358,9 +356,9 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
         not text or text.startswith("<") for text in values[last]
     )
     told = "Feedback comments"
-    comment = (
-        sheet.head.index(told) if told in sheet.head else last if is_comment else None
-    )
+    comment = last if is_comment else None
+    if told in sheet.head:
+        comment = sheet.head.index(told)
     places: dict[tuple[str, str], list[int]] = {}
     for row, number in rows.items():
         for value in {sheet.value(row, at).casefold() for at in range(2, top - 1)}:

@@ -43,9 +43,8 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     if compared:
         raise InputError.named("autograder_compares", rubric.name, id=compared[0].id)
     try:
-        needed = [
-            f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one
-        ]
+        requirements = requires("gyrodata") or []
+        needed = [f"{one}\n" for one in requirements if "extra ==" not in one]
     except PackageNotFoundError:
         raise InputError.named(
             "autograder_not_installed", version=__version__

@@ -50,15 +50,8 @@ if TYPE_CHECKING:
 def environment() -> Environment:
     """Return the environment of all templates, with its filters."""
     made = templates(Path(__file__).parents[1])
-    # A distance in units of u has all digits before the point up to a million.
-    made.filters["distance"] = lambda z: (
-        "–"
-        if z is None
-        else f"{z:.0f}"
-        if 100 <= z < 1e6
-        else f"{z:.2g}".replace("-", "−")
-    )
     made.filters |= {
+        "distance": _distance_text,
         "number": number_text,
         "factor": factor_text,
         "fit_words": fit_words,
@@ -84,14 +77,23 @@ def environment() -> Environment:
     return made
 
 
+def _distance_text(z: float | None) -> str:
+    """Write a distance in u, with all digits before the point up to a million."""
+    if z is None:
+        return "–"
+    if 100 <= z < 1e6:
+        return f"{z:.0f}"
+    return f"{z:.2g}".replace("-", "−")
+
+
 def sentence(text: object) -> str:
     """Return one line with a capital and a full stop."""
     line = shown(text).rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
-    return (
-        f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
-    )
+    if not line:
+        return ""
+    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}"
 
 
 def _columns(text: str) -> str:

@@ -313,7 +313,9 @@ def _choose(item: Submission) -> tuple[Submission, str]:
         for name in {**parts, **own}
         if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS
     }
-    problem = None if log else f"{words}; {damaged}" if damaged else words
+    problem = None
+    if not log:
+        problem = f"{words}; {damaged}" if damaged else words
     made = replace(
         item,
         ids=named.ids,

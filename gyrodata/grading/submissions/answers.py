@@ -619,7 +619,9 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
     unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
     name = label[: unit.start()] if unit else label
     near = mark is not None and _names_inertia(name, near=True)
-    for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():
+    if not near and not re.search(_UNIT, text):
+        return None
+    for cut, whole in _cuts(text):
         with_unit = f"{cut} {unit[1].lstrip(' x×·*')}" if near and unit else ""
         if with_unit and read_reported("inertia", with_unit).fault is None:
             return with_unit, len(cut)

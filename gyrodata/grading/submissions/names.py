@@ -122,7 +122,8 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
         if len(firsts) == 1 and all("/" in name for name in names)
         else ""
     )
-    for below in dict.fromkeys(("", outer)) if lms != "folder" else ():
+    prefixes = dict.fromkeys(("", outer)) if lms != "folder" else {}
+    for below in prefixes:
         inner = {name: name.removeprefix(below) for name in names}
         counts = Counter(
             next((one for one in NAMED if PLATFORMS[one].match(name)), None)
@@ -346,10 +347,8 @@ class _Entry(Struct):
 
         A student is known by number, else by address or name.
         """
-        people = {
-            str(one.sid or one.email or one.name or ""): one
-            for one in self.submitters or self.users
-        }
+        users = self.submitters or self.users
+        people = {str(one.sid or one.email or one.name or ""): one for one in users}
         people.pop("", None)
         keys, time = sorted(people), _time(self.created_at)
         about: dict[str, Any] = {

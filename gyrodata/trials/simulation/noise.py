@@ -90,11 +90,10 @@ def put_errors(
         u = noise.get(f"u_{key}", Uncertainty())
         of_whole_log = key in SOURCES and SOURCES[key].shared_by.startswith("all runs")
         of_log = float(random.standard_normal())
-        for role in (
-            _SPINS
-            if key.startswith("spin")
-            else (key.removesuffix("_scale").removesuffix("_zero"),)
-        ):
+        roles = [key.removesuffix("_scale").removesuffix("_zero")]
+        if key.startswith("spin"):
+            roles = [*_SPINS]
+        for role in roles:
             if role not in true:
                 continue
             drawn: Floats | float = of_log

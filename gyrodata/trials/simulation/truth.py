@@ -115,10 +115,12 @@ def happen(truth: Truth, design: Design) -> Runs:
         If a value is impossible, or if a rod never completes its turns.
     """
     _check(truth, design)
+    # A run without a weight has no position.
+    positions = {mass: design.positions if mass else (0.0,) for mass in design.masses}
     settings = [
         (mass, position, pitch, spin, turns)
         for mass in design.masses
-        for position in (design.positions if mass else (0.0,))
+        for position in positions[mass]
         for pitch, spin, turns in itertools.product(
             design.pitches, design.spins, design.turns
         )

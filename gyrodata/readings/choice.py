@@ -539,7 +539,10 @@ def _place_turns_by_cells(
 def _place_by_cells_and_unit(
     columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults
 ) -> None:
-    """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
+    """Give the missing role to a column without a known name.
+
+    The cells or the unit of this column must fit, and those of no other column.
+    """
     counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
     counted |= any(one.turns for one in choice.used.get("time", ()))
     if not counted:

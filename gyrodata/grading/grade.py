@@ -28,6 +28,7 @@ from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
+from gyrodata.grading.stated import unusual_turns
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.answers import Answers, partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
@@ -492,6 +493,7 @@ def _looks(evidence: Evidence) -> list[str]:
         )
     elif evidence.slips:
         found += _doubts_of_slip(evidence)
+    found += filter(None, [unusual_turns(evidence.analysis.readings)])
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(

@@ -324,7 +324,7 @@ def _shows_nothing(cell: Any) -> bool:
     if not cell.has_style:
         return False
     # "positive;negative;zero;text"
-    sections = re.sub(r'"[^"]*"|\\.|\[[^\]]*\]', "", cell.number_format).split(";")
+    sections = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format).split(";")
     section = 3 if isinstance(cell.value, str) else 0
     if len(sections) > section and not re.search(r"[\w#?@]", sections[section]):
         return True

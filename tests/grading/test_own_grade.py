@@ -265,6 +265,11 @@ SEEN = {
         word('<w:color w:val="FFFFFF"/><w:shd w:fill="000000"/>'),
     ),
     "word, vanish off": ("report.docx", word('<w:vanish w:val="0"/>')),
+    "red": ("report.html", page(f'<b style="color:rgb(255,0,0)">{RIGHT}</b>')),
+    "light on black": (
+        "report.html",
+        page(f'<p style="background:#111"><b style="color:#eee">{RIGHT}</b></p>'),
+    ),
     "black": ("report.tex", f"\\textcolor{{blue}}{{{RIGHT}}}\n"),
     "link that is none": ("report.md", f"[note]: {RIGHT}\n"),
     "visible sheet": ("report.xlsx", workbook("visible")),
@@ -277,7 +282,9 @@ def test_text_that_a_person_sees_is_read(way: str) -> None:
     content = (
         content.replace(WRONG, "Our report.") if isinstance(content, str) else content
     )
-    assert alone(name, content)["reported"]["text"] in RIGHT
+    student = alone(name, content)
+    assert student["reported"]["text"] in RIGHT
+    assert not any("may be hidden" in look for look in student["look"])
 
 
 TWICE: dict[str, Callable[[], dict[str, Any]]] = {

@@ -466,15 +466,16 @@ def _candidates(
 ) -> Iterator[_Candidate]:
     """Find the quantities of sentences that may be the answer."""
     above = heading = ""
+    parts_of_mean: list[Reported] = []
     for at, (number, sentence) in enumerate(sentences):
         end, before = 0, ""
         for start in (match.start() for match in re.finditer(_START, sentence)):
             if start < end:
                 continue
             words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
-            if (
-                value := _value(sentence[start : start + _LONGEST_VALUE], words)
-            ) is None:
+            text = sentence[start : start + _LONGEST_VALUE]
+            value = _value(text, words) or _mean(text, words, parts_of_mean)
+            if value is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = (
@@ -492,6 +493,7 @@ def _candidates(
             after = re.split(
                 rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:]
             )[0]
+            parts_of_mean = [*parts_of_mean, read][-_MOST_PARTS:]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
             bad = ((_TWO_NUMBERS, before), (SAYS["denied"], behind))
             around = f"{before}\n{after}"
@@ -563,6 +565,25 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
         )
         if read.fault is None or (long and almost):
             return cut, len(cut)
+    return None
+
+
+_MOST_PARTS = 20
+
+
+def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
+    """Find a mean without a unit, which has the unit of the values in front and is between them."""
+    mark = re.search(_MARK, before)
+    if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
+        return None
+    values = [one.value for one in parts if one.value is not None]
+    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$", parts[-1].text) if parts else None
+    if unit is None or len(values) < 2:
+        return None
+    for cut, _ in _cuts(text):
+        read = read_reported("inertia", f"{cut} {unit[0]}")
+        if read.fault is None and min(values) <= (read.value or 0.0) <= max(values):
+            return read.text, len(cut)
     return None
 
 

@@ -46,12 +46,15 @@ _HIDES = re.compile(
 _MAY_HIDE = re.compile(
     r";(?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent):(?!none|0;|0$|auto)"
     r"|;(?:max-)?(?:height|width):0(?![.\d]*[1-9])|;opacity:0?\.[0-4]|;letter-spacing:-"
-    r"|;font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)|;color:[^;]*(?:#[ef].[ef].[ef].(?!\w)|#[ef]{3}(?!\w)|,0\))"
+    r"|;font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)"
+    r"|;color:rgba\([^;)]*,0\)"
 )
 """A declaration that may hide an element; the style has no blanks and begins with a semicolon."""
 _WHITE = re.compile(
     r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
 )
+_LIGHT = re.compile(r";color:#(?:(?:[ef][0-9a-f]){3}|[ef]{3})(?![0-9a-f])")
+"""A color of text that is hard to see on white."""
 _BACKGROUND = re.compile(
     r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b|\\(?:colorbox|pagecolor))"
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
@@ -81,7 +84,7 @@ class _Seen(HTMLParser):
         self.styles = styles
         self.rules: dict[str, list[_Rule]] = {}
         """Rules that may hide an element, by each of the names that it must have."""
-        for rule in rules:
+        for rule in dict.fromkeys(rules):
             for name in rule[-1]:
                 self.rules.setdefault(name, []).append(rule)
         self.white_is_seen = white_is_seen
@@ -158,6 +161,7 @@ class _Seen(HTMLParser):
         names |= {f"#{attributes['id'].lower()}"} if "id" in attributes else set()
         doubt = around.doubt or self._may_hide(names)
         doubt |= _MAY_HIDE.search(style) is not None
+        doubt |= not self.white_is_seen and _LIGHT.search(style) is not None
         return _Element(tag, hidden, white, doubt, frozenset(names))
 
     def _may_hide(self, names: set[str]) -> bool:
@@ -191,7 +195,8 @@ class _Seen(HTMLParser):
             _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
         )
         style = self.styles.get(value, "") if tag in ("w:pstyle", "w:rstyle") else ""
-        doubt = described.doubt or style != "" or _is_faint(tag, value)
+        faint = _is_faint(tag, value) and not (tag == "w:color" and self.white_is_seen)
+        doubt = described.doubt or style != "" or faint
         self.open[first:] = [
             replace(one, hidden=hidden, white=white, doubt=doubt)
             for one in self.open[first:]
@@ -279,7 +284,7 @@ def _hides(declarations: str, is_dark: bool) -> bool:
     """Return whether declarations of a style sheet may hide an element."""
     style = ";" + re.sub(r"\s|!important", "", declarations)
     color = re.search(";color:([^;]*)", style)
-    if color and not is_dark and _WHITE.match(color[1]):
+    if color and not is_dark and (_WHITE.match(color[1]) or _LIGHT.match(color[0])):
         return True
     return (_HIDES.search(style) or _MAY_HIDE.search(style)) is not None
 

@@ -568,7 +568,7 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
     return None
 
 
-_MOST_PARTS = 20
+_MOST_PARTS, _LONGEST_MEAN = 20, 40
 
 
 def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
@@ -580,7 +580,7 @@ def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] 
     unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$", parts[-1].text) if parts else None
     if unit is None or len(values) < 2:
         return None
-    for cut, _ in _cuts(text):
+    for cut, _ in _cuts(text[:_LONGEST_MEAN]):
         read = read_reported("inertia", f"{cut} {unit[0]}")
         if read.fault is None and min(values) <= (read.value or 0.0) <= max(values):
             return read.text, len(cut)

@@ -84,7 +84,7 @@ class _Seen(HTMLParser):
         self.styles = styles
         self.rules: dict[str, list[_Rule]] = {}
         """Rules that may hide an element, by each of the names that it must have."""
-        for rule in dict.fromkeys(rules):
+        for rule in _few(rules):
             for name in rule[-1]:
                 self.rules.setdefault(name, []).append(rule)
         self.white_is_seen = white_is_seen
@@ -253,6 +253,15 @@ def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
 
 _Rule = tuple[frozenset[str], ...]
 """Whom a rule of a style sheet means: the names of an element, behind those of the elements around it."""
+
+
+_MOST_RULES = 1000
+
+
+def _few(rules: Iterable[_Rule]) -> Iterable[_Rule]:
+    """Return each rule once; of more than are compared with each element, one that means all elements."""
+    each = dict.fromkeys(rules)
+    return each if len(each) <= _MOST_RULES else [(frozenset("*"),)]
 
 
 def _style_sheet(text: str) -> str:

@@ -129,6 +129,12 @@ DOUBTED: dict[str, tuple[str, str | bytes]] = {
         for hide in (hide_row, blank, whiten)
     },
 }
+WIDTHS = {
+    "name": ("I_zz", "I\u200b_z\u200bz"),
+    "number": ("5.20", "5\u2060.2\u200d0"),
+    "unit": ("kg", "k\u200bg"),
+}
+"""Where characters without a width are in the other answer."""
 CUT = {
     "lines": f"{RIGHT}\n" + "A line of the report.\n" * 1100 + WRONG,
     "values": f"{RIGHT}\n" + f"{RIGHT}\n" * 110 + WRONG,
@@ -144,7 +150,10 @@ def students() -> dict[str, Any]:
         **DOUBTED,
         **{f"cut, {name}": ("report.txt", text) for name, text in CUT.items()},
         **{text: ("report.txt", f"{text}.\n{RIGHT}\n") for text in COMPARED},
-        "width": ("report.txt", f"{WRONG.replace('5.20', '5​.2‍0')}\n{RIGHT}\n"),
+        **{
+            f"width {place}": ("report.txt", f"{WRONG.replace(*parts)}\n{RIGHT}\n")
+            for place, parts in WIDTHS.items()
+        },
     }
     files: dict[str, str | bytes] = {}
     for name, (file, content) in reports.items():
@@ -171,7 +180,7 @@ def test_part_that_is_not_read_is_a_question(
     assert look.startswith("report.txt is too long")
 
 
-@pytest.mark.parametrize("text", [*COMPARED, "width"])
+@pytest.mark.parametrize("text", [*COMPARED, *(f"width {place}" for place in WIDTHS)])
 def test_other_answer_is_a_question_whatever_words_are_around_it(
     text: str, students: dict[str, Any]
 ) -> None:

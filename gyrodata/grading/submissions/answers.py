@@ -29,6 +29,7 @@ from gyrodata.grading.submissions.documents import (
     Unseen,
     in_cells,
     read_document,
+    without_marks,
 )
 from gyrodata.quantities import to_float
 from gyrodata.readings import Faults, Reported, read_reported
@@ -218,7 +219,7 @@ def _remarks(log: readings.Readings) -> list[str]:
     """Return the lines of a log, with nothing in place of those that are no remarks, or that the reader reads."""
     found: list[str] = []
     for line in readings.lablog.split_lines(log.source_text):
-        remark = visible.line_seen(line).strip('#%," \t')
+        remark = without_marks(visible.line_seen(line)).strip('#%," \t')
         is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
             re.split("[:=]", remark)[0].strip()
         )

@@ -59,11 +59,11 @@ def read_document(name: str, data: bytes) -> Document:
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
     doubted = {number for number, line in enumerate(lines, 1) if visible.DOUBT in line}
-    plain = [_without_marks(line) for line in lines]
+    plain = [without_marks(line) for line in lines]
     return Document(name, plain, frozenset(doubted))
 
 
-def _without_marks(line: str) -> str:
+def without_marks(line: str) -> str:
     """Return a line without characters that have no width, such as one inside of a number."""
     if line.isascii():
         return line

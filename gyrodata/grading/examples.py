@@ -80,7 +80,8 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
     for student, some in grouped(likely).items():
         best = min(some, key=lambda one: (one.p, one.example))
         told = f"{len(best.lines)} of {best.rows} rows of {student} (lines {', '.join(map(str, best.lines))}) are in"
-        told += f" {best.example}, an example of gyro, with the same torque and the same spin"
+        told += f" {best.example}, an example of gyro, with the same torque"
+        told += " and the same spin"
         told += best.times
         names = tuple(sorted({one.example for one in some}))
         kind: Kind = "shared rows" if best.times else "same spins"
@@ -149,7 +150,7 @@ def _matches(log: Fingerprint) -> tuple[_Match, ...]:
     for number, name in enumerate(examples()):
         rows = theirs.log == number
         found += _match(name, log, same[:, rows], by_spin)
-        # All times of a copy may be changed by the same amount, which is that of one of its rows.
+        # All times of a copy may be changed by the same amount.
         late = (away * turns)[:, rows][same[:, rows]]
         shift = float(np.median(late)) if late.size else 0.0
         for by, words in ((0.0, SAME_TIMES), (shift, MOVED_TIMES)):
@@ -166,7 +167,10 @@ def _match(
     chances: Floats,
     times: str = "",
 ) -> list[_Match]:
-    """Return the match of a log with an example, if half of its rows have one of the example, shape (n, m)."""
+    """Return the match of a log with an example, if half of its rows have one of it.
+
+    `same`: Whether a row of the log is one of the example, shape (n, m).
+    """
     shared = same.any(axis=1)
     if shared.sum() < max(FEWEST, len(chances) / 2):
         return []
@@ -186,18 +190,18 @@ def _alike(
 
 
 _WIDTH = math.sqrt(4 * math.pi)
-"""No interval of this width, in standard deviations, contains more of a normal distribution."""
+"""No interval of this width contains more of a normal distribution [sigma]."""
 
 
 def _period_chances(log: Fingerprint, rows: _Rows) -> Floats:
-    """Return the probability that somebody else has the period of each row, shape (n,)."""
+    """Return the probability that another log has the period of a row, shape (n,)."""
     noise = max(measure_scatter(log)[1], HAND * log.by_hand) / np.array(log.turns)
     period = rows.period_step / np.maximum(_WIDTH * noise, rows.period_step)
     return np.where(rows.period_step > 0, period, 1e-3)
 
 
 def _spin_chances(rows: _Rows) -> Floats:
-    """Return the probability that somebody else has the spin of each row, shape (n,)."""
+    """Return the probability that another log has the spin of a row, shape (n,)."""
     is_round = (
         np.abs(rows.spin - ROUND * np.round(rows.spin / ROUND))
         <= 0.5 * rows.spin_step + 1e-9 * rows.spin

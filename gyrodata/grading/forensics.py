@@ -166,7 +166,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
 
 
 def _simulated(readings: Readings) -> int:
-    """Return the line that says that a log is simulated, as ``gyro simulate`` writes it or in other words, or 0."""
+    """Return the line that says, in any words, that a log is simulated, or 0."""
     lines = split_lines(readings.source_text)
     return next(
         (number for number, line in enumerate(lines, 1) if _says_simulated(line)), 0
@@ -177,7 +177,7 @@ _SIMULATED = re.compile(r"\b(?:simulated|simuliert\w*|simulad[oa]s?|simulat[oaie
 
 
 def _says_simulated(line: str) -> bool:
-    """Return whether a remark says that its log is simulated, and not that it was measured."""
+    """Return whether a remark says that its log is simulated, not measured."""
     words = _words_of(line)
     is_remark = line.lstrip(' "').startswith(("#", "%"))
     if _words_of(SIMULATED) in words or "gyro simulate" in words:

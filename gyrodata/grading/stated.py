@@ -109,13 +109,14 @@ def with_usual(
 _PARTS = (12, 8, 10)
 """Usual parts of a turn are multiples of one over these numbers."""
 _SMALL_PARTS, _SMALL = 36, 0.25
-"""Angles of 10° and so on are usual below a quarter of a turn, and in a column of angles."""
+"""Multiples of 10° are usual below a quarter of a turn, and in a column of angles."""
 
 
 def unusual_turns(readings: Readings) -> str:
-    """Say that most runs have one number of turns that nobody aims at, such as 0.8547; "" if they have not.
+    """Say that most runs have a number of turns that nobody aims at, such as 0.8547.
 
-    By such a number, all times can be made to fit any answer. Numbers that differ from run to run are measured.
+    By such a number, all times can be made to fit any answer. Numbers that differ from
+    run to run are measured. Returns "" if all is usual.
     """
     column = readings.columns.get("turns") or readings.columns.get("angle")
     if column is None:
@@ -134,7 +135,7 @@ def unusual_turns(readings: Readings) -> str:
 
 
 def _is_usual_part(role: str, value: float, step: float) -> bool:
-    """Return whether a number of turns, or an angle [rad], is one that people aim at."""
+    """Return whether people aim at a number of turns, or at an angle [rad]."""
     whole = 2 * math.pi if role == "angle" else 1.0
     turns, rounding = abs(value) / whole, 0.5 * step / whole + 1e-6
     has_small = role == "angle" or turns < _SMALL

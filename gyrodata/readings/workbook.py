@@ -121,7 +121,7 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
 
 
 def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
-    """Return the row and the column of each filled cell that the sheet does not show."""
+    """Return the row and the column of each filled cell that is not shown."""
     rows, columns = set(sheet.hidden_rows), set(sheet.hidden_columns)
     return {
         (row, column)
@@ -320,7 +320,7 @@ _SMALLEST = 4
 
 
 def _shows_nothing(cell: Any) -> bool:
-    """Return whether the format of a cell is blank for its value, or its letters are white or tiny."""
+    """Return whether a cell has a blank format, or white or tiny letters."""
     if not cell.has_style:
         return False
     # "positive;negative;zero;text"

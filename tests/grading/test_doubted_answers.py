@@ -1,4 +1,4 @@
-"""An answer that a person may not see, or beside a part that is not read, is graded with a question."""
+"""An answer that may be unseen, or beside an unread part, is graded with a question."""
 
 import io
 import json
@@ -60,7 +60,8 @@ def notebook(tag: str) -> str:
 
 def styled_word(properties: str) -> bytes:
     """Write a Word file whose only answer has a style of its own."""
-    styles = f'<w:styles xmlns:w="w"><w:style w:styleId="S1"><w:rPr>{properties}</w:rPr></w:style></w:styles>'
+    style = f'<w:style w:styleId="S1"><w:rPr>{properties}</w:rPr></w:style>'
+    styles = f'<w:styles xmlns:w="w">{style}</w:styles>'
     run = f'<w:r><w:rPr><w:rStyle w:val="S1"/></w:rPr><w:t>{RIGHT}</w:t></w:r>'
     document = f'<w:document xmlns:w="w"><w:body><w:p>{run}</w:p></w:body></w:document>'
     return packed(word__document_xml=document, word__styles_xml=styles)

@@ -52,7 +52,7 @@ class Answers(Struct, frozen=True):
 
 
 class Rival(Struct, frozen=True):
-    """A named value with an uncertainty beside the answer that differs, and that no word of theory explains."""
+    """A named value beside the answer that differs, and that no word of theory explains."""
 
     value: float  # [kg*m^2]
     question: str  # to a person
@@ -88,8 +88,8 @@ def read_answers(
 ) -> Answers:
     """Find the value that the log reports, or another text if the log reports none.
 
-    `reports` are the other texts, or their names and bytes, and `unseen` what is hidden in the log. Never raises: a
-    value that cannot be read has a fault.
+    `reports` are the other texts, or their names and bytes, and `unseen` what is hidden
+    in the log. Never raises: a value that cannot be read has a fault.
     """
     documents = [
         one if isinstance(one, Document) else read_document(*one) for one in reports
@@ -139,7 +139,8 @@ def _unread(documents: Iterable[Document]) -> tuple[Diagnostic, ...]:
 def _in_log(log: readings.Readings) -> Reported:
     """Return the value that a log reports, with what the lines below it say of it."""
     read = log.reported["inertia"]
-    # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
+    # Its line and those below it may say more, such as "I_zz = 4.4 g m^2,
+    # u = 0.1 g m^2" in several cells.
     top = max(0, (read.line or 0) - 1)
     lines = in_cells(
         readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW)
@@ -154,7 +155,7 @@ def _in_log(log: readings.Readings) -> Reported:
 
 
 def _best(found: Sequence[_Candidate]) -> tuple[_Candidate, Answers]:
-    """Return the candidate that is the answer; of two that are equally good, the answer is neither."""
+    """Return the candidate that is the answer; of two equally good ones, it is neither."""
     # A draft is an answer only if it is the only one.
     found = [one for one in found if one.rank[0] and not _is_draft(one)] or found
     best = max(one.rank for one in found)
@@ -207,12 +208,13 @@ def _is_doubted(log: readings.Readings, unseen: Unseen) -> bool:
 
 
 def _doubt(chosen: _Candidate, found: Iterable[_Candidate]) -> str:
-    """Ask about an answer that a person may not see, unless it is written in another place too."""
+    """Ask about an answer that a person may not see, unless it is elsewhere too."""
     if not chosen.doubt or any(
         one.rank[0] and not one.doubt and _agree(chosen.read, one.read) for one in found
     ):
         return ""
-    return f'the answer "{chosen.read.text}" in {chosen.place} may be hidden; look whether the report shows it'
+    where = f'the answer "{chosen.read.text}" in {chosen.place}'
+    return f"{where} may be hidden; look whether the file shows it"
 
 
 def _remarks(log: readings.Readings) -> list[str]:
@@ -238,7 +240,8 @@ def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
 
 
 def _two_answers(read: Reported, file: str, other: _Candidate) -> str:
-    return f'two answers: "{read.text}" in {file} is used, and "{other.read.text}" is in {other.place}'
+    used = f'two answers: "{read.text}" in {file} is used'
+    return f'{used}, and "{other.read.text}" is in {other.place}'
 
 
 WITHOUT_U = 0.05  # the uncertainty of another value that is reported without one, as a share of it
@@ -282,7 +285,7 @@ def _agree(rounded: Reported, other: Reported) -> bool:
     )
 
 
-# --- names, and the sentences of a file ----------------------------------------------------------------------
+# --- names, and the sentences of a file ------------------------------------------------
 
 
 def partners_in(
@@ -432,7 +435,8 @@ def _unit_behind(text: str) -> str:
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _HAS_UNIT = re.compile(
-    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m\b|k?g[\s·*.⋅-]{0,3}[cm]?m\W{0,3}[2²]|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
+    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
+    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
 )
 """A unit of I_zz in a text that is not read."""
 _OTHER_UNIT = r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^|\*\*)?[\d²³]?){1,3}"
@@ -458,7 +462,8 @@ def _read(document: Document) -> _Text:
     )
     if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
         return _Text(values)
-    cut = f"{document.name} is too long: a part of it is not read, and may have another answer"
+    cut = f"{document.name} is too long: a part of it is not read"
+    cut += ", and may have another answer"
     return _Text(values[:_MOST_VALUES], cut)
 
 
@@ -530,7 +535,7 @@ def _candidates(
 
 
 def _is_compared(around: str) -> bool:
-    """Return whether only a word of a comparison says that a value is not the answer, and none of theory."""
+    """Return whether only words of a comparison say that a value is not the answer."""
     return not re.search(SAYS["other"], re.sub(SAYS["comparison"], " ", around))
 
 
@@ -573,7 +578,7 @@ _MOST_PARTS, _LONGEST_MEAN = 20, 40
 
 
 def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
-    """Find a mean without a unit, which has the unit of the values in front and is between them."""
+    """Find a mean without a unit: it has that of the values in front, and is between."""
     mark = re.search(_MARK, before)
     if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
         return None

@@ -1,6 +1,7 @@
-"""The texts of a student as lines of plain text: each file is read once, and one that cannot be read says why.
+"""The texts of a student as lines of plain text, and why a file cannot be read.
 
-Of each line it is known whether a person who opens the file may not see it: an answer there is a question.
+Of each line it is known whether a person who opens the file may not see it: an answer
+there is a question.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def read_document(name: str, data: bytes) -> Document:
 
 
 def without_marks(line: str) -> str:
-    """Return a line without characters that have no width, such as one inside of a number."""
+    """Return a line without characters that have no width."""
     if line.isascii():
         return line
     return "".join(c for c in line if unicodedata.category(c) not in ("Cf", "Co"))
@@ -142,7 +143,7 @@ class Unseen(Struct, frozen=True):
 
 
 def unseen_in(name: str, data: bytes) -> Unseen:
-    """Return what is hidden in a workbook; nothing in another file, or in one that cannot be read."""
+    """Return what is hidden in a workbook; nothing if it is none, or cannot be read."""
     if ending(name) not in WORKBOOKS:
         return Unseen()
     try:

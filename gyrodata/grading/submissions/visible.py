@@ -1,7 +1,7 @@
 """Leave out of a text what a person who opens it does not see: it is no answer.
 
-What is hidden for certain is left out. What may be hidden, such as by a rule of a style sheet, stays with a mark
-(`DOUBT`): an answer there is graded, and a person is asked.
+What is hidden for certain is left out. What may be hidden, such as by a rule of a style
+sheet, stays with a mark (`DOUBT`): an answer there is graded, and a person is asked.
 """
 
 from __future__ import annotations
@@ -44,12 +44,13 @@ _HIDES = re.compile(
 )
 """A declaration that hides an element; the style has no blanks."""
 _MAY_HIDE = re.compile(
-    r";(?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent):(?!none|0;|0$|auto)"
+    r";(?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent)"
+    r":(?!none|0;|0$|auto)"
     r"|;(?:max-)?(?:height|width):0(?![.\d]*[1-9])|;opacity:0?\.[0-4]|;letter-spacing:-"
     r"|;font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)"
     r"|;color:rgba\([^;)]*,0\)"
 )
-"""A declaration that may hide an element; the style has no blanks and begins with a semicolon."""
+"""A declaration that may hide an element, in a style without blanks."""
 _WHITE = re.compile(
     r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
 )
@@ -165,7 +166,7 @@ class _Seen(HTMLParser):
         return _Element(tag, hidden, white, doubt, frozenset(names))
 
     def _may_hide(self, names: set[str]) -> bool:
-        """Return whether a rule of a style sheet may hide an element with these names."""
+        """Return whether a rule of a sheet may hide an element with these names."""
         rules = (rule for name in names for rule in self.rules.get(name, ()))
         return any(rule[-1] <= names and self._are_open(rule[:-1]) for rule in rules)
 
@@ -252,14 +253,14 @@ def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
 
 
 _Rule = tuple[frozenset[str], ...]
-"""Whom a rule of a style sheet means: the names of an element, behind those of the elements around it."""
+"""Whom a rule means: the names of an element, behind those of the ones around it."""
 
 
 _MOST_RULES = 1000
 
 
 def _few(rules: Iterable[_Rule]) -> Iterable[_Rule]:
-    """Return each rule once; of more than are compared with each element, one that means all elements."""
+    """Return each rule once; of too many, one that means all elements."""
     each = dict.fromkeys(rules)
     return each if len(each) <= _MOST_RULES else [(frozenset("*"),)]
 
@@ -306,7 +307,7 @@ _IN_A_STATE = re.compile(
 
 
 def _rule(selector: str) -> _Rule:
-    """Read a selector; its conditions on attributes and on the place of an element are left out."""
+    """Read a selector without its conditions on attributes and on places."""
     plain = re.sub(r"\[[^\[\]]*\]|:[\w:-]+(?:\([^()]*\))?", "*", selector)
     parts = re.sub(r"[>+~]", " ", plain).split()
     names = (re.findall(r"[.#]?[\w-]+", part) or ["*"] for part in parts)
@@ -314,7 +315,7 @@ def _rule(selector: str) -> _Rule:
 
 
 class _Elements(HTMLParser):
-    """The start tags of an XML file with their attributes, and the style sheets of a page."""
+    """The start tags of an XML file, and the style sheets of a page."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -340,7 +341,7 @@ _OF_TEXT = {"text:display": "display", "fo:color": "color", "fo:font-size": "fon
 
 
 def hiding_styles(styles: str) -> dict[str, str]:
-    """Return the names of the styles of Word that may hide a text, each with the property that does."""
+    """Return the styles of Word that may hide a text, each with the property that does."""
     found: dict[str, str] = {}
     name = ""
     for tag, attributes in _elements(styles):
@@ -396,7 +397,8 @@ def latex_seen(text: str) -> str:
 
 
 _TYPESET_UNSEEN = re.compile(
-    r"\\(?:color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0|[se]?setbox|sbox|savebox|begin\s*\{lrbox)"
+    r"\\(?:color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0"
+    r"|setbox|sbox|savebox|begin\s*\{lrbox)"
 )
 """Commands of LaTeX behind which a text may be unseen."""
 

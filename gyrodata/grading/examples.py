@@ -23,7 +23,6 @@ from gyrodata.grading.forensics import (
     SAME_TORQUE,
     Fingerprint,
     Flag,
-    Kind,
     Prints,
     measure_scatter,
 )
@@ -50,7 +49,7 @@ class _Match(Struct, frozen=True):
     lines: tuple[int, ...]  # of the log, with a row of the example
     rows: int  # number of rows of the log
     p: float  # probability that an honest log has so many
-    times: str = ""  # in words, what the times have in common
+    times: str  # in words, what the times have in common
 
 
 def flag_examples(prints: Prints) -> tuple[Flag, ...]:
@@ -84,8 +83,9 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
         told += " and the same spin"
         told += best.times
         names = tuple(sorted({one.example for one in some}))
-        kind: Kind = "shared rows" if best.times else "same spins"
-        flags.append(Flag(kind, (student,), told, best.p, best.p * pairs, names))
+        flags.append(
+            Flag("shared rows", (student,), told, best.p, best.p * pairs, names)
+        )
     return tuple(flags)
 
 
@@ -144,12 +144,10 @@ def _matches(log: Fingerprint) -> tuple[_Match, ...]:
     away = np.subtract.outer(mine.period, theirs.period)
     step = np.maximum.outer(mine.period_step, theirs.period_step)
     turns = np.array(log.turns)[:, None]
-    by_spin = _spin_chances(mine)
-    chances = by_spin * _period_chances(log, mine)
+    chances = _spin_chances(mine) * _period_chances(log, mine)
     found = []
     for number, name in enumerate(examples()):
         rows = theirs.log == number
-        found += _match(name, log, same[:, rows], by_spin)
         # All times of a copy may be changed by the same amount.
         late = (away * turns)[:, rows][same[:, rows]]
         shift = float(np.median(late)) if late.size else 0.0
@@ -165,7 +163,7 @@ def _match(
     log: Fingerprint,
     same: NDArray[np.bool_],
     chances: Floats,
-    times: str = "",
+    times: str,
 ) -> list[_Match]:
     """Return the match of a log with an example, if half of its rows have one of it.
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from gyrodata.errors import Diagnostic
+    from gyrodata.base.errors import Diagnostic
 
 LARGEST = 3_000_000
 """Largest number of runs times shared readings in one fit, which is the size of its

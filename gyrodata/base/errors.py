@@ -1,7 +1,7 @@
 """Diagnostics: what is wrong, where, and what to type; and the errors that contain them.
 
-The only handler of these errors is in `gyrodata.cli`. `gyrodata.base.diagnostics` contains
-the codes.
+The only handler of these errors is in `gyrodata.cli`. `gyrodata.base.diagnostics`
+contains the codes.
 """
 
 from __future__ import annotations

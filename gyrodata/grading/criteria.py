@@ -84,6 +84,7 @@ class Evidence(Struct, frozen=True):
     from_cells: bool = (
         False  # the report is in a workbook, whose numbers lose zeros at their ends
     )
+    unread: tuple[str, ...] = ()  # in words, each file that cannot be read
 
     @property
     def factor(self) -> float:
@@ -129,7 +130,8 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
             "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± "
             "0.1e-3 kg m^2"
         )
-        return mark(criterion, unread or add, {}, share)
+        reasons = [unread or add, *evidence.unread]
+        return mark(criterion, "; ".join(reasons), {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
 

@@ -44,6 +44,10 @@ MISSED = 0.02
 seldom meet the same one."""
 
 
+SAME_TIMES = " and the same precession period"
+MOVED_TIMES = " and times that differ by the same amount"
+
+
 class _Match(Struct, frozen=True):
     """A log with rows of an example."""
 
@@ -51,6 +55,7 @@ class _Match(Struct, frozen=True):
     lines: tuple[int, ...]  # of the log, with a row of the example
     rows: int  # number of rows of the log
     p: float  # probability that an honest log has so many
+    times: str  # in words, what the times have in common
 
 
 def flag_examples(prints: Prints) -> tuple[Flag, ...]:
@@ -59,7 +64,7 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
         Flag(
             "simulated",
             (student,),
-            f'line {one.simulated} of its log says "Simulated, not measured"',
+            f"line {one.simulated} of its log says that it is simulated",
             0.0,
             0.0,
         )
@@ -75,22 +80,18 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
     likely = [(student, one) for student, one in found if one.p * pairs <= ALLOWED]
     students = {student for student, one in likely if one.example.startswith(CLASS)}
     if len(students) >= CLASS_SIZE and 2 * len(students) > len(prints):
-        likely = [
-            (student, one)
-            for student, one in likely
-            if not one.example.startswith(CLASS)
-        ]
+        # Its logs may have rows of another example.
+        likely = [(student, one) for student, one in likely if student not in students]
     for student, some in grouped(likely).items():
         best = min(some, key=lambda one: (one.p, one.example))
         told = (
             f"{len(best.lines)} of {best.rows} rows of {student} (lines "
             f"{', '.join(map(str, best.lines))}) are in"
         )
-        told += (
-            f" {best.example}, an example of gyro, with the same spin and the same "
-            f"precession period"
-        )
-        names = tuple(sorted(one.example for one in some))
+        told += f" {best.example}, an example of gyro, with the same torque"
+        told += " and the same spin"
+        told += best.times
+        names = tuple(sorted({one.example for one in some}))
         flags.append(
             Flag("shared rows", (student,), told, best.p, best.p * pairs, names)
         )
@@ -147,18 +148,44 @@ def _matches(log: Fingerprint) -> tuple[_Match, ...]:
         np.abs(np.subtract.outer(mine.torque, theirs.torque)) <= SAME_TORQUE * torques
     )
     same &= _alike(mine.spin, theirs.spin, mine.spin_step, theirs.spin_step)
-    same &= _alike(mine.period, theirs.period, mine.period_step, theirs.period_step)
     if not same.any():
         return ()
-    chances, found = _chances(log, mine), list[_Match]()
+    away = np.subtract.outer(mine.period, theirs.period)
+    step = np.maximum.outer(mine.period_step, theirs.period_step)
+    turns = np.array(log.turns)[:, None]
+    chances = _spin_chances(mine) * _period_chances(log, mine)
+    found = []
     for number, name in enumerate(examples()):
-        shared = same[:, theirs.log == number].any(axis=1)
-        if shared.sum() >= max(FEWEST, len(chances) / 2):
-            lines = tuple(sorted(np.array(log.lines)[shared].tolist()))
-            found.append(
-                _Match(name, lines, len(chances), _tail(chances, int(shared.sum())))
-            )
+        rows = theirs.log == number
+        # All times of a copy may be changed by the same amount.
+        late = (away * turns)[:, rows][same[:, rows]]
+        shift = float(np.median(late)) if late.size else 0.0
+        for by, words in ((0.0, SAME_TIMES), (shift, MOVED_TIMES)):
+            left = np.abs(away - by / turns) - 1e-9 * mine.period[:, None]
+            shared = (same & (left <= 0.5 * step))[:, rows]
+            found += _match(name, log, shared, chances, words)
     return tuple(found)
+
+
+def _match(
+    name: str,
+    log: Fingerprint,
+    same: NDArray[np.bool_],
+    chances: Floats,
+    times: str,
+) -> list[_Match]:
+    """Return the match of a log with an example, if half of its rows have one of it.
+
+    `same`: Whether a row of the log is one of the example, shape (n, m).
+    """
+    shared = same.any(axis=1)
+    if shared.sum() < max(FEWEST, len(chances) / 2):
+        return []
+    lines = tuple(sorted(np.array(log.lines)[shared].tolist()))
+    # Any of the rows may be the one that the others are compared with.
+    free = times == MOVED_TIMES
+    p = _tail(chances, int(shared.sum()) - free) * (len(chances) if free else 1)
+    return [_Match(name, lines, len(chances), p, times)]
 
 
 def _alike(
@@ -169,26 +196,27 @@ def _alike(
     return np.abs(np.subtract.outer(one, other)) <= 0.5 * coarser + 1e-9 * one[:, None]
 
 
-def _chances(log: Fingerprint, rows: _Rows) -> Floats:
-    """Return the probability that somebody else has the readings of a row, shape (n,).
+_WIDTH = math.sqrt(4 * math.pi)
+"""No interval of this width contains more of a normal distribution [sigma]."""
 
-    The readings are the spin and the period of each row.
-    """
+
+def _period_chances(log: Fingerprint, rows: _Rows) -> Floats:
+    """Return the probability that another log has the period of a row, shape (n,)."""
     noise = max(measure_scatter(log)[1], HAND * log.by_hand) / np.array(log.turns)
-    # No interval of this width contains more of a normal distribution.
-    width = math.sqrt(4 * math.pi)
-    period = rows.period_step / np.maximum(width * noise, rows.period_step)
+    period = rows.period_step / np.maximum(_WIDTH * noise, rows.period_step)
+    return np.where(rows.period_step > 0, period, 1e-3)
+
+
+def _spin_chances(rows: _Rows) -> Floats:
+    """Return the probability that another log has the spin of a row, shape (n,)."""
     is_round = (
         np.abs(rows.spin - ROUND * np.round(rows.spin / ROUND))
         <= 0.5 * rows.spin_step + 1e-9 * rows.spin
     )
     spin = np.where(
-        is_round, 1.0, np.minimum(rows.spin_step / (width * MISSED * rows.spin), 1.0)
+        is_round, 1.0, np.minimum(rows.spin_step / (_WIDTH * MISSED * rows.spin), 1.0)
     )
-    return np.asarray(
-        np.where(rows.period_step > 0, period, 1e-3)
-        * np.where(rows.spin_step > 0, spin, 1e-3)
-    )
+    return np.where(rows.spin_step > 0, spin, 1e-3)
 
 
 def _tail(chances: Floats, least: int) -> float:

@@ -180,13 +180,31 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
 
 
 def _simulated(readings: Readings) -> int:
-    """Return the line that ``gyro simulate`` writes into every log, or 0."""
-    said = _words(SIMULATED)
-    lines = map(_words, split_lines(readings.source_text))
-    return next((number for number, line in enumerate(lines, 1) if said in line), 0)
+    """Return the line that says, in any words, that a log is simulated, or 0."""
+    lines = split_lines(readings.source_text)
+    return next(
+        (number for number, line in enumerate(lines, 1) if _says_simulated(line)), 0
+    )
 
 
-def _words(text: str) -> str:
+_SIMULATED = re.compile(r"\b(?:simulated|simuliert\w*|simulad[oa]s?|simulat[oaie])\b")
+
+
+def _says_simulated(line: str) -> bool:
+    """Return whether a remark says that its log is simulated, not measured."""
+    words = _words_of(line)
+    is_remark = line.lstrip(' "').startswith(("#", "%"))
+    if _words_of(SIMULATED) in words or "gyro simulate" in words:
+        return True
+    if not is_remark or not _SIMULATED.search(words) or "not simulated" in words:
+        return False
+    return (
+        "measured" not in words
+        or re.search(r"(?:not|never) (?:\w+ )?measured", words) is not None
+    )
+
+
+def _words_of(text: str) -> str:
     return " ".join(re.findall("[a-z]+", text.lower()))
 
 

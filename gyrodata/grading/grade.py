@@ -30,8 +30,9 @@ from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
+from gyrodata.grading.stated import unusual_turns
 from gyrodata.grading.submissions import Submission, submission_of
-from gyrodata.grading.submissions.answers import partners_in
+from gyrodata.grading.submissions.answers import Answers, partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.judging import mistakes
 from gyrodata.judging.mistakes import Mistake
@@ -226,11 +227,23 @@ def grade_submission(
         return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
     blank = not_graded(
-        submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics)
+        submission,
+        rubric,
+        None,
+        (*analysis.diagnostics, *lacks, *answers.diagnostics, *answers.unread),
     )
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     own = yardsticks.own_runs(analysis, rubric.accept)
-    evidence = Evidence(rubric, analysis, lacks, own, answer, submission.members, bench)
+    evidence = Evidence(
+        rubric,
+        analysis,
+        lacks,
+        own,
+        answer,
+        submission.members,
+        bench,
+        unread=tuple(one.message for one in answers.unread),
+    )
     if answer is not None and (value := answer.value) is not None:
         step = answer.step or 0.0
         slips = tuple(
@@ -245,7 +258,8 @@ def grade_submission(
         evidence = replace(
             evidence, matched=matched, d=d, slips=slips, from_cells=cells
         )
-    doubts = filter(None, [answers.other if reported is None else "", wide])
+    questions = _questions(answers, evidence) if reported is None else []
+    doubts = filter(None, [*questions, wide])
     grade = replace(
         blank,
         marks=tuple(
@@ -254,7 +268,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence), *doubts),
         station=station_of(readings),
-        partner=partners_in(readings, submission.reports()),
+        partner=partners_in(readings, submission.documents),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
@@ -489,6 +503,22 @@ def two_decimals(points: float | None) -> str:
     return "" if points is None else f"{points:.2f}"
 
 
+def _questions(answers: Answers, evidence: Evidence) -> list[str]:
+    """Return what is to be asked about the answer."""
+    own = evidence.own
+    rivals = [
+        rival.question
+        for rival in answers.rivals
+        if evidence.matched is not None
+        and min(
+            yardsticks.distance(rival.value, one.value, 0.0, own.yardstick)
+            for one in own.values
+        )
+        > evidence.d
+    ]
+    return [*answers.questions, *rivals[:1]]
+
+
 def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
     found = []
@@ -507,6 +537,7 @@ def _looks(evidence: Evidence) -> list[str]:
         )
     elif evidence.slips:
         found += _doubts_of_slip(evidence)
+    found += filter(None, [unusual_turns(evidence.analysis.readings)])
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(
@@ -651,7 +682,7 @@ def read_hand_in(
     # The place of the answer is reported once.
     others = [
         found
-        for found in answers.diagnostics
+        for found in (*answers.diagnostics, *answers.unread)
         if found.code != diagnostics.ANSWER_ELSEWHERE
     ]
     log, name, more = (

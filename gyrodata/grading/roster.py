@@ -15,7 +15,7 @@ from gyrodata.base.errors import InputError
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
-from gyrodata.grading.submissions.answers import SAYS
+from gyrodata.grading.submissions.documents import SAYS
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 

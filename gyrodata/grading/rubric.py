@@ -186,7 +186,8 @@ ACCEPTED = tuple(TABLES["fits"])
 """Fits of a student's own runs that a rubric may accept."""
 
 
-# --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ---
+# --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them
+# ---
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 CONDITION = (

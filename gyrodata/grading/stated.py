@@ -115,6 +115,43 @@ def with_usual(
     return readings, tuple(told.values())
 
 
+_PARTS = (12, 8, 10)
+"""Usual parts of a turn are multiples of one over these numbers."""
+_SMALL_PARTS, _SMALL = 36, 0.25
+"""Multiples of 10° are usual below a quarter of a turn, and in a column of angles."""
+
+
+def unusual_turns(readings: Readings) -> str:
+    """Say that most runs have a number of turns that nobody aims at, such as 0.8547.
+
+    By such a number, all times can be made to fit any answer. Numbers that differ from
+    run to run are measured. Returns "" if all is usual.
+    """
+    column = readings.columns.get("turns") or readings.columns.get("angle")
+    if column is None:
+        return ""
+    unusual = [
+        one.value
+        for one in column.readings
+        if one.value and not _is_usual_part(column.role, one.value, one.step or 0.0)
+    ]
+    repeated = [value for value in unusual if unusual.count(value) > 1]
+    if 2 * len(repeated) < len(column.readings):
+        return ""
+    size, unit = to_display(repeated[0], column.role)
+    typed = f"{size:.4g} {unit}".rstrip()
+    return f"{len(repeated)} runs have an unusual number of {column.role}: {typed}"
+
+
+def _is_usual_part(role: str, value: float, step: float) -> bool:
+    """Return whether people aim at a number of turns, or at an angle [rad]."""
+    whole = 2 * math.pi if role == "angle" else 1.0
+    turns, rounding = abs(value) / whole, 0.5 * step / whole + 1e-6
+    has_small = role == "angle" or turns < _SMALL
+    parts = (*_PARTS, _SMALL_PARTS) if has_small else _PARTS
+    return any(abs(turns - round(turns * one) / one) <= rounding for one in parts)
+
+
 def _in_words(key: str, u: Uncertainty, usual: Usual) -> str:
     name = key if key.startswith("u_") else f"u_{key}"
     return f"{name} {_words_of(u, key)} ({usual.words})"

@@ -1,6 +1,7 @@
 """What is judged about a fit: effects, doubts, mistakes, refusals, and the next runs.
 
 `changes` is the list of all questions that are answered by a fit of a changed table;
-`findings`, `refusals`, `wrong_cells` and `procedure` turn the answers into messages, and
-`tables` into the rows of a report. Nothing here fits by a formula of its own, or prints.
+`findings`, `refusals`, `wrong_cells` and `procedure` turn the answers into messages,
+and `tables` into the rows of a report. Nothing here fits by a formula of its own, or
+prints.
 """

@@ -376,8 +376,8 @@ def constancy(
     )
 
 
-# --- patterns in the residuals: errors that are not random, each with its likely cause ---
-# Each test asks whether the fit needs one more unknown: a balance that drifts, or a
+# --- patterns in the residuals: errors that are not random, each with its likely cause
+# --- Each test asks whether the fit needs one more unknown: a balance that drifts, or a
 # shared error that is free of its prior. With c the change of the runs' conditions by
 # that unknown, r their residuals and H the fit's hat matrix, z = cᵀr/√(cᵀ(1 − H)c) is
 # standard normal if nothing is wrong, for any design; for a shared error it is its

@@ -55,6 +55,8 @@ class Sheet(Struct):
     """Numbers of the hidden columns; they count from 1."""
     without_value: dict[tuple[int, int], Formula] = field(default_factory=dict)
     """Each formula whose value was not calculated, by its row and column."""
+    blanked: set[tuple[int, int]] = field(default_factory=set)
+    """Row and column of each cell whose format or font shows nothing of it."""
 
 
 def read_sheets(data: bytes) -> list[Sheet]:
@@ -126,6 +128,18 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
                 f"{_count_of(word, len(numbers))} {_spans(numbers, name)} of the sheet "
                 f"{quoted(sheet.title)}"
             )
+
+
+def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
+    """Return the row and the column of each filled cell that is not shown."""
+    rows, columns = set(sheet.hidden_rows), set(sheet.hidden_columns)
+    return {
+        (row, column)
+        for row, cells in enumerate(sheet.rows, 1)
+        for column, cell in enumerate(cells, 1)
+        if cell not in (None, "")
+        and (row in rows or column in columns or (row, column) in sheet.blanked)
+    }
 
 
 def _count_of(word: str, count: int) -> str:
@@ -308,7 +322,35 @@ def _excel_sheet(sheet: Any) -> Sheet:
         one.hour < 4 and not one.second and not one.microsecond for one in times
     )
     typed = [_typed(row, in_minutes) for row in rows]
-    return Sheet(sheet.title, typed, is_hidden=sheet.sheet_state != "visible")
+    is_hidden = sheet.sheet_state != "visible"
+    blanked = {
+        (row, column)
+        for row, cells in enumerate(rows, 1)
+        for column, cell in enumerate(cells, 1)
+        if cell.value is not None and _shows_nothing(cell)
+    }
+    return Sheet(sheet.title, typed, is_hidden=is_hidden, blanked=blanked)
+
+
+_SMALLEST = 4
+"""Height of letters that nobody reads [points]."""
+
+
+def _shows_nothing(cell: Any) -> bool:
+    """Return whether a cell has a blank format, or white or tiny letters."""
+    if not cell.has_style:
+        return False
+    # "positive;negative;zero;text"
+    sections = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format).split(";")
+    section = 3 if isinstance(cell.value, str) else 0
+    if len(sections) > section and not re.search(r"[\w#?@]", sections[section]):
+        return True
+    font = cell.font
+    is_white = font.color is not None and (
+        font.color.rgb == "FFFFFFFF"
+        or (font.color.type == "theme" and not font.color.theme)
+    )
+    return (is_white and cell.fill.fill_type is None) or (font.sz or 11) <= _SMALLEST
 
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:

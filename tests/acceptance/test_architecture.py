@@ -34,8 +34,8 @@ FLOORS = (
     ("__main__",),
     ("",),
 )
-"""The rooms, from the ground up: a room imports only from floors below its own. The name
-"" is the front of the package, which hands on what users call."""
+"""The rooms, from the ground up: a room imports only from floors below its own. The
+name "" is the front of the package, which hands on what users call."""
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 OWNERS = {
     "pint": "quantities",

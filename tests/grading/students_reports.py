@@ -52,7 +52,7 @@ def sheet(
     """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the
     three weights.
     """
-    measured = lab(random, turns=1.0 if turns == "mixed" else turns, **changes)  # type: ignore[arg-type]
+    measured = lab(random, turns=1.0 if turns == ("mixed") else turns, **changes)  # type: ignore[arg-type]
     part = measured.turns
     time = measured.time
     if turns == "mixed":

@@ -170,7 +170,7 @@ class TestColons:
 
 
 def as_frame(log: str, **options: object) -> pd.DataFrame:
-    return pd.read_csv(io.StringIO(log), comment="#", **options)  # type: ignore[call-overload, no-any-return]
+    return pd.read_csv(io.StringIO(log), comment=("#"), **options)  # type: ignore[call-overload, no-any-return]
 
 
 def typed(position: str = "15.0") -> str:

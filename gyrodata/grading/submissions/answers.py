@@ -10,41 +10,37 @@ Nothing is guessed: of two different candidates that are equally good, neither i
 
 from __future__ import annotations
 
-import csv
-import html
-import io
 import re
-import tomllib
-import zipfile
-import zlib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain, filterfalse, islice, takewhile, zip_longest
-from pathlib import Path, PurePosixPath
-from typing import Any
+from pathlib import PurePosixPath
 
-import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import readings
-from gyrodata.base.errors import Diagnostic, GyroError
+from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import K_95
 from gyrodata.grading.submissions import visible
-from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
+from gyrodata.grading.submissions.documents import (
+    LONGEST_LINE,
+    MOST_LINES,
+    PLAIN,
+    SAYS,
+    Document,
+    Unseen,
+    in_cells,
+    read_document,
+    without_marks,
+)
 from gyrodata.quantities.notation import to_float
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings import Reported, read_reported
+from gyrodata.readings import Faults, Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
-from gyrodata.readings.source import sheet_rows
 
-_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-_STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
-SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
-_MOST_LINES, _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 1000, 100, 7, 100
-_PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
-"""The part of a file of a word processor that contains its text."""
-_LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
+_MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 100, 7, 100
+_LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 120
 
 
 class Answers(Struct, frozen=True):
@@ -53,7 +49,16 @@ class Answers(Struct, frozen=True):
     inertia: Reported | None = None  # I_zz [kg*m^2]; None if nothing is reported
     diagnostics: tuple[Diagnostic, ...] = ()  # notes on how it was read
     file: str = ""  # name of the file with I_zz
-    other: str = ""  # in words, another value that disagrees; or ""
+    questions: tuple[str, ...] = ()  # to a person, about the answer
+    rivals: tuple[Rival, ...] = ()  # other values, by words of a comparison
+    unread: tuple[Diagnostic, ...] = ()  # each a file that cannot be read
+
+
+class Rival(Struct, frozen=True):
+    """A named value beside the answer that differs, and that no word of theory explains."""
+
+    value: float  # [kg*m^2]
+    question: str  # to a person
 
 
 class _Candidate(Struct, frozen=True):
@@ -67,45 +72,101 @@ class _Candidate(Struct, frozen=True):
     ]  # whether it has a name, an uncertainty, words of a result, and of the last one
     place: str
     read: Reported
+    doubt: bool = False  # whether a person may not see it
+    compared: bool = False  # whether it is no answer by a word of a comparison alone
+
+    @property
+    def file(self) -> str:
+        return self.place.rpartition(", line ")[0]
+
+
+class _Text(Struct, frozen=True):
+    """What was found in a document."""
+
+    values: Sequence[_Candidate]
+    cut: str = ""  # question about a value that may be in a part that is not read
 
 
 def read_answers(
     log: readings.Readings | None,
-    reports: Iterable[tuple[str, bytes]] = (),
-    unseen: Collection[str] = (),
+    reports: Iterable[Document | tuple[str, bytes]] = (),
+    unseen: Unseen | None = None,
 ) -> Answers:
     """Find the value that the log reports, or another text if the log reports none.
 
-    `reports` are names and bytes of the other texts, and `unseen` the hidden sheets of
-    the log. Never raises: a value that cannot be read has a fault.
+    `reports` are the other texts, or their names and bytes, and `unseen` what is hidden
+    in the log. Never raises: a value that cannot be read has a fault.
     """
-    found = [
-        one
-        for name, data in reports
-        for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)
+    documents = [
+        one if isinstance(one, Document) else read_document(*one) for one in reports
     ]
-    if log is not None and "inertia" in log.reported and _is_seen(log, unseen):
-        read = log.reported["inertia"]
-        # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g
-        # m^2" in several cells.
-        top = max(0, (read.line or 0) - 1)
-        lines = _in_cells(
-            readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW)
+    unseen = unseen or Unseen()
+    if log is not None and not _is_seen(log, unseen):
+        log = None
+    remarks = [Document(log.name, _remarks(log))] if log is not None else []
+    texts = [_read(one) for one in (*remarks, *documents)]
+    found = [one for text in texts for one in text.values if not one.compared]
+    if log is not None:
+        chosen = _Candidate(
+            (True,) * 4, log.name, _in_log(log), _is_doubted(log, unseen)
         )
-        more = _candidates("", lines) if read.u is None or read.fault else ()
-        same = (
-            one.read
-            for one in more
-            if one.read.u is not None and one.read.value == read.value
-        )
-        read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
-        found = [*islice(_candidates(log.name, _remarks(log)), _MOST_VALUES), *found]
-        return Answers(read, (), log.name, _disagrees(read, log.name, found))
-    if not found:
-        return Answers()
+        answers = Answers(chosen.read, (), log.name)
+    elif found:
+        chosen, answers = _best(found)
+    else:
+        return Answers(unread=_unread(documents))
+    questions = [text.cut for text in texts] + [_doubt(chosen, found)]
+    if answers.inertia and answers.inertia.fault != "given twice":
+        questions.append(_disagrees(chosen.read, answers.file, found))
+    rivals = (one for text in texts for one in text.values if one.compared)
+    return replace(
+        answers,
+        questions=tuple(filter(None, questions)),
+        rivals=tuple(
+            Rival(one.read.value or 0.0, _two_answers(chosen.read, answers.file, one))
+            for one in rivals
+            if _differ(chosen.read, one.read)
+        ),
+        unread=_unread(documents),
+    )
+
+
+def _unread(documents: Iterable[Document]) -> tuple[Diagnostic, ...]:
+    """Name the files that cannot be read."""
+    return tuple(
+        Faults(one.name)
+        .refuse("file_of_class_unreadable", name=one.name, why=one.problem)
+        .diagnostics[0]
+        for one in documents
+        if one.problem
+    )
+
+
+def _in_log(log: readings.Readings) -> Reported:
+    """Return the value that a log reports, with what the lines below it say of it."""
+    read = log.reported["inertia"]
+    # Its line and those below it may say more, such as "I_zz = 4.4 g m^2,
+    # u = 0.1 g m^2" in several cells.
+    top = max(0, (read.line or 0) - 1)
+    lines = in_cells(
+        readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW)
+    )
+    more = _read(Document("", lines)).values if read.u is None or read.fault else ()
+    same = (
+        one.read
+        for one in more
+        if one.read.u is not None and one.read.value == read.value
+    )
+    return replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
+
+
+def _best(found: Sequence[_Candidate]) -> tuple[_Candidate, Answers]:
+    """Return the candidate that is the answer; of two equally good ones, it is neither."""
+    # A draft is an answer only if it is the only one.
+    found = [one for one in found if one.rank[0] and not _is_draft(one)] or found
     best = max(one.rank for one in found)
     equal = [one for one in found if one.rank == best]
-    versions = [version_of(one.place.rpartition(", line ")[0]) for one in equal]
+    versions = [version_of(one.file) for one in equal]
     if len({base for _, base in versions}) == 1:
         equal = [
             one
@@ -127,20 +188,39 @@ def read_answers(
             "inertia", read.text, fault="given twice", problem=problem, line=read.line
         )
     note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
-    file = chosen.place.rpartition(", line ")[0]
-    return Answers(read, (note,), file, "" if others else _disagrees(read, file, found))
+    return chosen, Answers(read, (note,), chosen.file)
 
 
-def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
-    """Return whether a person who opens the log sees the answer in it."""
+def _is_draft(one: _Candidate) -> bool:
+    return version_of(one.file)[0] < 0
+
+
+def _is_seen(log: readings.Readings, unseen: Unseen) -> bool:
+    """Return whether a log has an answer that a person who opens it may see."""
+    if "inertia" not in log.reported:
+        return False
     line = log.reported["inertia"].line
     if line is None:
         return True
     above = [title.strip("'") for before, title in log.sheets if before < line]
     text = readings.lablog.split_lines(log.source_text)[line - 1]
-    return (
-        above[-1:] not in [[one] for one in unseen] and visible.line_seen(text) == text
-    )
+    return unseen.sheets.isdisjoint(above[-1:]) and visible.line_seen(text) == text
+
+
+def _is_doubted(log: readings.Readings, unseen: Unseen) -> bool:
+    """Return whether the answer of a log is in a cell that is not shown."""
+    text = log.reported["inertia"].text
+    return any(text in cell for cell in unseen.cells)
+
+
+def _doubt(chosen: _Candidate, found: Iterable[_Candidate]) -> str:
+    """Ask about an answer that a person may not see, unless it is elsewhere too."""
+    if not chosen.doubt or any(
+        one.rank[0] and not one.doubt and _agree(chosen.read, one.read) for one in found
+    ):
+        return ""
+    where = f'the answer "{chosen.read.text}" in {chosen.place}'
+    return f"{where} may be hidden; look whether the file shows it"
 
 
 def _remarks(log: readings.Readings) -> list[str]:
@@ -150,8 +230,8 @@ def _remarks(log: readings.Readings) -> list[str]:
     reads.
     """
     found: list[str] = []
-    for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
-        remark = visible.line_seen(line).strip('#%," \t')
+    for line in readings.lablog.split_lines(log.source_text):
+        remark = without_marks(visible.line_seen(line)).strip('#%," \t')
         is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
             re.split("[:=]", remark)[0].strip()
         )
@@ -162,17 +242,16 @@ def _remarks(log: readings.Readings) -> list[str]:
 def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
     """Describe another value with a name that differs by more than both uncertainties."""
     for one in found:
-        elsewhere = one.place.rpartition(", line ")[0] != file
-        if elsewhere and (
-            version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place)
-        ):
+        if one.file != file and (_is_draft(one) or re.search(r"\.[ct]sv$", one.file)):
             continue  # a draft or an earlier log may have another answer
         if one.rank[0] and _differ(read, one.read):
-            return (
-                f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" '
-                f"is in {one.place}"
-            )
+            return _two_answers(read, file, one)
     return ""
+
+
+def _two_answers(read: Reported, file: str, other: _Candidate) -> str:
+    used = f'two answers: "{read.text}" in {file} is used'
+    return f'{used}, and "{other.read.text}" is in {other.place}'
 
 
 # the uncertainty of another value that is reported without one, as a share of it
@@ -219,135 +298,12 @@ def _agree(rounded: Reported, other: Reported) -> bool:
     )
 
 
-# --- the sentences of a file ---
+# --- names, and the sentences of a file ---
 
 
-def lines_of(name: str, data: bytes) -> list[str]:
-    """Read a file as lines of plain text; none if it cannot be read."""
-    with suppress(*_UNREADABLE):
-        return _read_lines(name, data)
-    return []
-
-
-_UNREADABLE = (
-    GyroError,
-    zipfile.BadZipFile,
-    zlib.error,
-    csv.Error,
-    KeyError,
-    OSError,
-    RuntimeError,
-    ValueError,
-    AttributeError,
-    TypeError,  # JSON that is not a notebook
-)
-
-
-def _read_lines(name: str, data: bytes) -> list[str]:
-    """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
-    kind = ending(name)
-    if kind in WORKBOOKS:
-        unseen = visible.hidden_sheets(data)
-        sheets = (
-            sheet for title, sheet in sheet_rows(data).items() if title not in unseen
-        )
-        rows = (row[:30] for sheet in sheets for row in sheet[:_MOST_LINES])
-        return [
-            " | ".join("" if cell is None else str(cell) for cell in row)
-            for row in rows
-        ]
-    if kind in _PACKED and zipfile.is_zipfile(io.BytesIO(data)):
-        text = _packed_text(data, kind)
-    else:
-        text = readings.decode(data, readings.Faults(name))[0]
-    if kind == ".json":
-        text = re.sub(
-            r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text
-        )
-        text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
-    if kind == ".ipynb":
-        text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is
-    # a remark.
-    comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
-    for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
-        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
-    text = text.partition(r"\end{document}")[0] if kind == ".tex" else text
-    text = text if kind in TABLES else visible.latex_seen(text)
-    text = visible.markdown_seen(text) if kind == ".md" else text
-    is_page = kind in (".html", ".htm") or (
-        kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text)
-    )
-    text = visible.page_seen(text) if is_page and kind not in _PACKED else text
-    if kind in (".html", ".htm", ".docx", ".odt") or re.search(
-        r"(?i)</p>|<(?:br|sup)\b", text
-    ):
-        for pattern, plain in _MARKUP:
-            text = re.sub(pattern, plain, text)
-        # Lines are counted as they are shown.
-        text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
-    lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
-    return _in_cells(lines) if kind in TABLES else lines
-
-
-def hidden_sheets_of(name: str, data: bytes) -> Collection[str]:
-    """Return the hidden sheets of a workbook.
-
-    None of another file, or of one that cannot be read.
-    """
-    if ending(name) in WORKBOOKS:
-        with suppress(
-            zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError
-        ):
-            return visible.hidden_sheets(data)
-    return ()
-
-
-def _packed_text(data: bytes, kind: str) -> str:
-    """Return the XML of a word processor, without the text in it that is hidden."""
-    with (
-        zipfile.ZipFile(io.BytesIO(data)) as archive,
-        archive.open(_PACKED[kind]) as file,
-    ):
-        text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
-    text = re.sub(r">\s+<", "><", text)
-    return visible.page_seen(text) if kind == ".docx" else visible.open_text_seen(text)
-
-
-def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Give the texts of a notebook: what its cells contain, and then what they printed."""
-    printed: list[str] = []
-    for cell in cells:
-        hidden = (cell.get("metadata") or {}).get("jupyter") or {}
-        source = "".join(cell["source"])
-        if cell.get("cell_type") == "markdown":
-            source = visible.markdown_seen(source)
-        if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
-            yield source
-        if not hidden.get("outputs_hidden"):
-            printed += [
-                "".join(["\n", *one.get("text", [])]) for one in cell.get("outputs", [])
-            ]
-    yield from printed
-
-
-def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
-    """Separate the cells of a table by ``|``.
-
-    A line of prose, where a comma may be a decimal one, stays as it is.
-    """
-    sign, lines = (
-        max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)),
-        table[part],
-    )
-    rows = (csv.reader([line[:_LONGEST_LINE]], delimiter=sign) for line in lines)
-    return [
-        line if re.search(SAYS["prose"], line) else " | ".join(*row)
-        for line, row in zip(lines, rows, strict=True)
-    ]
-
-
-def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
+def partners_in(
+    log: readings.Readings, reports: Iterable[Document | tuple[str, bytes]]
+) -> str:
     """Return the partners that lines of the log name.
 
     Behind ``~`` are all words of any text that may be a name.
@@ -355,10 +311,11 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
     lines = islice(re.finditer(SAYS["partner"], log.source_text, re.M), _MOST_NAMES)
     named = " & ".join(one[1].strip() for one in lines)[:_LONGEST_SENTENCE]
     called: dict[str, None] = {}
+    documents = (
+        one if isinstance(one, Document) else read_document(*one) for one in reports
+    )
     # Text by text, so that a text that takes too long can be named.
-    for text in chain(
-        [log.source_text], ("\n".join(lines_of(name, data)) for name, data in reports)
-    ):
+    for text in chain([log.source_text], ("\n".join(one.lines) for one in documents)):
         for one in re.finditer(SAYS["called"], text):
             words = re.split("[ ,]+", one[0][:_LONGEST_SENTENCE])
             # "Team Ann Lee" contains "Ann Lee".
@@ -374,20 +331,10 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
     return named + (f" ~ {' & '.join(said)}" if said else "")
 
 
-def as_log(name: str, data: bytes) -> bytes:
-    """Return a file as `read_log` reads it.
-
-    A report of a word processor becomes its text, with ``|`` between cells.
-    """
-    return (
-        "\n".join(lines_of(name, data)).encode() if ending(name) in _PACKED else b""
-    ) or data
-
-
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
-    found, plain = [], [line[:_LONGEST_LINE] for line in lines[:_MOST_LINES]]
-    for pattern, text in _PLAIN:
+    found, plain = [], [line[:LONGEST_LINE] for line in lines]
+    for pattern, text in PLAIN:
         plain = [line and re.sub(pattern, text, line) for line in plain]
     for number, line in enumerate(_with_titles(plain), 1):
         found += [
@@ -396,11 +343,7 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
                 r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line
             )
         ]
-    return [
-        (number, one)
-        for number, one in found
-        if one.strip() and len(one) <= _LONGEST_SENTENCE
-    ]
+    return [(number, one) for number, one in found if one.strip()]
 
 
 def _with_titles(lines: Sequence[str]) -> Iterator[str]:
@@ -516,6 +459,11 @@ def _unit_behind(text: str) -> str:
 # --- the candidates ---
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_HAS_UNIT = re.compile(
+    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
+    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
+)
+"""A unit of I_zz in a text that is not read."""
 _OTHER_UNIT = (
     r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"
     r"|\*\*)?[\d²³]?){1,3}"
@@ -531,19 +479,40 @@ _MARK = (
 )
 
 
-def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
-    """Find the quantities of a file that may be the answer."""
-    sentences = _sentences(lines)
+def _read(document: Document) -> _Text:
+    """Find the quantities of a document that may be the answer."""
+    filled = [at for at, line in enumerate(document.lines, 1) if line.strip()]
+    end = filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(document.lines)
+    sentences = _sentences(document.lines[:end])
+    short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
+    values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
+    unread = chain(
+        document.lines[end:],
+        (line[LONGEST_LINE:] for line in document.lines[:end]),
+        (text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
+    )
+    if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
+        return _Text(values)
+    cut = f"{document.name} is too long: a part of it is not read"
+    cut += ", and may have another answer"
+    return _Text(values[:_MOST_VALUES], cut)
+
+
+def _candidates(
+    document: Document, sentences: Sequence[tuple[int, str]]
+) -> Iterator[_Candidate]:
+    """Find the quantities of sentences that may be the answer."""
     above = heading = ""
+    parts_of_mean: list[Reported] = []
     for at, (number, sentence) in enumerate(sentences):
         end, before = 0, ""
         for start in (match.start() for match in re.finditer(_START, sentence)):
             if start < end:
                 continue
             words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
-            if (
-                value := _value(sentence[start : start + _LONGEST_VALUE], words)
-            ) is None:
+            text = sentence[start : start + _LONGEST_VALUE]
+            value = _value(text, words) or _mean(text, words, parts_of_mean)
+            if value is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = (
@@ -561,20 +530,22 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             after = re.split(
                 rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:]
             )[0]
+            parts_of_mean = [*parts_of_mean, read][-_MOST_PARTS:]
             # A person must look at two numbers; without its own u, a value behind a
             # word of u is an uncertainty.
-            bad = (
-                (_TWO_NUMBERS, before),
-                (SAYS["other"], f"{before}\n{after}"),
-                (SAYS["denied"], behind),
-            )
+            bad = ((_TWO_NUMBERS, before), (SAYS["denied"], behind))
+            around = f"{before}\n{after}"
+            is_other = re.search(SAYS["other"], around) is not None
             result, u = (
                 re.search(SAYS["result"], f"{heading} | {before}") is not None,
                 read.u is not None,
             )
             named = result or _names_inertia(before)
-            if not any(re.search(*one) for one in bad) and (
-                u or (named and not unsure)
+            compared = is_other and named and u and _is_compared(around)
+            if (
+                not any(re.search(*one) for one in bad)
+                and (u or (named and not unsure))
+                and (compared or not is_other)
             ):
                 best = re.search(SAYS["final"], before) is not None
                 rank = (
@@ -583,7 +554,10 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
                     result and not re.search(r"\d", before),
                     best,
                 )
-                yield _Candidate(rank, f"{name}, line {number}", read)
+                place = f"{document.name}, line {number}"
+                yield _Candidate(
+                    rank, place, read, number in document.doubted, compared
+                )
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows
         # already.
@@ -591,6 +565,11 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
         # The beginning of a sentence that goes on.
         parts = re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])
         above = "" if "|" in sentence.strip(" |") else parts[-1]
+
+
+def _is_compared(around: str) -> bool:
+    """Return whether only words of a comparison say that a value is not the answer."""
+    return not re.search(SAYS["other"], re.sub(SAYS["comparison"], " ", around))
 
 
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
@@ -633,6 +612,25 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
         )
         if read.fault is None or (long and almost):
             return cut, len(cut)
+    return None
+
+
+_MOST_PARTS, _LONGEST_MEAN = 20, 40
+
+
+def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
+    """Find a mean without a unit: it has that of the values in front, and is between."""
+    mark = re.search(_MARK, before)
+    if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
+        return None
+    values = [one.value for one in parts if one.value is not None]
+    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$", parts[-1].text) if parts else None
+    if unit is None or len(values) < 2:
+        return None
+    for cut, _ in _cuts(text[:_LONGEST_MEAN]):
+        read = read_reported("inertia", f"{cut} {unit[0]}")
+        if read.fault is None and min(values) <= (read.value or 0.0) <= max(values):
+            return read.text, len(cut)
     return None
 
 

@@ -23,9 +23,6 @@ from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions.answers import (
     Answers,
-    as_log,
-    hidden_sheets_of,
-    lines_of,
     read_answers,
     version_of,
 )
@@ -37,6 +34,12 @@ from gyrodata.grading.submissions.archives import (
     WORKBOOKS,
     ending,
     read_file,
+)
+from gyrodata.grading.submissions.documents import (
+    Document,
+    as_log,
+    read_document,
+    unseen_in,
 )
 from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
@@ -120,9 +123,18 @@ class Submission(Struct, frozen=True, dict=True):
         """Give the other texts that may contain the answer, with names to show."""
         for name in self.report_names:
             if isinstance(data := self.texts[name], bytes):
-                reads_file(place_of(name))
                 yield shown(name.rpartition("/")[2]), data
+
+    @cached_property
+    def documents(self) -> tuple[Document, ...]:
+        """The other texts that may contain the answer; each is read once."""
+        found = []
+        for name in self.report_names:
+            if isinstance(data := self.texts[name], bytes):
+                reads_file(place_of(name))
+                found.append(read_document(shown(name.rpartition("/")[2]), data))
         reads_file("")
+        return tuple(found)
 
     def read(
         self, settings: Mapping[str, str] = {}
@@ -140,7 +152,7 @@ class Submission(Struct, frozen=True, dict=True):
         # Another text may say what the log lacks: "all times are for 1/3 turn", "from
         # the surface of the ball".
         lines = (
-            (line for one in self.reports() for line in lines_of(*one))
+            (line for one in self.documents for line in one.lines)
             if log.columns
             else ()
         )
@@ -170,11 +182,12 @@ class Submission(Struct, frozen=True, dict=True):
                         "read_elsewhere", name, said=readings.listing(said, 4)
                     )
                 )
-        answers = read_answers(log, self.reports(), hidden_sheets_of(name, data))
+        answers = read_answers(log, self.documents, unseen_in(name, data))
         # All that follows is about the log, also when it is analysed.
         reads_file(place_of(self.log_name or ""))
         if answers.inertia is None:
-            answers = read_answers(None, [(name, self.log())])
+            own = read_answers(None, [(name, self.log())])
+            answers = replace(own, unread=answers.unread)
         if (
             not log.ok
             and "time" in log.columns
@@ -200,7 +213,7 @@ class Submission(Struct, frozen=True, dict=True):
             if isinstance(data, InputError)
             for one in data.diagnostics
         ]
-        return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
+        return log, replace(answers, unread=(*answers.unread, *unread))
 
     @property
     def beside_log(self) -> list[str]:

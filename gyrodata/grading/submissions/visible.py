@@ -1,23 +1,31 @@
 """Leave out of a text what a person who opens it does not see: it is no answer.
 
-Only the usual ways to hide a text are known. Beside a visible answer, an answer that is
-hidden in another way is a second one: two answers that differ are a question to a
-person.
+What is hidden for certain is left out. What may be hidden, such as by a rule of a style
+sheet, stays with a mark (`DOUBT`): an answer there is graded, and a person is asked.
 """
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from html.parser import HTMLParser
+from itertools import filterfalse
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 Attributes = Mapping[str, str]
 """Of one element, by their names in small letters."""
+
+DOUBT = "\U0010fffd"
+"""Mark of a line that may be unseen; no text contains this character."""
+
+
+def doubted(text: str) -> str:
+    """Return a text with the mark of doubt on each of its lines."""
+    return DOUBT + text.replace("\n", f"\n{DOUBT}")
+
 
 # --- pages, OpenDocument and Word ---
 
@@ -39,9 +47,19 @@ _HIDES = re.compile(
     r"|(?:text-indent|left|top|margin-left):-\d{4}"
 )
 """A declaration that hides an element; the style has no blanks."""
+_MAY_HIDE = re.compile(
+    r";(?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent)"
+    r":(?!none|0;|0$|auto)"
+    r"|;(?:max-)?(?:height|width):0(?![.\d]*[1-9])|;opacity:0?\.[0-4]|;letter-spacing:-"
+    r"|;font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)"
+    r"|;color:rgba\([^;)]*,0\)"
+)
+"""A declaration that may hide an element, in a style without blanks."""
 _WHITE = re.compile(
     r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
 )
+_LIGHT = re.compile(r";color:#(?:(?:[ef][0-9a-f]){3}|[ef]{3})(?![0-9a-f])")
+"""A color of text that is hard to see on white."""
 _BACKGROUND = re.compile(
     r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b"
     r"|\\(?:colorbox|pagecolor))"
@@ -58,14 +76,23 @@ class _Element(Struct, frozen=True):
     tag: str
     hidden: bool = False
     white: bool = False
+    doubt: bool = False  # whether it may be hidden
+    names: frozenset[str] = frozenset()  # by which a rule of a style sheet may mean it
 
 
 class _Seen(HTMLParser):
     """Write a page, or the XML of a word processor, again without the text that nobody sees."""
 
-    def __init__(self, styles: Mapping[str, str], white_is_seen: bool) -> None:
+    def __init__(
+        self, styles: Mapping[str, str], rules: Iterable[_Rule], white_is_seen: bool
+    ) -> None:
         super().__init__(convert_charrefs=False)
         self.styles = styles
+        self.rules: dict[str, list[_Rule]] = {}
+        """Rules that may hide an element, by each of the names that it must have."""
+        for rule in _few(rules):
+            for name in rule[-1]:
+                self.rules.setdefault(name, []).append(rule)
         self.white_is_seen = white_is_seen
         self.written: list[str] = []
         self.open = [_Element("")]
@@ -92,7 +119,7 @@ class _Seen(HTMLParser):
     def handle_data(self, data: str) -> None:
         around = self.open[-1]
         if not around.hidden and (self.white_is_seen or not around.white):
-            self.written.append(data)
+            self.written.append(doubted(data) if around.doubt else data)
 
     def handle_entityref(self, name: str) -> None:
         self.handle_data(f"&{name};")
@@ -135,7 +162,22 @@ class _Seen(HTMLParser):
         declared = re.search(";color:([^;]*)", style)
         color = declared[1] if declared else attributes.get("color", "").lower()
         white = _WHITE.match(color) is not None if color else around.white
-        return _Element(tag, hidden, white)
+        classes = attributes.get("class", "").lower().split()
+        names = {tag, "*", *(f".{name}" for name in classes)}
+        names |= {f"#{attributes['id'].lower()}"} if "id" in attributes else set()
+        doubt = around.doubt or self._may_hide(names)
+        doubt |= _MAY_HIDE.search(style) is not None
+        doubt |= not self.white_is_seen and _LIGHT.search(style) is not None
+        return _Element(tag, hidden, white, doubt, frozenset(names))
+
+    def _may_hide(self, names: set[str]) -> bool:
+        """Return whether a rule of a sheet may hide an element with these names."""
+        rules = (rule for name in names for rule in self.rules.get(name, ()))
+        return any(rule[-1] <= names and self._are_open(rule[:-1]) for rule in rules)
+
+    def _are_open(self, parts: _Rule) -> bool:
+        """Return whether each part of a rule may mean an open element."""
+        return all(any(part <= one.names for one in self.open) for part in parts)
 
     def _add_property(self, tag: str, attributes: Attributes) -> None:
         """Apply a property of Word, which is an element in the piece of text that it describes."""
@@ -158,9 +200,24 @@ class _Seen(HTMLParser):
         white = (
             _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
         )
+        style = self.styles.get(value, "") if tag in ("w:pstyle", "w:rstyle") else ""
+        faint = _is_faint(tag, value) and not (tag == "w:color" and self.white_is_seen)
+        doubt = described.doubt or style != "" or faint
         self.open[first:] = [
-            _Element(one.tag, hidden, white) for one in self.open[first:]
+            replace(one, hidden=hidden, white=white, doubt=doubt)
+            for one in self.open[first:]
         ]
+
+
+_SMALL = 10
+"""Height of letters in Word that are hard to see [half points]."""
+
+
+def _is_faint(tag: str, value: str) -> bool:
+    """Return whether a property of Word makes a text hard to see."""
+    if tag == "w:color":
+        return re.fullmatch("(?:[ef].){3}", value) is not None
+    return tag in ("w:sz", "w:w") and value.isdigit() and int(value) <= _SMALL
 
 
 def _attributes(attrs: list[tuple[str, str | None]]) -> dict[str, str]:
@@ -195,20 +252,91 @@ def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
     """
     if "<" not in text:
         return text
-    page = _Seen(styles or {}, white_is_seen=_BACKGROUND.search(text) is not None)
+    sheet = _style_sheet(text)
+    is_dark = _BACKGROUND.search(text) is not None
+    page = _Seen(styles or {}, _hiding_rules(sheet, is_dark), white_is_seen=is_dark)
     _parsed(page, text)
-    return "".join(page.written)
+    # A style sheet can write texts of its own.
+    shown = re.findall(r"content:\s*[\"']([^\"'\n]{5,200})", sheet)
+    return "".join([*page.written, *(f"\n<p>{doubted(one)}</p>" for one in shown)])
+
+
+_Rule = tuple[frozenset[str], ...]
+"""Whom a rule means: the names of an element, behind those of the ones around it."""
+
+
+_MOST_RULES = 1000
+
+
+def _few(rules: Iterable[_Rule]) -> Iterable[_Rule]:
+    """Return each rule once; of too many, one that means all elements."""
+    each = dict.fromkeys(rules)
+    return each if len(each) <= _MOST_RULES else [(frozenset("*"),)]
+
+
+def _style_sheet(text: str) -> str:
+    """Return the style sheets in a page."""
+    if "<style" not in text.lower():
+        return ""
+    parser = _Elements()
+    _parsed(parser, text)
+    return "\n".join(parser.styles)
+
+
+def _hiding_rules(sheet: str, is_dark: bool) -> Iterator[_Rule]:
+    """Yield whom the rules of a style sheet may hide, but those for printers."""
+    around: list[str] = []
+    text = ""
+    for piece in re.split(r"([{}])", sheet.lower()):
+        if piece == "{":
+            around.append(text)
+        elif piece == "}" and around:
+            selectors = around.pop()
+            if _hides(text, is_dark) and not any("print" in one for one in around):
+                yield from map(
+                    _rule, filterfalse(_IN_A_STATE.search, selectors.split(","))
+                )
+        text = piece
+
+
+def _hides(declarations: str, is_dark: bool) -> bool:
+    """Return whether declarations of a style sheet may hide an element."""
+    style = ";" + re.sub(r"\s|!important", "", declarations)
+    color = re.search(";color:([^;]*)", style)
+    if color and not is_dark and (_WHITE.match(color[1]) or _LIGHT.match(color[0])):
+        return True
+    return (_HIDES.search(style) or _MAY_HIDE.search(style)) is not None
+
+
+_IN_A_STATE = re.compile(
+    r"^(?!.*:not).*(?:::|:(?:before|after|hover|focus|active|visited|disabled)\b)",
+    re.DOTALL,
+)
+"""A selector of what is beside an element, or of an element while it is used."""
+
+
+def _rule(selector: str) -> _Rule:
+    """Read a selector without its conditions on attributes and on places."""
+    plain = re.sub(r"\[[^\[\]]*\]|:[\w:-]+(?:\([^()]*\))?", "*", selector)
+    parts = re.sub(r"[>+~]", " ", plain).split()
+    names = (re.findall(r"[.#]?[\w-]+", part) or ["*"] for part in parts)
+    return tuple(map(frozenset, names)) or (frozenset("*"),)
 
 
 class _Elements(HTMLParser):
-    """The start tags of an XML file, with their attributes."""
+    """The start tags of an XML file, and the style sheets of a page."""
 
     def __init__(self) -> None:
         super().__init__()
         self.elements: list[tuple[str, Attributes]] = []
+        self.styles: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.elements.append((tag, _attributes(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        if self.elements and self.elements[-1][0] == "style":
+            self.styles.append(data)
 
 
 def _elements(text: str) -> list[tuple[str, Attributes]]:
@@ -219,6 +347,22 @@ def _elements(text: str) -> list[tuple[str, Attributes]]:
 
 _OF_TEXT = {"text:display": "display", "fo:color": "color", "fo:font-size": "font-size"}
 """Properties of OpenDocument, by the names of the same properties in CSS."""
+
+
+def hiding_styles(styles: str) -> dict[str, str]:
+    """Return the styles of Word that may hide a text, each with the property that does."""
+    found: dict[str, str] = {}
+    name = ""
+    for tag, attributes in _elements(styles):
+        value = attributes.get("w:val", "").lower()
+        if tag == "w:style":
+            name = attributes.get("w:styleid", "").lower()
+        elif name and (
+            (tag == "w:vanish" and value not in ("0", "false", "off"))
+            or _is_faint(tag, value)
+        ):
+            found[name] = tag
+    return found
 
 
 def open_text_seen(content: str) -> str:
@@ -236,45 +380,6 @@ def open_text_seen(content: str) -> str:
             )
             styles[name] = ";".join(["", *properties])
     return page_seen(content, styles)
-
-
-# --- workbooks ---
-
-_MOST_XML = 10_000_000  # bytes
-
-
-def hidden_sheets(data: bytes) -> frozenset[str]:
-    """Return the names of the sheets of a workbook that are hidden."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        member = (
-            "xl/workbook.xml"
-            if "xl/workbook.xml" in archive.namelist()
-            else "content.xml"
-        )
-        with archive.open(member) as file:
-            text = file.read(_MOST_XML).decode("utf-8", "replace")
-    return frozenset(_hidden_sheets(_elements(text)))
-
-
-def _hidden_sheets(elements: list[tuple[str, Attributes]]) -> Iterator[str]:
-    """Yield the names of the hidden sheets.
-
-    A sheet is hidden by its state in Excel, and by its style in OpenDocument.
-    """
-    unseen: set[str] = set()
-    style = ""
-    for tag, attributes in elements:
-        if tag == "sheet" and attributes.get("state", "visible").lower() != "visible":
-            yield attributes.get("name", "")
-        elif tag == "style:style":
-            style = attributes.get("style:name", "")
-        elif (
-            tag == "style:table-properties"
-            and attributes.get("table:display") == "false"
-        ):
-            unseen.add(style)
-        elif tag == "table:table" and attributes.get("table:style-name") in unseen:
-            yield attributes.get("table:name", "")
 
 
 # --- LaTeX, Markdown and plain lines ---
@@ -295,7 +400,16 @@ def latex_seen(text: str) -> str:
         # Lines are counted as they are written.
         kept += text[at : match.start()], "\n" * text.count("\n", match.start(), end)
         at = end
-    return "".join([*kept, text[at:]])
+    seen = "".join([*kept, text[at:]])
+    hides = _TYPESET_UNSEEN.search(seen)
+    return seen[: hides.start()] + doubted(seen[hides.start() :]) if hides else seen
+
+
+_TYPESET_UNSEEN = re.compile(
+    r"\\(?:color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0"
+    r"|setbox|sbox|savebox|begin\s*\{lrbox)"
+)
+"""Commands of LaTeX behind which a text may be unseen."""
 
 
 def _end_of_group(text: str, at: int) -> int:
@@ -312,14 +426,21 @@ def _end_of_group(text: str, at: int) -> int:
 
 
 _LINK = re.compile(
-    r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ "
-    r"\t]*(?:[\"'(].*[\"')])?[ \t]*$"
+    r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ \t]*"
+    r"(?:[\"'(].*[\"')])?[ \t]*$"
 )
 """A definition of a link in Markdown, which is not shown: ``[//]: # (a remark)``."""
 
 
+_FRONT = re.compile(
+    r"\A---[ \t]*\n.*?\n(?:---|\.\.\.)[ \t]*$", re.DOTALL | re.MULTILINE
+)
+"""Lines about a page of Markdown, above it, which are not shown."""
+
+
 def markdown_seen(text: str) -> str:
     """Return Markdown without definitions of links, and without what its elements of HTML hide."""
+    text = _FRONT.sub(lambda found: doubted(found[0]), text)
     return page_seen(_LINK.sub("", text))
 
 

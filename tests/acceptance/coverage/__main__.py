@@ -1,5 +1,5 @@
-"""Is the 95 % interval true, and how long is it? ``python tests/acceptance/coverage`` simulates
-the table; 1 if a cell fails.
+"""Is the 95 % interval true, and how long is it? ``python tests/acceptance/coverage``
+simulates the table; 1 if a cell fails.
 
 A cell that is short of what is asked by less than two standard errors may be so by
 chance, and is told as such. ``--labs N`` draws more labs or fewer, ``--cell NAME`` only

@@ -1,5 +1,5 @@
-"""The most telling cells of the table, with fewer labs; ``python tests/acceptance/coverage``
-checks all of them.
+"""The most telling cells of the table, with fewer labs; ``python
+tests/acceptance/coverage`` checks all of them.
 
 The labs are always the same, so that a cell fails only if the fit changes. Hand and
 balance are misstated as in the published logs: there the plain fit, whose intervals

@@ -1,5 +1,5 @@
-"""Let every call to the system fail in turn: ``python tests/acceptance/faults``; or ``--kills
-200``: kill runs at random times.
+"""Let every call to the system fail in turn: ``python tests/acceptance/faults``; or
+``--kills 200``: kill runs at random times.
 """
 
 import argparse

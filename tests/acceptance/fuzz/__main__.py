@@ -1,5 +1,5 @@
-"""Try very many inputs: ``python tests/acceptance/fuzz --count 100000``; every fault is shown with
-the seed that repeats it.
+"""Try very many inputs: ``python tests/acceptance/fuzz --count 100000``; every fault is
+shown with the seed that repeats it.
 
 ``--door NAME`` tries another door than the analysis, and ``--door all`` all of them, as
 many each; ``clean`` draws logs without a slip, whose truth is known. ``--seed S

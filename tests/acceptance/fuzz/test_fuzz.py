@@ -1,8 +1,8 @@
 """Logs at random, other ones in each run: what every log must keep to, and every log
 that ever broke the tool.
 
-A failure shows its seed: ``python tests/acceptance/fuzz --seed S --only`` repeats it; ``--count
-100000`` tries many more."""
+A failure shows its seed: ``python tests/acceptance/fuzz --seed S --only`` repeats it;
+``--count 100000`` tries many more."""
 
 from __future__ import annotations
 

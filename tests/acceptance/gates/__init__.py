@@ -1,3 +1,3 @@
-"""Does the tool still behave the same, seen from outside? ``python tests/acceptance/gates``
-answers in a few minutes.
+"""Does the tool still behave the same, seen from outside? ``python
+tests/acceptance/gates`` answers in a few minutes.
 """

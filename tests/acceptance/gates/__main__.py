@@ -1,5 +1,5 @@
-"""Does the tool still behave the same, seen from outside? ``python tests/acceptance/gates`` prints
-a line for each gate.
+"""Does the tool still behave the same, seen from outside? ``python
+tests/acceptance/gates`` prints a line for each gate.
 
 A line has the name of the gate, what was measured, what is required, and ok or DIFFERS;
 below a gate that differs are the differences, as it was | as it is. The exit code is 1

@@ -1,15 +1,15 @@
 """Gate 7: of 5,000 fuzzed and mutated logs none ends in a traceback, and none is wrong
 by a factor of 3 in silence.
 
-Four of five logs come from the grammar of `tests/acceptance/fuzz`, which knows the truth: any
-design, unit, count and statement, often with a slip of a whole column or with spoiled
-cells, lines and bytes. The others are ordinary logs of a known truth and the logs of
-the repository, spoiled in the same way. An answer that is wrong by a factor of 3 must
-come with a warning, a doubt or a run that is flagged. A slip of a whole column without
-anything in the log to compare with cannot be seen; such logs must only not break the
-tool. The number of faults may only fall. `fuzzed.csv` contains a digest of the answers
-and codes of forty logs each, to show whether a change reaches logs that nobody wrote by
-hand."""
+Four of five logs come from the grammar of `tests/acceptance/fuzz`, which knows the
+truth: any design, unit, count and statement, often with a slip of a whole column or
+with spoiled cells, lines and bytes. The others are ordinary logs of a known truth and
+the logs of the repository, spoiled in the same way. An answer that is wrong by a factor
+of 3 must come with a warning, a doubt or a run that is flagged. A slip of a whole
+column without anything in the log to compare with cannot be seen; such logs must only
+not break the tool. The number of faults may only fall. `fuzzed.csv` contains a digest
+of the answers and codes of forty logs each, to show whether a change reaches logs that
+nobody wrote by hand."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def attempt(seed: int) -> tuple[str, str, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", gyrodata.GyroWarning)
-            document = gyrodata.analyze(data, name="log.csv", model=model).to_dict()  # type: ignore[arg-type]
+            document = gyrodata.analyze(data, name=("log.csv"), model=model).to_dict()  # type: ignore[arg-type]
             json.dumps(document, allow_nan=False)
     except gyrodata.GyroError as error:
         bare = re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", str(error))

@@ -1,10 +1,10 @@
 """Gate 6: the 95 % interval contains the true I_zz in 92 to 99 % of the labs, in each
 of 12 cells.
 
-The labs are drawn by `gates.drawn_logs`, which uses no code of the package, typed as logs and
-given to `gyrodata.analyze`. In most cells something is worse than the log says: a bad
-hand, a bad balance, a late reading of the spin, a false balance test. The same labs are
-drawn in each run, so the counts change only if the answers do."""
+The labs are drawn by `gates.drawn_logs`, which uses no code of the package, typed as
+logs and given to `gyrodata.analyze`. In most cells something is worse than the log
+says: a bad hand, a bad balance, a late reading of the spin, a false balance test. The
+same labs are drawn in each run, so the counts change only if the answers do."""
 
 from __future__ import annotations
 

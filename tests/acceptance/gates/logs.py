@@ -2,12 +2,12 @@
 same I_zz and the same u.
 
 The logs are those of `logs.txt` (layouts, stated errors, published tables, habits,
-unfinished logs), the files in `sample_data` and `tests/acceptance/fuzz/corpus`, the habits of
-`tests/support/sheets.py` before and after the remedy, slips of unit and column, and the example
-of each diagnostic code. `texts.csv` contains a thousand headers, cells, lines and
-options, each put into the same log. A reader that is rebuilt must read all of them as
-before, or this gate shows which not. The answers are in `logs.csv` and `texts.csv`,
-with a digest of all that is said of each log."""
+unfinished logs), the files in `sample_data` and `tests/acceptance/fuzz/corpus`, the
+habits of `tests/support/sheets.py` before and after the remedy, slips of unit and
+column, and the example of each diagnostic code. `texts.csv` contains a thousand
+headers, cells, lines and options, each put into the same log. A reader that is rebuilt
+must read all of them as before, or this gate shows which not. The answers are in
+`logs.csv` and `texts.csv`, with a digest of all that is said of each log."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""A small part of each gate, in each run of the suite; ``python tests/acceptance/gates`` has all
-of it.
+"""A small part of each gate, in each run of the suite; ``python
+tests/acceptance/gates`` has all of it.
 """
 
 from __future__ import annotations

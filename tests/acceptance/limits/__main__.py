@@ -1,4 +1,5 @@
-"""The limits of the code: ``python tests/acceptance/limits`` compares the package with them.
+"""The limits of the code: ``python tests/acceptance/limits`` compares the package with
+them.
 
 Each function over a limit is listed in ``allowed.toml`` with its number. A number may
 only fall, and a function that is not listed may not be over a limit. A room may only

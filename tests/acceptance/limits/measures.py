@@ -3,11 +3,10 @@
 The size of code is the number of nodes of its syntax tree, without imports, annotations
 and docstrings; a string counts its words. So line breaks and short names change
 nothing, and code in a string is not free. A decision is an `if`, `for`, `while`,
-`except` or `case`, a conditional expression, each further part of an `and` or `or`, each
-`for` and `if` of a comprehension, and `map` and `filter`. The decisions of lambdas and
-inner functions count for the outermost function, and the code outside functions counts
-as one function, so that decisions cannot hide in a table of lambdas.
-"""
+`except` or `case`, a conditional expression, each further part of an `and` or `or`,
+each `for` and `if` of a comprehension, and `map` and `filter`. The decisions of lambdas
+and inner functions count for the outermost function, and the code outside functions
+counts as one function, so that decisions cannot hide in a table of lambdas."""
 
 from __future__ import annotations
 

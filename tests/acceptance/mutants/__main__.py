@@ -1,5 +1,5 @@
-"""The tests of the tests: ``python tests/acceptance/mutants`` changes one thing in the package at
-a time, and sees who notices.
+"""The tests of the tests: ``python tests/acceptance/mutants`` changes one thing in the
+package at a time, and sees who notices.
 
 Each mutant is one changed node of a syntax tree: a comparison, a sum, a product, a
 number, an ``and``, a ``not``, a condition. A comparison is negated and a number of at

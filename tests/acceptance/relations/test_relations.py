@@ -1,5 +1,5 @@
-"""Logs that mean the same give the same I_zz and u; ``python tests/acceptance/gates --only
-relations`` takes more logs.
+"""Logs that mean the same give the same I_zz and u; ``python tests/acceptance/gates
+--only relations`` takes more logs.
 """
 
 import pytest

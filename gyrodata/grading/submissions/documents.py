@@ -1,0 +1,228 @@
+"""The texts of a student as lines of plain text, and why a file cannot be read.
+
+Of each line it is known whether a person who opens the file may not see it: an answer
+there is a question.
+"""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import re
+import tomllib
+import unicodedata
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from gyrodata import readings
+from gyrodata.base.errors import GyroError
+from gyrodata.grading.submissions import visible
+from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
+from gyrodata.readings import workbook
+
+_WORDS = tomllib.loads(
+    Path(__file__).with_name("answers.toml").read_text(encoding="utf-8")
+)
+_STRUCK, _MARKUP, PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
+SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
+"""Words of reports, as regular expressions."""
+_PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
+"""The part of a file of a word processor that contains its text."""
+MOST_LINES, LONGEST_LINE = 1000, 20_000
+
+
+class Document(Struct, frozen=True):
+    """A text of a student."""
+
+    name: str  # to be shown
+    lines: Sequence[str] = ()  # of plain text; the cells of a table are separated by |
+    doubted: frozenset[int] = frozenset()  # numbers of lines that may be unseen
+    problem: str = ""  # why it cannot be read; or ""
+
+
+def read_document(name: str, data: bytes) -> Document:
+    """Read a file as lines of plain text; never raises."""
+    try:
+        lines = _read_lines(name, data)
+    except GyroError as error:
+        return Document(name, problem=error.diagnostics[0].message)
+    except RecursionError:
+        return Document(name, problem="it has too many levels of brackets")
+    except _DAMAGED as error:
+        why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
+        kind = ending(name) or "text"
+        return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
+    doubted = {number for number, line in enumerate(lines, 1) if visible.DOUBT in line}
+    plain = [without_marks(line) for line in lines]
+    return Document(name, plain, frozenset(doubted))
+
+
+def without_marks(line: str) -> str:
+    """Return a line without characters that have no width."""
+    if line.isascii():
+        return line
+    return "".join(c for c in line if unicodedata.category(c) not in ("Cf", "Co"))
+
+
+_LONGEST_REASON = 80
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    csv.Error,
+    KeyError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    AttributeError,
+    TypeError,  # JSON that is not a notebook
+)
+
+
+def _read_lines(name: str, data: bytes) -> list[str]:
+    """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
+    kind = ending(name)
+    if kind in WORKBOOKS:
+        sheets = workbook.read_sheets(data)
+        return [line for one in sheets if not one.is_hidden for line in _rows_of(one)]
+    if kind in _PACKED and data.startswith(b"PK"):
+        text = _packed_text(data, kind)
+    else:
+        text = readings.decode(data, readings.Faults(name))[0]
+    if kind == ".json":
+        text = re.sub(
+            r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text
+        )
+        text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
+    if kind == ".ipynb":
+        text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
+    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is
+    # a remark.
+    comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
+    for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
+        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
+    text = text.partition(r"\end{document}")[0] if kind == ".tex" else text
+    text = text if kind in TABLES else visible.latex_seen(text)
+    text = visible.markdown_seen(text) if kind == ".md" else text
+    is_page = kind in (".html", ".htm") or (
+        kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text)
+    )
+    text = visible.page_seen(text) if is_page and kind not in _PACKED else text
+    if kind in (".html", ".htm", ".docx", ".odt") or re.search(
+        r"(?i)</p>|<(?:br|sup)\b", text
+    ):
+        for pattern, plain in _MARKUP:
+            text = re.sub(pattern, plain, text)
+        # Lines are counted as they are shown.
+        text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
+    lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
+    return in_cells(lines) if kind in TABLES else lines
+
+
+def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
+    """Give the rows of a sheet as lines; cells that are not shown are doubted."""
+    unseen = workbook.unseen_cells(sheet)
+    for number, row in enumerate(sheet.rows, 1):
+        cells = ["" if cell is None else str(cell) for cell in row]
+        yield " | ".join(
+            visible.doubted(cell) if (number, at) in unseen else cell
+            for at, cell in enumerate(cells, 1)
+        )
+
+
+class Unseen(Struct, frozen=True):
+    """What a person who opens a workbook does not see."""
+
+    sheets: frozenset[str] = frozenset()  # names of hidden sheets
+    cells: frozenset[str] = frozenset()  # texts of cells that are not shown
+
+
+def unseen_in(name: str, data: bytes) -> Unseen:
+    """Return what is hidden in a workbook; nothing if it is none, or cannot be read."""
+    if ending(name) not in WORKBOOKS:
+        return Unseen()
+    try:
+        sheets = workbook.read_sheets(data)
+    except ValueError:
+        return Unseen()
+    cells = {
+        str(sheet.rows[row - 1][column - 1])
+        for sheet in sheets
+        for row, column in workbook.unseen_cells(sheet)
+    }
+    titles = frozenset(sheet.title for sheet in sheets if sheet.is_hidden)
+    return Unseen(titles, frozenset(cells))
+
+
+def _packed_text(data: bytes, kind: str) -> str:
+    """Return the XML of a word processor, without the text in it that is hidden."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        text = re.sub(r">\s+<", "><", _part(archive, _PACKED[kind]))
+        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
+    if kind == ".odt":
+        return visible.open_text_seen(text)
+    return visible.page_seen(text, visible.hiding_styles(styles))
+
+
+_STYLES = "word/styles.xml"
+
+
+def _part(archive: zipfile.ZipFile, name: str) -> str:
+    with archive.open(name) as file:
+        return file.read(readings.MAX_BYTES).decode("utf-8", "replace")
+
+
+def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Give the texts of a notebook: what its cells contain, and then what they printed."""
+    printed: list[str] = []
+    for cell in cells:
+        metadata = cell.get("metadata") or {}
+        hidden = metadata.get("jupyter") or {}
+        # "hide-input", "remove-cell", "remove_output": what a page of it leaves out.
+        tags = " ".join(map(str, metadata.get("tags") or ()))
+        mark = visible.doubted if re.search("(?i)hid|remove|exclu", tags) else str
+        source = "".join(cell["source"])
+        if cell.get("cell_type") == "markdown":
+            source = visible.markdown_seen(source)
+        if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
+            yield mark(source)
+        if not hidden.get("outputs_hidden"):
+            printed += [
+                mark("".join(["\n", *one.get("text", [])]))
+                for one in cell.get("outputs", [])
+            ]
+    yield from printed
+
+
+def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
+    """Separate the cells of a table by ``|``.
+
+    A line of prose, where a comma may be a decimal one, stays as it is.
+    """
+    sign, lines = (
+        max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)),
+        table[part],
+    )
+    rows = (csv.reader([line[:LONGEST_LINE]], delimiter=sign) for line in lines)
+    return [
+        line if re.search(SAYS["prose"], line) else " | ".join(*row)
+        for line, row in zip(lines, rows, strict=True)
+    ]
+
+
+def as_log(name: str, data: bytes) -> bytes:
+    """Return a file as `read_log` reads it.
+
+    A report of a word processor becomes its text, with ``|`` between cells.
+    """
+    return (
+        "\n".join(read_document(name, data).lines).encode()
+        if ending(name) in _PACKED
+        else b""
+    ) or data

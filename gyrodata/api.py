@@ -81,7 +81,11 @@ def in_python(text: str) -> str:
 
 
 class Analysis(results.Analysis, frozen=True, eq=False):
-    """The analysis of a log: its data, and what Python draws and prints of it."""
+    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+
+    It adds to the attributes of `gyrodata.results.Analysis` what draws the result,
+    prints it, and simulates its lab.
+    """
 
     def __str__(self) -> str:
         return summary(self)

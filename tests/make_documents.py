@@ -4,8 +4,11 @@ explain`; read the difference.
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).parent / "support"))
 
 from documents import DOCUMENTS, cropped, typed
 from python_page import reference

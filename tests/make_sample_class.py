@@ -3,10 +3,14 @@ writes it anew.
 """
 
 import base64
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
+sys.path.append(str(Path(__file__).parent / "support"))
+
 from grading.students_reports import RIGHT, SLIPS, Formula, Sheet, reported_line, sheet
 from simulated_labs import INERTIA
 

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -113,7 +114,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
-    for block, below in zip(listed, [*listed[1:], None], strict=True):
+    for block, below in pairwise([*listed, None]):
         commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
             (folder / block.told).write_text(block.body, encoding="utf-8")

@@ -9,7 +9,7 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import gyrodata
@@ -19,11 +19,18 @@ ENTRY = re.compile(
 )
 
 
+def documentation(thing: Any) -> str:
+    """The docstring of a thing, and those of the classes from which it inherits."""
+    classes = inspect.getmro(thing) if isinstance(thing, type) else (thing,)
+    own = [one for one in classes if one.__module__.startswith("gyrodata")]
+    return "\n\n".join(inspect.getdoc(one) or "" for one in own)
+
+
 def section(thing: Any, title: str) -> list[tuple[str, str, str]]:
     """Name, type and text of each entry in a section of a numpydoc docstring."""
     found = re.search(
         rf"^{title}\n-+\n(.*?)(?=\n\n\w[\w ]*\n---|\Z)",
-        inspect.getdoc(thing) or "",
+        documentation(thing),
         re.M | re.S,
     )
     return [
@@ -44,10 +51,13 @@ def attributes(thing: type) -> Iterator[tuple[str, str, str]]:
 
 
 def methods(thing: type) -> Iterator[tuple[str, str, str]]:
-    """Public methods and properties of a class, with the first paragraph of their
-    docstrings.
+    """Public methods and properties of a class, those of its parents first, with their
+    docstrings up to the first section.
     """
-    for name, one in vars(thing).items():
+    classes = [
+        one for one in thing.__mro__[::-1] if one.__module__.startswith("gyrodata")
+    ]
+    for name, one in chain.from_iterable(vars(one).items() for one in classes):
         inner = one.fget if isinstance(one, property) else getattr(one, "func", one)
         text = (inspect.getdoc(inner) or "") if inspect.isfunction(inner) else ""
         if text and not name.startswith("_"):
@@ -57,8 +67,13 @@ def methods(thing: type) -> Iterator[tuple[str, str, str]]:
             yield (
                 name if inner is not one else f"{name}({arguments})",
                 kind,
-                " ".join(text.partition("\n\n")[0].split()),
+                prose(text),
             )
+
+
+def prose(text: str) -> str:
+    """A docstring up to its first section, on one line."""
+    return " ".join(re.split(r"\n\n\w[\w ]*\n---", text)[0].split())
 
 
 def table(head: str, rows: list[tuple[str, str, str]]) -> str:
@@ -77,9 +92,7 @@ def table(head: str, rows: list[tuple[str, str, str]]) -> str:
 def entry(name: str) -> str:
     """The signature, the tables and the errors of one public name."""
     thing = getattr(gyrodata, name)
-    summary = " ".join(
-        (inspect.getdoc(thing) or "").partition("\n\n")[0].split()
-    ).replace("``", "`")
+    summary = prose(inspect.getdoc(thing) or "").replace("``", "`")
     if isinstance(thing, type):
         rows = [*(section(thing, "Attributes") or attributes(thing)), *methods(thing)]
         return "\n\n".join(filter(None, [summary, table("attribute", rows)]))

@@ -70,7 +70,7 @@ def simulate(
 ) -> Simulation:
     """Simulate a log whose truth is known.
 
-    By default of a balanced 4-inch steel ball, three weights and three spins.
+    By default, the lab has a balanced 4-inch steel ball, three weights and three spins.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every room needs: messages and errors, files that are written whole, worker processes.
+"""Messages and errors, files that are written whole, and worker processes.
 
 A message is one entry of `messages.toml`, and its code is explained in
 `diagnostics.toml`. Nothing here knows what a log contains.

@@ -1,4 +1,4 @@
-"""What is judged about a fit: effects, doubts, mistakes, refusals, and the next runs.
+"""Judgements about a fit: effects, doubts, mistakes, refusals, and missing runs.
 
 `changes` is the list of all questions that are answered by a fit of a changed table;
 `findings`, `refusals`, `wrong_cells` and `procedure` turn the answers into messages,

@@ -149,7 +149,7 @@ def selfcheck(
 ) -> SelfCheck:
     """Simulate a lab many times, and count how often its intervals contain the truth.
 
-    The command ``gyro selfcheck`` does the same.
+    This is the command ``gyro selfcheck``.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ class _Candidate(Struct, frozen=True):
 
 
 class _Text(Struct, frozen=True):
-    """What was found in a document."""
+    """The values in a document, and why a part of it is not read."""
 
     values: Sequence[_Candidate]
     cut: str = ""  # question about a value that may be in a part that is not read

@@ -137,7 +137,7 @@ def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
 
 
 class Unseen(Struct, frozen=True):
-    """What a person who opens a workbook does not see."""
+    """The cells of a workbook that are not shown."""
 
     sheets: frozenset[str] = frozenset()  # names of hidden sheets
     cells: frozenset[str] = frozenset()  # texts of cells that are not shown

@@ -79,8 +79,8 @@ _USUAL = (
 """Ways of writing, and the usual way that replaces each."""
 
 _COVERAGE = (
-    r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
-    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?"
+    r"(?i)(?:(?<!\s)\s+)?(?:(?:[(\[,;]\s*)?(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*+(?:C\.?[IL]\.?|confidence|confidence level|coverage)?"
     r"(?:,\s*k\s*=\s*\d)?\s*[)\]])"
 )
 """A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
@@ -116,7 +116,7 @@ _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 _SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
-_PARTS_OF_PI = r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*[*·×]?\s*(?:pi|π)\s*(?:/\s*([1-9][0-9]?))?\s*(?:rad)?"
+_PARTS_OF_PI = r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*+(?:[*·×]\s*)?(?:pi|π)\s*+(?:/\s*([1-9][0-9]?)\s*)?(?:rad)?"
 """Angles such as "2pi/3"."""
 _CCW, _CW = (
     ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"),
@@ -257,9 +257,8 @@ def take_apart(text: str) -> Written | None:
         value, step = to_float(number), float(f"1e{last_place(number)}")
         return Written(number, value, step, unit, spread, spread_unit, coverage)
     try:
-        value = float(
-            sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split()))
-        )
+        parts = "/".join(map(str.strip, number.lstrip("+-").split("/")))
+        value = float(sum(map(Fraction, parts.split())))
     except ZeroDivisionError:
         value = math.inf
     return Written(

@@ -825,7 +825,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
     if key == "position" and roles.from_centre(text):
         text = re.split(
-            r"\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
+            r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
         )[0]
     try:
         if key == "spin_down":

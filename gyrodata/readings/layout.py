@@ -333,7 +333,7 @@ def _units(texts: Sequence[str]) -> list[str]:
 
 
 _WORD = re.compile(r"[^\W\d_]{3}")
-_SENTENCE = re.compile(r"[^\W\d_]{3,}\W+[^\W\d_]{3,}")
+_SENTENCE = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
 """Two words: "2 reflective strips" is not a number with its unit."""
 
 
@@ -516,9 +516,9 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     for part in (
         *row.texts,
         *re.split(_CLAUSE_END, whole),
-        *re.findall(r"\w+=\S+", whole),
+        *re.findall(r"(?<!\w)\w++=\S+", whole),
     ):
-        name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
+        name, *rest = re.split(r"(?:(?<!\s)\s+)?[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if (
             rest
@@ -1057,7 +1057,7 @@ class _Sheet:
             written.unit and not kinds_of(written.unit)
         )
         few = 3 * len(filled) < len(self.here)
-        return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (
+        return (few and bool(re.search(r"(?m)%|^(?>.*?[^\W\d]).*\s", text))) or (
             bool(self.runs)
             and untimed
             and no_quantity
@@ -1439,7 +1439,7 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
 # Before the first run ----------------------------------------------------------------------------------------------
 
 
-_COPY = r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$"
+_COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 

@@ -322,16 +322,22 @@ class Header(Struct, frozen=True):
     """Number of a repeat: ``time_2`` is 2."""
 
 
-_SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 _OF_ONE = vocabulary.pattern("of_one")
 """Words for one of several weights."""
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
-_BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
-_BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
-_IN_UNIT = r"(.+?)(?:\s+(?:in|en|em|w|в)\s+|\s*/\s*)(\S+)\s+(.+)"
+_BRACKET = (
+    r"(.*?)(?:(?<!\s)\s+)?(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
+)
+_BRACKET_INSIDE = (
+    r"([^\[(]*?)(?:(?<!\s)\s+)?[\[(]([^\[\]()]+)[\])][\s,;]{1,20}([^\[\]]+)"
+)
+_IN_UNIT = (
+    r"(.+?)(?:(?<!\s)\s+(?:in|en|em|w|в)\s+|(?:(?<!\s)\s+)?/\s*)(\S{1,40}+)\s+(.+)"
+)
 _TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')}|for|für|pour)\s+(.+)"
-_INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
+_INDEX = r"(.*?[^\W\d])[\s_\-.]{0,20}([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
@@ -850,7 +856,7 @@ _COUNTED = (
     r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
     rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{_TURN}(?!\w*/\w)"
 )
-_MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
+_MIXED = rf"(?i)(?:^|\(|([^\W\d]{{1,20}})[\s_]{{1,20}})([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = (
     r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
@@ -886,11 +892,13 @@ def turns_in(header: str) -> str:
         _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
     )
     if unit and "time" in kinds_of(unit):
-        plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
+        plain = re.sub(
+            r"(?:(?<!\s)\s+)?/\s*\w+\W*$", "", plain
+        )  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
     if re.search(_DIVIDED, plain) and re.search(
-        rf"[0-9]\s*(?:\w+\s+)?(?:{_TURN})", plain
+        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?(?:{_TURN})", plain
     ):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):

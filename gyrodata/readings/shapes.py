@@ -189,7 +189,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     return grid
 
 
-_NUMBER_OF_RUN = r"[\s_#]*[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
+_NUMBER_OF_RUN = r"(?:(?<![\s_#])[\s_#]+)?[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
 
 
 def _stacked(grid: Grid, faults: Faults) -> Grid:
@@ -349,7 +349,9 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     # The commas of "215,392,582" separate cells.
     lines = [
         re.sub(
-            r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line
+            r"(?<![0-9.])[0-9.]++(?:,[0-9.]++){2,}",
+            lambda cells: cells[0].replace(",", " "),
+            line,
         )
         for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]
     ]

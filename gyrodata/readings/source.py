@@ -196,7 +196,7 @@ def _known_letters(text: str) -> int:
     words = {
         word
         for word in words
-        if not re.search(r"[A-Za-z].*[\u0370-\u04ff]|[\u0370-\u04ff].*[A-Za-z]", word)
+        if not (re.search("[A-Za-z]", word) and re.search("[\u0370-\u04ff]", word))
     }
     known = [
         word

@@ -775,7 +775,7 @@ ON_EARTH = 9.7, 9.9
 
 def form_of(key: str) -> tuple[str, list[str]]:
     """Return how a line of several quantities is written, with {} for each of them, and their kinds."""
-    sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
+    sample, quantity = vocabulary.LINES[key]["sample"], r"(?<![0-9.])[0-9.]+ (\w+)"
     return re.sub(quantity, "{}", sample), [
         kind for [kind] in map(kinds_of, re.findall(quantity, sample))
     ]
@@ -788,11 +788,15 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
         form_of(key),
         f'write it like "{vocabulary.LINES[key]["sample"]}"',
     )
-    match = re.fullmatch(form.replace("{}", "(.+?)").replace(" ", r"\s+"), text)
-    if match is None:
+    parts, rest = list[str](), " ".join(text.split())
+    for separator in form.strip("{}").split("{}"):
+        part, _, rest = rest.partition(separator)
+        parts.append(part)
+    parts.append(rest)
+    if not all(parts):
         raise UnitError("is not understood", hint)
     try:
-        numbers = tuple(map(quantities.parse_quantity, match.groups(), kinds))
+        numbers = tuple(map(quantities.parse_quantity, parts, kinds))
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":

@@ -442,15 +442,22 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     return turns if len(others) < 2 else ""
 
 
+def _is_open(text: str) -> bool:
+    """Return whether the last line of a text is long and does not end like a sentence."""
+    line = text.rstrip().rpartition("\n")[2]
+    return (
+        line[-1:] not in (*".:;!?。", "")
+        and re.search(r"[^.:;!?。\s]", line[:-41]) is not None
+    )
+
+
 def _paragraphs(rows: list[Row]) -> list[Row]:
     """Join rows of text if a sentence goes on in the next line."""
     joined: list[Row] = []
     for row in rows:
         last = joined[-1] if joined else row
         goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
-        goes_on = goes_on and bool(
-            re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts))
-        )
+        goes_on = goes_on and _is_open(" ".join(last.texts))
         # "t: one turn" is a line of its own.
         goes_on = (
             goes_on

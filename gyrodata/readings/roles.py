@@ -369,7 +369,7 @@ def parse_header(text: str) -> Header:
         )
     name, unit = split_unit(re.sub(r"(?<=[\])]) Run #\d+$", "", rest))
     name = re.sub(
-        r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
+        r"(?i)(?<!\s)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
     )  # "mean of 5 trials"
     if not name.isascii():
         name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
@@ -665,7 +665,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
             text[: match.start()].strip(" _/,;"),
             text[match.end() :].strip(" _").lstrip("/ "),
         )
-        for separator in (r"\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
+        for separator in (r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
         for match in re.finditer(separator, text)
     ]
     # "时间 t/s" is a time in s, and not one in turns per second.
@@ -1113,8 +1113,8 @@ def noted_centre(note: str) -> bool:
 
 
 WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
-_LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
-DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
+_LONG = rf"({quantities.NUMBER}\s*[^\W\d_]{{1,20}})"
+DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|(?<![0-9]){_LONG}\s*(?:[^\W\d]{{1,30}}\s+)?{WIDE}"
 
 
 def diameter_in(sentence: str) -> str:

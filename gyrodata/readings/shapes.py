@@ -56,14 +56,14 @@ _ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"
 _MASS = rf"({quantities.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
     rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
-    rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+    rf"|(?<![0-9]){_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
 )
 _IN_HEADER = (
-    rf"(?i)[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
+    rf"(?i)(?:[\[(]\s*|(?<!\s)\s+)?(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*(?:[=:]\s*)?)?"
     rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
-_CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
+_CORNER = r"(?:(?<!\s)\s+)?(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
 """Marks between the names of rows and columns in the corner of a table."""
 
 

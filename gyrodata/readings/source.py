@@ -546,7 +546,7 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
-_LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
+_LATEX = re.compile(r"\\\\(?s:.*)|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
 _WRITTEN = {
     "\\pm": "±",

@@ -61,8 +61,14 @@ def never_called(text, words):
     return re.search(words, text)
 
 
+def from_data(text):
+    return [
+        re.match(words, text) for words in _WORDS
+    ]
+
+
 compiled("a")
-[re.match(words, "a") for words in _WORDS]
+from_data("a")
 """
 
 
@@ -77,6 +83,7 @@ def test_planted_patterns_are_found(tmp_path: Path) -> None:
         'return re.sub(r"\\s+/", "/", text)',
         "return _BLANKS.search(text)",
         "return re.fullmatch(",
+        "re.match(words, text) for words in _WORDS",
     ]
     assert "is not reached" in faults[0]
     assert all("is slow for" in fault for fault in faults[1:])

@@ -168,7 +168,7 @@ class TomlFile:
             own = re.split(r"\n(?=[ \t]*\[)", rest, maxsplit=1)[0]
             marks = list(
                 re.finditer(
-                    rf"(?m)^([ \t]*)(\[+[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)",
+                    rf"(?m)^([ \t]*)(\[++[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)",
                     rest,
                 )
             )

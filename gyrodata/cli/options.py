@@ -131,7 +131,7 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     try:
         value = notation.parse_quantity(text, kind)
     except units.UnitError as error:
-        if re.fullmatch(r"\s*[-+]?\d+\.?\d*\s*", text):
+        if re.fullmatch(r"\s*[-+]?\d++\.?\d*\s*", text):
             refuse(
                 "option_without_unit",
                 shown=shown,

@@ -104,6 +104,7 @@ class Roster(Struct, frozen=True):
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
+_BETWEEN_NAMES = r"(?:(?<!\s)\s+)?(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*"
 _ONESELF = r"(?i)(?:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?"
 
 
@@ -114,7 +115,7 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     """
     names = list[str]()
     if not re.fullmatch(SAYS["alone"], text):
-        for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
+        for part in re.split(_BETWEEN_NAMES, text.strip()):
             names += (
                 [part] if "," not in part or keys_of(part, meant) else part.split(",")
             )

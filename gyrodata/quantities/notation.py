@@ -58,13 +58,13 @@ _SAID = (
 )
 _TIMES_TEN = r"[×x*·⋅∙]\s*10"
 _POWER_OF_TEN = (
-    rf"\s*(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
+    rf"(?:(?<!\s)\s+)?(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
     r"(?:[({]\s*([-+]?[0-9]{1,3})\s*[)}]|([-+]?[0-9]{1,3}))(?![0-9.,])"
 )
 _USUAL = (
     (r"(?:(?<=[^\W\d])|(?<=\^\d))\.$", ""),  # the end of a sentence
     (
-        r"(?i)\s*\(\s*(?:i\.\s?e\.|=|d\.\s?h\.)[^()]*\)$",
+        r"(?i)(?:(?<!\s)\s+)?\(\s*(?:i\.\s?e\.|=|d\.\s?h\.)[^()]*\)$",
         "",
     ),  # "4.30 ± 0.06 g m^2 (i.e. 0.00430 kg m^2)"
     (r"(?<=\d)\s+[eE](?=[-+]\d)", "e"),  # "4.30 e-3"
@@ -87,9 +87,9 @@ _USUAL = (
 """Ways of writing, and the usual way that replaces each."""
 
 _COVERAGE = (
-    r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma"
-    r"|s\.?d\.?))\s*[)\]]?"
-    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence "
+    r"(?i)(?:(?<!\s)\s+)?(?:(?:[(\[,;]\s*)?(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)"
+    r"|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*+(?:C\.?[IL]\.?|confidence|confidence "
     r"level|coverage)?"
     r"(?:,\s*k\s*=\s*\d)?\s*[)\]])"
 )
@@ -130,8 +130,8 @@ _SPOKEN_CLOCK = (
     r"|sec|c|сек)?\.?"
 )
 _PARTS_OF_PI = (
-    r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*[*·×]?\s*(?:pi|π)\s*(?:/\s*([1-9][0-9]?))?\s*"
-    r"(?:rad)?"
+    r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*+(?:[*·×]\s*)?(?:pi|π)\s*+"
+    r"(?:/\s*([1-9][0-9]?)\s*)?(?:rad)?"
 )
 """Angles such as "2pi/3"."""
 _CCW, _CW = (
@@ -279,9 +279,8 @@ def take_apart(text: str) -> Written | None:
         value, step = to_float(number), float(f"1e{last_place(number)}")
         return Written(number, value, step, unit, spread, spread_unit, coverage)
     try:
-        value = float(
-            sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split()))
-        )
+        parts = "/".join(map(str.strip, number.lstrip("+-").split("/")))
+        value = float(sum(map(Fraction, parts.split())))
     except ZeroDivisionError:
         value = math.inf
     return Written(

@@ -196,7 +196,7 @@ _LETTERS = frozenset("gmsh")
 """Units of one letter whose capital is forgiven too."""
 
 _TOKEN = re.compile(
-    r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)"
+    r"\s*+([*/]?)\s*+(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)"
 )
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = [

@@ -847,7 +847,7 @@ def form_of(key: str) -> tuple[str, list[str]]:
 
     The text has {} in the place of each quantity.
     """
-    sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
+    sample, quantity = vocabulary.LINES[key]["sample"], r"(?<![0-9.])[0-9.]+ (\w+)"
     return re.sub(quantity, "{}", sample), [
         kind for [kind] in map(kinds_of, re.findall(quantity, sample))
     ]
@@ -860,11 +860,15 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
         form_of(key),
         f'write it like "{vocabulary.LINES[key]["sample"]}"',
     )
-    match = re.fullmatch(form.replace("{}", "(.+?)").replace(" ", r"\s+"), text)
-    if match is None:
+    parts, rest = list[str](), " ".join(text.split())
+    for separator in form.strip("{}").split("{}"):
+        part, _, rest = rest.partition(separator)
+        parts.append(part)
+    parts.append(rest)
+    if not all(parts):
         raise UnitError("is not understood", hint)
     try:
-        numbers = tuple(map(notation.parse_quantity, match.groups(), kinds))
+        numbers = tuple(map(notation.parse_quantity, parts, kinds))
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":
@@ -898,7 +902,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
     if key == "position" and roles.from_centre(text):
         text = re.split(
-            r"\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
+            r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
         )[0]
     try:
         if key == "spin_down":

@@ -351,7 +351,7 @@ def _units(texts: Sequence[str]) -> list[str]:
 
 
 _WORD = re.compile(r"[^\W\d_]{3}")
-_SENTENCE = re.compile(r"[^\W\d_]{3,}\W+[^\W\d_]{3,}")
+_SENTENCE = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
 """Two words: "2 reflective strips" is not a number with its unit."""
 
 
@@ -477,15 +477,22 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     return turns if len(others) < 2 else ""
 
 
+def _is_open(text: str) -> bool:
+    """Return whether the last line of a text is long and does not end like a sentence."""
+    line = text.rstrip().rpartition("\n")[2]
+    return (
+        line[-1:] not in (*".:;!?。", "")
+        and re.search(r"[^.:;!?。\s]", line[:-41]) is not None
+    )
+
+
 def _paragraphs(rows: list[Row]) -> list[Row]:
     """Join rows of text if a sentence goes on in the next line."""
     joined: list[Row] = []
     for row in rows:
         last = joined[-1] if joined else row
         goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
-        goes_on = goes_on and bool(
-            re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts))
-        )
+        goes_on = goes_on and _is_open(" ".join(last.texts))
         # "t: one turn" is a line of its own.
         goes_on = (
             goes_on
@@ -552,9 +559,9 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     for part in (
         *row.texts,
         *re.split(_CLAUSE_END, whole),
-        *re.findall(r"\w+=\S+", whole),
+        *re.findall(r"(?<!\w)\w++=\S+", whole),
     ):
-        name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
+        name, *rest = re.split(r"(?:(?<!\s)\s+)?[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if (
             rest
@@ -1109,7 +1116,7 @@ class _Sheet:
             written.unit and not kinds_of(written.unit)
         )
         few = 3 * len(filled) < len(self.here)
-        return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (
+        return (few and bool(re.search(r"(?m)%|^(?>.*?[^\W\d]).*\s", text))) or (
             bool(self.runs)
             and untimed
             and no_quantity
@@ -1501,7 +1508,7 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
 # --- Before the first run ---
 
 
-_COPY = r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$"
+_COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 

@@ -364,16 +364,22 @@ class Header(Struct, frozen=True):
     """Number of a repeat: ``time_2`` is 2."""
 
 
-_SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 _OF_ONE = vocabulary.pattern("of_one")
 """Words for one of several weights."""
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
-_BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
-_BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
-_IN_UNIT = r"(.+?)(?:\s+(?:in|en|em|w|в)\s+|\s*/\s*)(\S+)\s+(.+)"
+_BRACKET = (
+    r"(.*?)(?:(?<!\s)\s+)?(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
+)
+_BRACKET_INSIDE = (
+    r"([^\[(]*?)(?:(?<!\s)\s+)?[\[(]([^\[\]()]+)[\])][\s,;]{1,20}([^\[\]]+)"
+)
+_IN_UNIT = (
+    r"(.+?)(?:(?<!\s)\s+(?:in|en|em|w|в)\s+|(?:(?<!\s)\s+)?/\s*)(\S{1,40}+)\s+(.+)"
+)
 _TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')}|for|für|pour)\s+(.+)"
-_INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
+_INDEX = r"(.*?[^\W\d])[\s_\-.]{0,20}([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
@@ -408,7 +414,7 @@ def parse_header(text: str) -> Header:
         )
     name, unit = split_unit(re.sub(r"(?<=[\])]) Run #\d+$", "", rest))
     name = re.sub(
-        r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
+        r"(?i)(?<!\s)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
     )  # "mean of 5 trials"
     if not name.isascii():
         name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
@@ -714,7 +720,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
             text[: match.start()].strip(" _/,;"),
             text[match.end() :].strip(" _").lstrip("/ "),
         )
-        for separator in (r"\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
+        for separator in (r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
         for match in re.finditer(separator, text)
     ]
     # "时间 t/s" is a time in s, and not one in turns per second.
@@ -915,8 +921,8 @@ _COUNTED = (
     rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{_TURN}(?!\w*/\w)"
 )
 _MIXED = (
-    rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?"
-    rf"(?:an?\s+)?{_TURN}"
+    rf"(?i)(?:^|\(|([^\W\d]{{1,20}})[\s_]{{1,20}})([1-9][0-9]?)\s+([1-9]/[2-9])\s*"
+    rf"(?:of\s+)?(?:an?\s+)?{_TURN}"
 )
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = (
@@ -954,11 +960,13 @@ def turns_in(header: str) -> str:
         _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
     )
     if unit and "time" in kinds_of(unit):
-        plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
+        plain = re.sub(
+            r"(?:(?<!\s)\s+)?/\s*\w+\W*$", "", plain
+        )  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
     if re.search(_DIVIDED, plain) and re.search(
-        rf"[0-9]\s*(?:\w+\s+)?(?:{_TURN})", plain
+        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?(?:{_TURN})", plain
     ):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):
@@ -1188,8 +1196,11 @@ def noted_centre(note: str) -> bool:
 
 
 WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
-_LONG = rf"({notation.NUMBER}\s*[^\W\d_]+)"
-DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
+_LONG = rf"({notation.NUMBER}\s*[^\W\d_]{{1,20}})"
+DIAMETER = (
+    rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|(?<![0-9]){_LONG}\s*"
+    rf"(?:[^\W\d]{{1,30}}\s+)?{WIDE}"
+)
 
 
 def diameter_in(sentence: str) -> str:

@@ -61,15 +61,16 @@ _MASS = rf"({notation.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
     rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?"
     rf"(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
-    rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+    rf"|(?<![0-9]){_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
 )
 _IN_HEADER = (
-    rf"(?i)[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
+    rf"(?i)(?:[\[(]\s*|(?<!\s)\s+)?(?:\b(?:{vocabulary.words('with').replace(' ', '|')}"
+    rf"|[mMxr])\s*(?:[=:]\s*)?)?"
     rf"(?<![\w.,/])({notation.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m
 = 20 g"."""
-_CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
+_CORNER = r"(?:(?<!\s)\s+)?(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
 """Marks between the names of rows and columns in the corner of a table."""
 
 
@@ -199,7 +200,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     return grid
 
 
-_NUMBER_OF_RUN = r"[\s_#]*[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
+_NUMBER_OF_RUN = r"(?:(?<![\s_#])[\s_#]+)?[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
 
 
 def _stacked(grid: Grid, faults: Faults) -> Grid:
@@ -374,7 +375,9 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     # The commas of "215,392,582" separate cells.
     lines = [
         re.sub(
-            r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line
+            r"(?<![0-9.])[0-9.]++(?:,[0-9.]++){2,}",
+            lambda cells: cells[0].replace(",", " "),
+            line,
         )
         for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]
     ]

@@ -216,7 +216,7 @@ def _known_letters(text: str) -> int:
     words = {
         word
         for word in words
-        if not re.search(r"[A-Za-z].*[\u0370-\u04ff]|[\u0370-\u04ff].*[A-Za-z]", word)
+        if not (re.search("[A-Za-z]", word) and re.search("[\u0370-\u04ff]", word))
     }
     known = [
         word
@@ -586,7 +586,7 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
-_LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
+_LATEX = re.compile(r"\\\\(?s:.*)|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep
 their names."""
 _WRITTEN = {

@@ -49,7 +49,7 @@ _SAME = 0.01
 """Largest difference of two columns of one quantity that makes no difference to the
 answer, as a share."""
 _PLUS, _ARM = (
-    rf"\s*{notation.PLUS}\s*",
+    rf"(?:(?<!\s)\s+)?{notation.PLUS}\s*",
     r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b",
 )
 """Between two weights that hang together, and a length that may be an arm."""
@@ -179,7 +179,9 @@ def read_log(
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\w*\.?"
+_TURN_BEHIND = (
+    rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\w*\.?"
+)
 
 
 @lru_cache(maxsize=4096)
@@ -718,7 +720,7 @@ class TableReader:
             for text in texts
             if _CLOCK.fullmatch(fold_number(text))
         }
-        if stated := re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
+        if stated := re.search(r"(?<![a-z])([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
             hours = stated[1].startswith("h")
             three = [text for text in meant if text.count(":") == 2 and stated[2]]
             return {
@@ -781,7 +783,8 @@ class TableReader:
             except UnitError as error:
                 # "8.83 (maybe late)"
                 remark = re.fullmatch(
-                    rf"({notation.NUMBER}[^()]*?)\s*\([^\W\d][^()\d=±%]*\)", text
+                    r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)",
+                    text,
                 )
                 if (
                     remark

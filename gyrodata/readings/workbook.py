@@ -598,7 +598,7 @@ def _shown(cell: ElementTree.Element) -> str:
     if cell.get(_name("office", "value-type")) != "float" or not number:
         return shown
     shown = shown.replace(",", ".")
-    is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
+    is_plain = re.fullmatch(r"-?[0-9]++\.?[0-9]*", shown)
     return shown if is_plain and float(shown) == float(number) else number
 
 

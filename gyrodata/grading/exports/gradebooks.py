@@ -159,7 +159,9 @@ def fill_book(
                     # A spreadsheet does not read a text that begins with a tag as a
                     # formula.
                     told = re.sub(
-                        r"\s*\n\s*\n\s*", "</p><p>", html.escape(comment(grade)).strip()
+                        r"(?:(?<!\s)\s+)?\n\s*\n\s*",
+                        "</p><p>",
+                        html.escape(comment(grade)).strip(),
                     )
                     cells[layout.comment] = f"<p>{told}</p>".replace("\n", "<br>")
                 for column, text in cells.items():

@@ -354,9 +354,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
     titles, width = list[str](), 0
     runs = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
-        cells = [
-            cell.strip(" *") for cell in re.sub(r"^\||[\s|]+$", "", line).split("|")
-        ]
+        cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
         if not any(map(_is_number, cells)):
             titles, width = (
                 (titles, width)
@@ -394,7 +392,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             for title, cell in columns:
                 number, small = _is_number(cell), cell == unsure
                 if unit and not number:
-                    cell = re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", cell)
+                    cell = re.sub(r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$", "", cell)
                 if number and not re.search(_UNIT, cell):
                     cell = f"{cell} {_unit_behind(title) or unit}".rstrip()
                 if number and line and (_is_unsure(title) or small):
@@ -413,7 +411,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
 
 
 def _is_number(text: str) -> bool:
-    return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
+    return re.match(rf"\s*+[-+(]*+(?!{_POWER})[.,]?\d", text) is not None
 
 
 def _plain_u(columns: Sequence[tuple[str, str]], unit: str) -> str:
@@ -470,12 +468,13 @@ _OTHER_UNIT = (
 )
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
-_CUT = r"[,;.|]?\s+|[.,;|]*$"
+_CUT = r"[,;.|]?\s+|(?<![.,;|])[.,;|]*$"
+_OUTER_BARS = r"^\|(?:[\s|]+$)?|(?<![\s|])[\s|]+$"
 _COUNT = r"(?<![\w.,])\d{1,2}(?=\s(?!percent|per cent|Prozent)(?i:[^\W\d]{3}|is\b|es\b|we\b))"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
 _MARK = (
-    rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*"
-    rf"|{SAYS['value']})[\s=:|~≈]+)?$"
+    rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]{{0,40}}(?:(?:about|ca\.?|approx\S{{0,20}}"
+    rf"|{SAYS['value']})[\s=:|~≈]{{1,40}})?$"
 )
 
 
@@ -516,7 +515,9 @@ def _candidates(
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = (
-                before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
+                before
+                if re.fullmatch(rf"[\s,|]*+{SAYS['range']}?\s*", words)
+                else words
             )
             end = start + value[1]
             below = [one for _, one in sentences[at + 1 : at + _MOST_BELOW]]
@@ -640,7 +641,7 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     A single letter must be next to the value.
     """
     # Without brackets, and without a verb at the end.
-    text = re.sub(rf"[\[(][^\])]*[\])]|\b{SAYS['verb']}\W*$", " ", text)
+    text = re.sub(rf"[\[(][^\])]{{0,300}}[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
     names = [

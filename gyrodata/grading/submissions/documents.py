@@ -120,7 +120,8 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         for pattern, plain in _MARKUP:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
-        text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
+        shown = map(str.strip, html.unescape(text).split("\n"))
+        text = "\n".join(filter(None, shown))
     lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
     return in_cells(lines) if kind in TABLES else lines
 

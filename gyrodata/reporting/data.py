@@ -31,7 +31,8 @@ RUN_UNITS |= {"product": "rad^2/s^2", "inertia": "kg*m^2", "influence": "kg*m^2"
 RUN_UNITS |= dict.fromkeys(("time", "period", "residual", "residual_u"), "s")
 
 
-_FORMULA = r"(^|[;\n\t])(?=[\s\"]{0,1000}[=+\-@＝＋－＠])|^(?=[\t\n])"
+_SIGN = r"[=+\-@＝＋－＠]"
+_FORMULA = rf"(^(?=[\s\"]*{_SIGN})|[;\n\t](?=(?:[^\S\n]|\")*{_SIGN}))|^(?=[\t\n])"
 """Places where a spreadsheet expects a formula: the start of a cell, also with the
 delimiters of other countries."""
 

@@ -1,11 +1,10 @@
-"""The regular expressions that the package uses on texts, and how much time each takes
-for long texts.
+"""The regular expressions of the package, and their time for long texts.
 
-``python tests/support/hostile_patterns.py [PACKAGE]`` stands between a package and
-`re`: it records what the package gives to `re` for some logs and answers, adds what the
-source shows, and tries each pattern, with its method, on long hostile texts. A line is
-written for each pattern whose time grows faster than the text, and for each call of
-`re` whose pattern is unknown."""
+``python tests/support/hostile_patterns.py [PACKAGE]`` records what a package gives to `re` for some
+logs and answers, adds the patterns that the source shows, and tries each of them, with
+its method, on long hostile texts. It writes a line for each pattern whose time grows
+faster than the text, and for each call of `re` whose pattern is unknown.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +39,7 @@ SIZES = 200, 2_000, 10_000
 """Numbers of characters. The longest texts are only tried if the time of the others
 grows faster than their length."""
 SUSPECT, TOO_MUCH = 15, 12
-"""Ratios of two times: ten times as many characters, and then five times; a square
+"""Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
 QUICK, NOTICED, ENDLESS = 0.001, 0.03, 0.5
 """Times [s] of the processor: not worth a look at 2,000 characters, and at 10,000; and
@@ -71,6 +70,8 @@ class Site(NamedTuple):
 
 USES: dict[Use, Site] = {}
 """Each use that is known, and its first place."""
+COMPILED: dict[tuple[str | bytes, int], Site] = {}
+"""The patterns that are compiled, and where."""
 REACHED: set[Site] = set()
 """The calls of `re` that were made."""
 
@@ -87,6 +88,13 @@ class RecordedPattern:
         return getattr(self.compiled, name)
 
 
+def add_pattern(compiled: re.Pattern[Any], method: str, site: Site) -> None:
+    if method == "compile":
+        COMPILED.setdefault((compiled.pattern, compiled.flags), site)
+    else:
+        USES.setdefault(Use(compiled.pattern, compiled.flags, method), site)
+
+
 def site_of(frame: FrameType) -> Site:
     return Site(frame.f_globals.get("__name__", ""), frame.f_lineno)
 
@@ -95,7 +103,7 @@ def add_use(compiled: re.Pattern[Any], method: str, frame: FrameType) -> None:
     REACHED.add(site_of(frame))
     # What a module does while it is loaded meets no text of a user.
     if frame.f_code.co_name != "<module>":
-        USES.setdefault(Use(compiled.pattern, compiled.flags, method), site_of(frame))
+        add_pattern(compiled, method, site_of(frame))
 
 
 def compiled_from(pattern: Any, flags: int = 0) -> re.Pattern[Any]:
@@ -107,9 +115,7 @@ def compiled_from(pattern: Any, flags: int = 0) -> re.Pattern[Any]:
 
 
 def record(package: str) -> None:
-    """Replace the functions of `re` by functions that also record the calls of a
-    package.
-    """
+    """Replace the functions of `re` by others that record the calls of a package."""
 
     def is_own(frame: FrameType) -> bool:
         return site_of(frame).module.split(".")[0] == package
@@ -131,11 +137,15 @@ def record(package: str) -> None:
     def compile_recorded(pattern: Any, flags: int = 0) -> Any:
         frame = sys._getframe(1)
         compiled = compiled_from(pattern, flags)
-        return RecordedPattern(compiled) if is_own(frame) else compiled
+        if not is_own(frame):
+            return compiled
+        REACHED.add(site_of(frame))
+        add_pattern(compiled, "compile", site_of(frame))
+        return RecordedPattern(compiled)
 
     for method in METHODS:
         setattr(re, method, recording(method))
-    re.compile = compile_recorded  # type: ignore[assignment]
+    re.compile = compile_recorded
 
 
 def modules_of(package: str) -> Iterator[ModuleType]:
@@ -146,10 +156,8 @@ def modules_of(package: str) -> Iterator[ModuleType]:
             yield importlib.import_module(module.name)
 
 
-def calls_in(module: ModuleType) -> Iterator[tuple[str, ast.expr, ast.Call]]:
-    """Give each call in a function of a module that may be one of `re`: its method, its
-    owner, and itself.
-    """
+def calls_in(module: ModuleType) -> Iterator[tuple[ast.expr, ast.Call]]:
+    """Give the calls in functions of a module that may be of `re`, with the owner."""
     tree = ast.parse(Path(module.__file__ or "").read_text("utf-8"))
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     calls = {
@@ -159,49 +167,55 @@ def calls_in(module: ModuleType) -> Iterator[tuple[str, ast.expr, ast.Call]]:
         if isinstance(node, ast.Call)
     }
     for call in calls:
-        if isinstance(call.func, ast.Attribute) and call.func.attr in METHODS:
-            yield call.func.attr, call.func.value, call
+        if method_of(call) in (*METHODS, "compile"):
+            assert isinstance(call.func, ast.Attribute)
+            yield call.func.value, call
+
+
+def method_of(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
 
 
 def value_of(node: ast.expr, names: dict[str, Any]) -> Any:
     """Work out an expression from the names of a module; None if it contains others."""
     try:
         return eval(compile(ast.Expression(node), "", "eval"), dict(names))
-    except (NameError, SyntaxError):
+    except (AttributeError, NameError, SyntaxError):
         return None
 
 
+def written_pattern(
+    owner: Any, call: ast.Call, names: dict[str, Any]
+) -> re.Pattern[Any] | None:
+    """Return the pattern of a call of `re`, or of a compiled pattern, if known."""
+    if isinstance(owner, RecordedPattern):
+        return owner.compiled
+    pattern = value_of(call.args[0], names)
+    flags = [word.value for word in call.keywords if word.arg == "flags"]
+    if pattern is None:
+        return None
+    return compiled_from(pattern, *(value_of(node, names) for node in flags))
+
+
+def was_reached(module: str, call: ast.Call) -> bool:
+    lines = range(call.lineno, (call.end_lineno or 0) + 1)
+    return any(Site(module, line) in REACHED for line in lines)
+
+
 def add_written(package: str) -> Iterator[Site]:
-    """Record the patterns that the source shows; give the calls whose pattern was not
-    seen at all.
-    """
+    """Record the patterns that the source shows; give the calls of unknown patterns."""
     for module in modules_of(package):
         names = vars(module)
-        for method, owner, call in calls_in(module):
+        for owner, call in calls_in(module):
+            is_name = isinstance(owner, ast.Name | ast.Attribute)
+            value = value_of(owner, names) if is_name else None
+            if value is not re and not isinstance(value, RecordedPattern):
+                continue
             site = Site(module.__name__, call.lineno)
-            if not isinstance(owner, ast.Name):
-                continue
-            pattern = value_of(owner, names)
-            if pattern is re:
-                pattern = value_of(call.args[0], names)
-                flags = [
-                    value_of(word.value, names)
-                    for word in call.keywords
-                    if word.arg == "flags"
-                ]
-                if pattern is None:
-                    lines = range(call.lineno, (call.end_lineno or 0) + 1)
-                    if not any(
-                        Site(module.__name__, line) in REACHED for line in lines
-                    ):
-                        yield site
-                    continue
-                pattern = compiled_from(pattern, *flags)
-            elif isinstance(pattern, RecordedPattern):
-                pattern = pattern.compiled
-            else:
-                continue
-            USES.setdefault(Use(pattern.pattern, pattern.flags, method), site)
+            if pattern := written_pattern(value, call, names):
+                add_pattern(pattern, method_of(call), site)
+            elif not was_reached(module.__name__, call):
+                yield site
 
 
 class EndlessError(Exception):
@@ -239,9 +253,7 @@ def text_of(piece: str, size: int, end: str) -> str:
 
 
 def is_slow(use: Use, texts: Sequence[str]) -> bool:
-    """Return whether the time grows faster than the length, from the shortest text to
-    the longest.
-    """
+    """Return whether the time of three texts grows faster than their length."""
     short, usual, longest = texts
     time_usual = time_of(use, usual)
     if time_usual > ENDLESS / 2:
@@ -254,9 +266,7 @@ def is_slow(use: Use, texts: Sequence[str]) -> bool:
 
 
 def slow_piece(use: Use) -> str:
-    """Return the piece whose repetition takes more time than its length explains; "" if
-    there is none.
-    """
+    """Return the piece whose repetition takes too much time; "" if there is none."""
     signal.signal(signal.SIGVTALRM, give_up)
     for piece in PIECES:
         for end in ENDS if piece in SIMPLE else ENDS[:1]:
@@ -290,7 +300,7 @@ LOGS = (
     "length is from the centre\n" + LOG.replace("position", "length"),
     "length is from the centre\n"
     + LOG.replace("position", "length").replace("turns", "x [cm]"),
-    "mass (g),rpm 1,time 1 (s),rpm 2,time 2 (s)\n20,406,13.1,500,16.0\n40,406,6.6,500,8.0\n",
+    "mass (g),rpm 1,time 1 (s),rpm 2,time 2 (s)\n" + 2 * "20,406,13.1,500,16.0\n",
 )
 
 
@@ -306,23 +316,23 @@ RUBRICS = (b'points = "x"\n', b"[[criteria]]\nname = 1\n")
 
 
 def exercise() -> None:
-    """Give the parts of gyrodata that read texts of users some that reach the patterns
-    that are made at run time.
-    """
+    """Read texts that reach the patterns that are made at run time."""
     from gyrodata.base.errors import GyroError
     from gyrodata.grading.exports import gradebooks
     from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading.submissions import names
     from gyrodata.grading.submissions.answers import read_answers
-    from gyrodata.grading.submissions.names import PLATFORMS
     from gyrodata.readings import read_log
     from gyrodata.reporting import page
 
     for log in LOGS:
         with contextlib.suppress(GyroError):
             read_log(log.encode())
-    read_answers(None, [(name, ANSWER.encode()) for name in REPORTS])
-    for platform in PLATFORMS.values():
+    read_answers(None, [(report, ANSWER.encode()) for report in REPORTS])
+    for platform in names.PLATFORMS.values():
         platform.match("lab.csv")
+    # A pattern that the user gives is not one of the package.
+    names._read_pattern("^(?P<student>[a-z]+)")
     page._typeset("20 g")
     for data in (b"Student,ID,Lab\nAnn,1,\n", b'"Participant","Grade"\n"1",""\n'):
         with contextlib.suppress(GyroError):
@@ -339,10 +349,15 @@ def main(package: str) -> None:
             exercise()
     for site in add_written(package):
         print(f"{site.module}:{site.line}: the pattern is not reached")
+    used = {(use.pattern, use.flags) for use in USES}
+    for key, site in COMPILED.items():
+        if key not in used:
+            USES[Use(*key, "search")] = site
     for use, site in sorted(USES.items(), key=lambda item: item[1]):
         if piece := slow_piece(use):
             print(
-                f"{site.module}:{site.line}: {use.method} {use.pattern!r} is slow for {piece!r}"
+                f"{site.module}:{site.line}: {use.method} {use.pattern!r} "
+                f"is slow for {piece!r}"
             )
 
 

@@ -1,12 +1,13 @@
-"""The story on one page: readings → measurements → which effects matter → fit → `Analysis`.
+"""The story on one page: read a log, measure its runs, fit them, and judge the fit.
 
-`analyze` does everything but printing; `reporting` and `plotting` show its result.
+`fit_log` is all that a grade needs; `judge` adds what a report shows. `analyze` does
+both; the room `reporting` shows its result.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
@@ -22,7 +23,7 @@ from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import what_lacks
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.readings import Readings, read_log, value_text
-from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
+from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
 if TYPE_CHECKING:
     import os
@@ -97,82 +98,50 @@ def analyze(
     return analyze_readings(readings, options)
 
 
-def analyze_readings(
-    readings: Readings, options: Options | None = None, *, whole: bool = True
-) -> Analysis:
-    """Analyse readings; see `analyze`.
+def analyze_readings(readings: Readings, options: Options | None = None) -> Analysis:
+    """Fit a log, and judge the fit; see `analyze`."""
+    return judge(fit_log(readings, options or Options()))
 
-    If `whole` is False, the parts that only a report shows are left out: advice,
-    doubts, sensitivity, the tables of fits and laws, and all effects except a release
-    that the log does not mention.
+
+def fit_log(readings: Readings, options: Options) -> FittedLog:
+    """Fit a log: measure its runs, choose a model, find the outliers.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    options : Options
+        The options of the analysis.
+
+    Returns
+    -------
+    FittedLog
+        The fit. Its diagnostics are those of the readings and of the measurements.
+
+    Raises
+    ------
+    LogError
+        If the log contains errors, or if its runs do not determine a credible I_zz.
     """
-    options = options or Options()
     if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
     measured = replace(
         measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured))
     )
-    sizes = checks.check_sizes(readings, measured)
-    found = [*readings.diagnostics, *measured.diagnostics, *sizes]
+    sizes = tuple(checks.check_sizes(readings, measured))
+    diagnostics = (*readings.diagnostics, *measured.diagnostics, *sizes)
     if not np.any(measured.torque):
-        raise LogError([*found, readings.say("all_torques_zero")])
+        raise LogError([*diagnostics, readings.say("all_torques_zero")])
     try:
-        lab, outliers, no_odd_run = fit_runs(
+        lab, outliers, without_outliers = fit_runs(
             readings, measured, options.model, options.keep_flagged
         )
     except LogError as error:
-        raise LogError([*found, *error.diagnostics]) from None
-
+        raise LogError([*diagnostics, *error.diagnostics]) from None
     measured, fit = lab.measured, lab.fit
-    kept = np.flatnonzero(fit.adjusted.kept).tolist()
-    p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
-    # The runs of each torque that are in the fit.
-    groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
-    ball = tables.compare_with_ball(
-        fit.inertia, readings.constants, readings.uncertainties
-    )
-    lab = replace(lab, effects=_effects(lab, whole))
-    patterns = tables.look_for_patterns(measured, fit)
-    exponent = tables.common_exponent(measured, groups) if whole else None
-    changed = changes.answers(lab, "sensitivity") if whole else []
-    without = {
-        change.torque: one.inertia
-        for change, one in changed
-        if change.torque is not None and one.inertia
-    }
-    if_stated = fit.inertia if measured.balanced else None
-    balanced = next(
-        (one.inertia for _, one in changed if one.name == "balanced"), if_stated
-    )
-    torques = tables.torque_table(measured, fit, groups, without)
-    constancy = tables.constancy(measured, torques, groups)
-    seen = findings.Seen(
-        **asdict(lab),
-        outliers=outliers,
-        without=no_odd_run,
-        p=p,
-        constancy=constancy,
-        patterns=patterns,
-        exponent=exponent,
-        ball=ball,
-        sizes=tuple(sizes),
-        whole=whole,
-    )
-    for check in findings.CHECKS:
-        found += check(seen)
-    # A turn without a weight can take an hour, so that these runs may have unusual
-    # values.
-    silent = [
-        measured.lines[i]
-        for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))
-    ]
-    doubts = _doubts(found, silent) if whole else []
-    # Advice for another measurement is only valid for runs without doubts.
-    advice = [f"find the cause first: {doubt.remedy}" for doubt in doubts]
-    if whole and not doubts:
-        advice = _worthwhile_changes(lab)
-    return Analysis(
+    torques = tables.torque_table(measured, fit, _kept_groups(measured, fit), {})
+    return FittedLog(
         name=readings.name,
         sha256=readings.sha256,
         options=options,
@@ -181,52 +150,145 @@ def analyze_readings(
         fit=fit,
         model=lab.chosen,
         outliers=outliers,
+        without_outliers=without_outliers,
         inertia=_result(fit.inertia),
         residual_torque=_result(fit.residual_torque),
         timing_bias=_result(fit.timing_bias),
-        if_balanced=balanced
-        if whole and not fitting.torques_differ(measured.torque[kept])
-        else None,
-        doubts=tuple(doubts),
-        p=p,
+        p=fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None,
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
-        fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=tuple([one for _, one in changed]),
         effects=lab.effects,
-        power_law=tables.power_laws(measured, groups) if whole else (),
-        exponent=exponent,
-        constancy=constancy if whole else None,
-        ball=ball if whole else None,
+        constancy=tables.constancy(measured, torques, _kept_groups(measured, fit)),
         torques=torques,
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
-        patterns=patterns,
-        advice=tuple(advice),
-        diagnostics=tuple(found),
+        patterns=tables.look_for_patterns(measured, fit),
+        unusual_sizes=sizes,
+        diagnostics=diagnostics,
     )
 
 
-def _effects(lab: Lab, whole: bool) -> tuple[changes.Effect, ...]:
-    """List all effects, or only a release that may matter."""
-    if whole:
-        return changes.list_effects(lab)
-    if lab.measured.motion is None and changes.release_may_matter(lab):
-        return changes.list_effects(lab, ("release",))
-    return ()
+def judge(log: FittedLog) -> Analysis:
+    """Judge a fit: list the effects, the other fits, the findings, doubts and advice."""
+    log = replace(log, effects=changes.list_effects(log.lab))
+    lab, measured, fit = log.lab, log.measurements, log.fit
+    groups = _kept_groups(measured, fit)
+    sensitivity = changes.answers(lab, "sensitivity")
+    without_torque = {
+        change.torque: answer.inertia
+        for change, answer in sensitivity
+        if change.torque is not None and answer.inertia
+    }
+    exponent = tables.common_exponent(measured, groups)
+    diagnostics = (*log.diagnostics, *_findings(log, findings.CHECKS, exponent))
+    doubts = _doubts(diagnostics, _unusual_lines(lab))
+    return Analysis(
+        **asdict(log)
+        | {
+            "torques": tables.torque_table(measured, fit, groups, without_torque),
+            "diagnostics": diagnostics,
+        },
+        if_balanced=_if_balanced(log, [answer for _, answer in sensitivity]),
+        doubts=doubts,
+        fits=tables.named_fits(measured, fit, _kept_runs(fit)),
+        sensitivity=tuple([answer for _, answer in sensitivity]),
+        power_law=tables.power_laws(measured, groups),
+        exponent=exponent,
+        ball=_ball(log),
+        advice=_advice(lab, doubts),
+    )
 
 
-def _doubts(diagnostics: list[Diagnostic], silent: list[int]) -> list[Doubt]:
-    """List the doubts in the order of `DOUBTS`, without sizes in the silent lines."""
-    doubts = []
+def check_fit(log: FittedLog) -> FittedLog:
+    """Add to a fit the findings that need no other fit: those that a grade shows."""
+    if log.measurements.motion is None and changes.release_may_matter(log.lab):
+        log = replace(log, effects=changes.list_effects(log.lab, ("release",)))
+    else:
+        log = replace(log, effects=())
+    found = _findings(log, findings.OF_FIT, None)
+    return replace(log, diagnostics=(*log.diagnostics, *found))
+
+
+def _findings(
+    log: FittedLog, every: Sequence[findings.Check], exponent: tables.Exponent | None
+) -> list[Diagnostic]:
+    """List what some checks find in a fit."""
+    seen = findings.Seen(
+        **asdict(log.lab),
+        outliers=log.outliers,
+        without=log.without_outliers,
+        p=log.p,
+        constancy=log.constancy,
+        patterns=log.patterns,
+        exponent=exponent,
+        ball=_ball(log),
+        sizes=log.unusual_sizes,
+    )
+    return [diagnostic for check in every for diagnostic in check(seen)]
+
+
+def _kept_runs(fit: fitting.FitResult) -> list[int]:
+    return np.flatnonzero(fit.adjusted.kept).tolist()
+
+
+def _kept_groups(measured: Measurements, fit: fitting.FitResult) -> list[list[int]]:
+    """List the runs of each torque that are in the fit."""
+    kept = set(_kept_runs(fit))
+    return [sorted(kept.intersection(group)) for group in measured.by_torque]
+
+
+def _ball(log: FittedLog) -> tables.Ball | None:
+    """Compare I_zz with the ball or disk in the log, if there is one."""
+    return tables.compare_with_ball(
+        log.fit.inertia, log.readings.constants, log.readings.uncertainties
+    )
+
+
+def _if_balanced(
+    log: FittedLog, answers: Sequence[changes.Sensitivity]
+) -> Estimate | None:
+    """Return I_zz of a balanced ball, for a log with a single torque."""
+    if fitting.torques_differ(log.measurements.torque[_kept_runs(log.fit)]):
+        return None
+    for answer in answers:
+        if answer.name == "balanced":
+            return answer.inertia
+    return log.fit.inertia if log.measurements.balanced else None
+
+
+def _unusual_lines(lab: Lab) -> list[int]:
+    """List the lines of runs that may have unusual values.
+
+    A turn without a weight can take an hour.
+    """
+    measured = lab.measured
+    runs = (*lab.left_out, *np.flatnonzero(measured.torque == 0))
+    return [measured.lines[run] for run in runs]
+
+
+def _doubts(
+    diagnostics: Sequence[Diagnostic], unusual_lines: Sequence[int]
+) -> tuple[Doubt, ...]:
+    """List the doubts in the order of `DOUBTS`, without sizes in unusual lines."""
+    doubts: list[Doubt] = []
     for kind in DOUBTS:
         reasons = [
             diagnostic
             for diagnostic in diagnostics
             if diagnostic.doubt == kind
-            and not (kind == "size" and diagnostic.line in silent)
+            and not (kind == "size" and diagnostic.line in unusual_lines)
         ]
         doubts += [Doubt(kind, reason.message, reason.hint) for reason in reasons]
-    return doubts
+    return tuple(doubts)
+
+
+def _advice(lab: Lab, doubts: Sequence[Doubt]) -> tuple[str, ...]:
+    """List what would improve the next measurement, or first the causes of doubts.
+
+    Advice for another measurement is only valid for runs without doubts.
+    """
+    if doubts:
+        return tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
+    return tuple(_worthwhile_changes(lab))
 
 
 def _worthwhile_changes(lab: Lab) -> list[str]:

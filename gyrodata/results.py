@@ -149,8 +149,8 @@ def is_wide(answer: Result) -> bool:
     return answer.interval_95 is not None and (answer.k or 0.0) > WIDE
 
 
-class Analysis(Struct, frozen=True, eq=False):
-    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
+    """The fit of one log, before it is judged, in SI units.
 
     Attributes
     ----------
@@ -171,48 +171,33 @@ class Analysis(Struct, frozen=True, eq=False):
         The model that was fitted to the runs, with the reason.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
+    without_outliers : Estimate or None
+        I_zz without all suspected outliers [kg*m^2]; None if none of them is in the fit.
     inertia : Result
         I_zz [kg*m^2].
     residual_torque : Result
         M0 [N*m]: the net torque is m g x + M0.
     timing_bias : Result
         b [s]: the reading of the stopwatch is the true time plus b.
-    if_balanced : Estimate or None
-        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
-        differ.
-    doubts : tuple of Doubt
-        Reasons why I_zz may be wrong by more than its u.
     p : float or None
         Probability of a chi-square at least this large; None without degrees of
         freedom.
     birge : float or None
         Birge ratio, √(chi-square/dof) [1]; None without degrees of freedom.
-    fits : tuple of NamedFit
-        The recommended fit and the textbook fits.
     budget : tuple of Share
         What each uncertainty component contributes to u(I_zz), the largest first.
-    sensitivity : tuple of Sensitivity
-        I_zz if one reading, setting or assumption were different.
     effects : tuple of Effect
         The size of every approximation in this log.
-    power_law : tuple of PowerLaw
-        Exponent of period against spin for each torque.
-    exponent : Exponent or None
-        Exponent of period against spin, of all torques; None if no torque has runs at
-        different spins.
     constancy : Constancy or None
         Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
-    ball : Ball or None
-        Comparison with the inertia of the ball; None if the log does not give its mass
-        and diameter.
     torques : tuple of Torque
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
         Every run with its residual; the same as `runs`.
     patterns : tuple of Pattern
         Tests of the residuals for patterns, the least probable first.
-    advice : tuple of str
-        What would improve the next measurement.
+    unusual_sizes : tuple of Diagnostic
+        Questions about readings of an unusual size, which are also diagnostics.
     diagnostics : tuple of Diagnostic
         Errors, warnings and notes, with code, place and remedy.
     """
@@ -225,26 +210,20 @@ class Analysis(Struct, frozen=True, eq=False):
     fit: FitResult
     model: ChosenModel
     outliers: tuple[Outlier, ...]
+    without_outliers: Estimate | None
     inertia: Result
     residual_torque: Result
     timing_bias: Result
-    if_balanced: Estimate | None
-    doubts: tuple[Doubt, ...]
     p: float | None
     birge: float | None
-    fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
-    sensitivity: tuple[Sensitivity, ...]
     effects: tuple[Effect, ...]
-    power_law: tuple[PowerLaw, ...]
-    exponent: Exponent | None
     constancy: Constancy | None
-    ball: Ball | None
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
-    advice: tuple[str, ...]
-    diagnostics: tuple[Diagnostic, ...] = field(default=())
+    unusual_sizes: tuple[Diagnostic, ...]
+    diagnostics: tuple[Diagnostic, ...] = ()
 
     @property
     def lab(self) -> Lab:
@@ -258,6 +237,42 @@ class Analysis(Struct, frozen=True, eq=False):
             left_out,
             self.effects,
         )
+
+
+class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
+    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+
+    Attributes
+    ----------
+    if_balanced : Estimate or None
+        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
+        differ.
+    doubts : tuple of Doubt
+        Reasons why I_zz may be wrong by more than its u.
+    fits : tuple of NamedFit
+        The recommended fit and the textbook fits.
+    sensitivity : tuple of Sensitivity
+        I_zz if one reading, setting or assumption were different.
+    power_law : tuple of PowerLaw
+        Exponent of period against spin for each torque.
+    exponent : Exponent or None
+        Exponent of period against spin, of all torques; None if no torque has runs at
+        different spins.
+    ball : Ball or None
+        Comparison with the inertia of the ball; None if the log does not give its mass
+        and diameter.
+    advice : tuple of str
+        What would improve the next measurement.
+    """
+
+    if_balanced: Estimate | None
+    doubts: tuple[Doubt, ...]
+    fits: tuple[NamedFit, ...]
+    sensitivity: tuple[Sensitivity, ...]
+    power_law: tuple[PowerLaw, ...]
+    exponent: Exponent | None
+    ball: Ball | None
+    advice: tuple[str, ...]
 
     @property
     def runs_disagree(self) -> bool:

@@ -35,7 +35,7 @@ from gyrodata.reporting.values import (
 
 if TYPE_CHECKING:
     from gyrodata.grading.rubric import Criterion, Rubric
-    from gyrodata.results import Analysis
+    from gyrodata.results import FittedLog
 
 Detail = Mapping[str, float | str | None]
 Scatters = Sequence[tuple[float, int]]
@@ -66,7 +66,7 @@ class Evidence(Struct, frozen=True):
     """Everything that the criteria look at."""
 
     rubric: Rubric
-    analysis: Analysis
+    analysis: FittedLog
     lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
     reported: (
@@ -212,7 +212,7 @@ def _listed(found: list[Diagnostic], most: int = 3) -> str:
 USUAL = "the usual uncertainties of such readings"
 
 
-def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
+def scatter_of(analysis: FittedLog) -> tuple[tuple[float, int], ...]:
     """Return χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
     groups = [
         group
@@ -226,7 +226,7 @@ def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
     )
 
 
-def spread_of(analysis: Analysis) -> float | None:
+def spread_of(analysis: FittedLog) -> float | None:
     """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean.
 
     None if no torque has two runs.

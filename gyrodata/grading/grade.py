@@ -38,7 +38,7 @@ from gyrodata.judging import mistakes
 from gyrodata.judging.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
 from gyrodata.reporting.values import factor_text, inertia_text
-from gyrodata.results import HandIn
+from gyrodata.results import HandIn, Options
 
 # a report farther than this from every accepted fit [u], without a common mistake,
 # needs a look
@@ -194,7 +194,7 @@ def grade_submission(
     mistake in the log that is corrected first.
     """
     # The main process only distributes the work, and does not need these.
-    from gyrodata.analysis import analyze_readings
+    from gyrodata.analysis import check_fit, fit_log
     from gyrodata.judging.procedure import what_lacks
 
     if submission.problem is not None:
@@ -208,10 +208,8 @@ def grade_submission(
         answer = (
             answers.inertia if reported is None else read_reported("inertia", reported)
         )
-        analysis = analyze_readings(
-            yardsticks.corrected(readings, mistake) if mistake else readings,
-            whole=False,
-        )
+        meant = yardsticks.corrected(readings, mistake) if mistake else readings
+        analysis = check_fit(fit_log(meant, Options()))
         asked = {
             criteria.ASKS[ask]
             for criterion in rubric.criteria
@@ -417,7 +415,7 @@ def reconsider(
     asked to look, unless the answer is wrong too: then it tells how the student has
     worked.
     """
-    from gyrodata.analysis import analyze_readings
+    from gyrodata.analysis import fit_log
 
     doubt = _doubt(grade, references)
     if doubt is None:
@@ -425,7 +423,7 @@ def reconsider(
     reference, inertia, value, far, wrong_log = doubt
     try:
         readings = yardsticks.at_bench(submission, rubric.bench)[0]
-        measured = analyze_readings(readings, whole=False).measurements
+        measured = fit_log(readings, Options()).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
     found = mistakes.explaining_mistakes(

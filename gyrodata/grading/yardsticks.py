@@ -49,7 +49,7 @@ from gyrodata.reporting.values import inertia_text
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
     from gyrodata.grading.submissions.answers import Answers
-    from gyrodata.results import Analysis
+    from gyrodata.results import FittedLog
 
 Key = TypeVar("Key")
 Log = TypeVar("Log")
@@ -161,7 +161,7 @@ class OwnRuns(Struct, frozen=True, dict=True):
         return tuple(kept) or (self.recommended,)
 
 
-def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
+def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
     measured, inertia = analysis.measurements, analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])

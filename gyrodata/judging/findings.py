@@ -59,9 +59,6 @@ class Seen(Lab, frozen=True, kw_only=True):
     ball: Ball | None
     sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
-    whole: bool
-    """False if only a grade is asked for: without advice, doubts and what takes several
-    fits."""
 
     @property
     def contradicts_itself(self) -> bool:
@@ -192,7 +189,7 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
     The answer is then in doubt: either these runs or the runs that are left out may be
     wrong.
     """
-    if seen.contradicts_itself or not seen.whole or not seen.left_out:
+    if seen.contradicts_itself or not seen.left_out:
         return
     measured, left_out = seen.measured, seen.left_out
 
@@ -812,29 +809,44 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
 
 
 def _body(seen: Seen) -> Iterator[Diagnostic]:
-    """Report an I_zz that disagrees with the ball or disk in the log.
-
-    An I_zz that is impossible in this lab is reported as well.
-    """
-    readings, (low, high), value, ball = (
-        seen.readings,
-        INERTIA_RANGE,
-        abs(seen.fit.inertia.value),
-        seen.ball,
-    )
-    close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
-    if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
+    """Report an I_zz that is impossible for the ball or disk in the log, or in this lab."""
+    ball = seen.ball
+    if ball is not None and _is_far(ball):
         yield _ball_disagrees(seen, ball)
-    elif not seen.sizes and not low <= value <= high:
-        yield readings.say("inertia_unusual", inertia=value, low=low, high=high)
-    elif ball is not None and seen.whole and not seen.contradicts_itself:
+    elif _is_unusual(seen):
+        low, high = INERTIA_RANGE
+        value = abs(seen.fit.inertia.value)
+        yield seen.readings.say("inertia_unusual", inertia=value, low=low, high=high)
+
+
+def _other_body(seen: Seen) -> Iterator[Diagnostic]:
+    """Report an I_zz that differs from the ball in the log, or from well known balls."""
+    ball = seen.ball
+    if (ball is not None and _is_far(ball)) or _is_unusual(seen):
+        return
+    if ball is not None and not seen.contradicts_itself:
         yield from _ball_differs(seen, ball)
     # With a ball in the log, I_zz itself is checked.
-    elif seen.whole and not seen.sizes and readings.constants.get("ball_mass") is None:
+    elif not seen.sizes and seen.readings.constants.get("ball_mass") is None:
         yield from _unusual(seen)
 
 
-CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
+def _is_far(ball: Ball) -> bool:
+    """Return whether I_zz is impossible for a ball, and not only by its uncertainty."""
+    if FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL:
+        return False
+    return abs(ball.deviation or math.inf) > FAR_IN_U
+
+
+def _is_unusual(seen: Seen) -> bool:
+    """Return whether no lab with an air bearing has such an I_zz."""
+    low, high = INERTIA_RANGE
+    return not seen.sizes and not low <= abs(seen.fit.inertia.value) <= high
+
+
+Check = Callable[[Seen], Iterable[Diagnostic]]
+
+CHECKS: tuple[Check, ...] = (
     _outliers,
     _scatter,
     _balance,
@@ -847,6 +859,10 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _digits,
     _model,
     _body,
+    _other_body,
 )
 """Every check of a log that has been fitted, in the order in which the findings are
 shown."""
+
+OF_FIT = tuple(check for check in CHECKS if check not in (_other_choices, _other_body))
+"""The checks that a grade needs: those of the fit alone."""

@@ -19,23 +19,25 @@ ENTRY = re.compile(
 )
 
 
-def documentation(thing: Any) -> str:
-    """The docstring of a thing, and those of the classes from which it inherits."""
-    classes = inspect.getmro(thing) if isinstance(thing, type) else (thing,)
+def documentation(thing: Any) -> list[str]:
+    """The docstring of a thing, behind those of the classes from which it inherits."""
+    classes = thing.__mro__[::-1] if isinstance(thing, type) else (thing,)
     own = [one for one in classes if one.__module__.startswith("gyrodata")]
-    return "\n\n".join(inspect.getdoc(one) or "" for one in own)
+    return [inspect.getdoc(one) or "" for one in own]
 
 
 def section(thing: Any, title: str) -> list[tuple[str, str, str]]:
     """Name, type and text of each entry in a section of a numpydoc docstring."""
-    found = re.search(
-        rf"^{title}\n-+\n(.*?)(?=\n\n\w[\w ]*\n---|\Z)",
-        documentation(thing),
-        re.M | re.S,
-    )
+    pattern = rf"^{title}\n-+\n(.*?)(?=\n\n\w[\w ]*\n---|\Z)"
+    sections = [
+        found[1]
+        for text in documentation(thing)
+        if (found := re.search(pattern, text, re.M | re.S))
+    ]
     return [
         (name, kind, " ".join(text.split()))
-        for name, kind, text in ENTRY.findall(found[1] if found else "")
+        for part in sections
+        for name, kind, text in ENTRY.findall(part)
     ]
 
 

@@ -6,22 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.analysis import analyze_readings
+from gyrodata.analysis import check_fit, fit_log
 from gyrodata.fitting import Model
 from gyrodata.measurements import Measurements, Source
 from gyrodata.readings import read_log
-from gyrodata.results import Analysis, Options
+from gyrodata.results import FittedLog, Options
 
 INERTIA = 4.44e-3
 G = 9.803
 RPM = np.pi / 30
 
 
-def analyze_briefly(log: Any, model: Model = "auto", **given: Any) -> Analysis:
+def analyze_briefly(log: Any, model: Model = "auto", **given: Any) -> FittedLog:
     """Analyse a log without what only a report shows: the same I_zz, odd runs and
     refusals in a tenth of the time.
     """
-    return analyze_readings(read_log(log, **given), Options(model=model), whole=False)
+    return check_fit(fit_log(read_log(log, **given), Options(model=model)))
 
 
 def lab(

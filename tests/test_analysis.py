@@ -127,6 +127,7 @@ def test_the_sample_is_recovered() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem
 )
@@ -144,6 +145,7 @@ def test_the_sample_is_what_its_maker_makes() -> None:
     } == {make_sample_data.make()}
 
 
+@pytest.mark.slow
 def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
     log = explanations()["G411"].example
     bold, honest = (
@@ -159,6 +161,7 @@ def printed(log: str) -> str:
     return " ".join(done.output.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("hand", [0.14, 0.5])
 def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
@@ -200,6 +203,7 @@ def ball_finding(log: str) -> list[gyrodata.Diagnostic]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 5))
 @pytest.mark.parametrize("too_long", [-0.006, 0.006])
 def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(
@@ -228,6 +232,7 @@ def test_a_ball_that_is_hardly_known_is_no_reason_to_doubt_the_runs() -> None:
 
 
 class TestHints:
+    @pytest.mark.slow
     def test_a_hand_stated_later_leaves_no_pattern(self) -> None:
         late = write(draw(Bench(repeats=3, late=0.6), 2), "# u_time_bias: 0.05 s")
         found = next(
@@ -279,6 +284,7 @@ def test_advice_is_computed_and_in_order_of_gain() -> None:
     assert gains == sorted(gains)
 
 
+@pytest.mark.slow
 def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
     table = draw(Bench(thirds=True), 3)
     clean = gyrodata.analyze(write(table).encode())

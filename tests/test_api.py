@@ -46,6 +46,7 @@ def table() -> pd.DataFrame:
     )
 
 
+@pytest.mark.slow
 def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
     answer = "I_zz = 0.004420±0.000032 kg·m²; 10 runs, 0 diagnostics"
     assert repr(lab) == f"<Analysis of air_gyroscope.csv: {answer}>"
@@ -83,6 +84,7 @@ def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     assert ax.get_ylabel() == "M [mN·m]"
 
 
+@pytest.mark.slow
 def test_a_report_from_python_leaves_the_docstrings_of_matplotlib(
     tmp_path: Path,
 ) -> None:
@@ -99,6 +101,7 @@ def test_a_report_from_python_leaves_the_docstrings_of_matplotlib(
     )
 
 
+@pytest.mark.slow
 def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:
     told = lab.ufloats()
     in_cgs = lab.inertia.to_pint(pint.UnitRegistry()).to("g*cm^2").magnitude
@@ -117,6 +120,7 @@ def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:
     assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_settings_are_numbers_ufloats_or_quantities() -> None:
     registry = pint.UnitRegistry()
     written = gyrodata.analyze(SAMPLE, settings={"g": "9.8123456 ± 0.01 m/s^2"})
@@ -134,6 +138,7 @@ def test_settings_are_numbers_ufloats_or_quantities() -> None:
     )
 
 
+@pytest.mark.slow
 def test_columns_have_their_units_in_four_ways() -> None:
     plain = table().rename(
         columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()}
@@ -183,6 +188,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "kind", "words"), WRONG)
 def test_a_wrong_argument_is_refused(
     call: Callable[[Any], Any], kind: type[Exception], words: str
@@ -194,6 +200,7 @@ def test_a_wrong_argument_is_refused(
 USERS = TESTS / "support" / "users_script.py"
 
 
+@pytest.mark.slow
 def test_the_script_of_a_user_runs(tmp_path: Path) -> None:
     matplotlib.use("agg")
     assert everything(

@@ -32,6 +32,7 @@ def grade(folder: Path, out: Path, *words: object) -> Result:
     return gyro("grade", folder, "-o", out, "--workers", 0, *words)
 
 
+@pytest.mark.slow
 @posix
 def test_grades_are_readable_by_their_owner_only(tmp_path: Path) -> None:
     out = tmp_path / "g"
@@ -41,6 +42,7 @@ def test_grades_are_readable_by_their_owner_only(tmp_path: Path) -> None:
     assert not (out / LOCK).exists()
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("name", ["grades.csv", LOCK])
 def test_a_planted_link_is_not_followed(name: str, tmp_path: Path) -> None:
@@ -52,6 +54,7 @@ def test_a_planted_link_is_not_followed(name: str, tmp_path: Path) -> None:
     assert (tmp_path / "thesis.txt").read_text() == "my own"
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_the_old_report_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -74,6 +77,7 @@ def test_a_full_disk_leaves_the_old_report_whole(
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_a_second_gyro_in_a_folder_is_refused_with_g609(tmp_path: Path) -> None:
     (tmp_path / LOCK).write_text("of one that was killed")
     with alone_in(tmp_path):

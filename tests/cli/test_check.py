@@ -40,6 +40,7 @@ def found(log: str) -> dict[str, str]:
 
 
 class TestCheck:
+    @pytest.mark.slow
     def test_a_complete_log_is_clean(self) -> None:
         done = gyro("check", SAMPLE)
         *_, last = done.stdout.splitlines()
@@ -67,6 +68,7 @@ class TestCheck:
         assert "<stdin>:4:12: error G215" in done.stdout
         assert done.stdout.splitlines()[-1].startswith("<stdin>: 2 runs, 3 errors")
 
+    @pytest.mark.slow
     def test_exit_codes(self) -> None:
         poor, wrong = HEAD + "20.00,15.0,206,20.4,1\n", HEAD + "20,15.0,56O,13.06,1/3\n"
         lines = {
@@ -180,6 +182,7 @@ def workbook_of(code: str, path: Path) -> None:
     book.save(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "code", sorted({code for code in TYPED if code < "G7"} - NOT_A_LINE)
 )
@@ -238,6 +241,7 @@ class TestFix:
             folder / "log-fixed.csv"
         ).read_text(encoding="utf-8")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("before", "after", "left", "was", "correct"),
         [
@@ -323,6 +327,7 @@ class TestFix:
         assert "   spin is missing" in told
         assert '   the column "Kram"' in told
 
+    @pytest.mark.slow
     def test_no_other_file_is_written_over_and_other_logs_go_on(
         self, tmp_path: Path
     ) -> None:
@@ -335,6 +340,7 @@ class TestFix:
             assert analyze_briefly(tmp_path / "b-fixed.csv").inertia.value > 0
             assert "G639" in str(done.exception) + done.output
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "path", sorted(SAMPLE.parent.glob("*.csv")), ids=lambda path: path.stem
     )

@@ -41,6 +41,7 @@ def gyro(
     )
 
 
+@pytest.mark.slow
 def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
     done = gyro("analyze", SAMPLE, folder=tmp_path)
     assert done.returncode == 0
@@ -56,6 +57,7 @@ def test_the_report_is_written_beside_you(tmp_path: Path) -> None:
         assert first == second, f"{name} is not the same twice"
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_is_silent(tmp_path: Path) -> None:
     line = f"{sys.executable} -m gyrodata analyze {SAMPLE} --format json | head -1"
     done = subprocess.run(
@@ -75,6 +77,7 @@ BAD = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("content", "code", "said"), BAD)
 def test_a_bad_log_is_refused_in_words_and_json(
     content: bytes | None, code: int, said: str, tmp_path: Path
@@ -100,6 +103,7 @@ def test_a_file_of_constants_that_is_not_there_is_named() -> None:
     assert (done.exit_code, "none.toml" in done.stderr) == (2, True), done.output
 
 
+@pytest.mark.slow
 def test_the_first_screen_has_a_dozen_lines_and_a_run_in_words() -> None:
     shown = [
         CliRunner().invoke(app, ["analyze", str(SAMPLE), "--no-report", *more]).stdout
@@ -127,6 +131,7 @@ def typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resu
     return lambda line: CliRunner().invoke(app, shlex.split(line), prog_name="gyro")
 
 
+@pytest.mark.slow
 def test_demo_writes_a_log_and_keeps_another_file(typed: Callable[..., Result]) -> None:
     Path("demo.csv").unlink()
     assert typed("demo").stdout.startswith("demo.csv: 10 runs")
@@ -151,6 +156,7 @@ SAME = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", SAME)
 def test_word_that_users_try_runs_the_command_that_is_meant(
     line: str, typed: Callable[..., Result]
@@ -222,6 +228,7 @@ def test_template_in_a_file_is_read_back(
     assert readings.columns["mass"].readings[0].step == pytest.approx(1e-5)
 
 
+@pytest.mark.slow
 def test_open_shows_the_report_in_the_browser(
     typed: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -232,6 +239,7 @@ def test_open_shows_the_report_in_the_browser(
     assert "error G604" in typed("demo.csv --open --no-report").stderr
 
 
+@pytest.mark.slow
 def test_constants_of_the_apparatus_are_next_to_the_log(
     typed: Callable[..., Result],
 ) -> None:

@@ -24,6 +24,7 @@ def explain(*topics: str) -> Result:
     return CliRunner().invoke(app, ["explain", *topics])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", sorted(explanations()))
 def test_every_code_is_explained(code: str) -> None:
     entry, done = explanations()[code], explain(code.lower())
@@ -93,6 +94,7 @@ EFFECTS = [
 and u(I_zz) [%] if not 0."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "words", "old", "new", "factor", "u"), EFFECTS)
 def test_the_effect_on_the_sample_is_as_stated(
     code: str, words: str, old: str, new: Any, factor: float, u: float
@@ -106,6 +108,7 @@ def test_the_effect_on_the_sample_is_as_stated(
     assert not u or 100 * after.u / after.value == pytest.approx(u, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 def test_every_key_of_a_log_is_explained(key: str) -> None:
     assert f" {key}" in explain(key.upper()).stdout.partition(":\n")[2]

@@ -72,6 +72,7 @@ def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -
     assert name not in ALONE or f"  Example:  {name}" in "".join(lines[-4:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALONE)
 def test_the_example_at_the_foot_works(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -118,6 +119,7 @@ def completed(line: str) -> list[str]:
     return [one for one in done.stdout.splitlines() if one]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "found"),
     [

@@ -20,6 +20,7 @@ from gyrodata.cli import app
 SAMPLE = (ROOT / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_bad_log_does_not_stop_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -43,6 +44,7 @@ def test_a_bad_log_does_not_stop_the_others(
     assert all(document["diagnostics"] for document in documents[1:4])
 
 
+@pytest.mark.slow
 def test_a_log_has_the_same_answer_alone_and_among_others(tmp_path: Path) -> None:
     for at, habit in enumerate(HABITS[::20]):
         log = source(habit.make(lab(at, habit.turns, habit.unloaded)))
@@ -89,6 +91,7 @@ def run(*arguments: str, stdin: bytes | None = None) -> Result:
 LABS = ("alice/lab.csv", "bob/lab.csv", "eve/lab.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("absolute", [False, True])
 def test_each_row_names_its_log(same_names: Path, absolute: bool) -> None:
     logs = [str(same_names / log) if absolute else log for log in LABS]
@@ -105,6 +108,7 @@ def test_each_row_names_its_log(same_names: Path, absolute: bool) -> None:
         assert {row["log"] for row in rows} == set(LABS[:count])
 
 
+@pytest.mark.slow
 def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
     run("analyze", *LABS[:2], "-o", "outs")
     assert all(
@@ -117,6 +121,7 @@ def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
     assert all((Path("marked") / one).is_file() for one in linked)
 
 
+@pytest.mark.slow
 def test_data_go_into_a_file_whole_or_not_at_all(same_names: Path) -> None:
     shown = run("analyze", LABS[0], "-f", "json").stdout
     assert run("analyze", LABS[0], "-f", "json", "-o", "x.json").stdout == ""

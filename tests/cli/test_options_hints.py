@@ -151,6 +151,7 @@ VALUES = [
 of it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "key", "text", "meant", "mended"),
     VALUES,

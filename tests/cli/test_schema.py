@@ -50,6 +50,7 @@ def check(document: Any, declared: dict[str, Any]) -> None:
     jsonschema.Draft202012Validator(declared).validate(document)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("log", [*EDGES, *(path.stem for path in LOGS), "none"])
 def test_analysis_and_check(log: str) -> None:
     name, text = (
@@ -64,6 +65,7 @@ def test_analysis_and_check(log: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_analysis_that_keeps_what_is_flagged() -> None:
     document = json.loads(
         gyro(
@@ -80,6 +82,7 @@ def test_selfcheck() -> None:
     )
 
 
+@pytest.mark.slow
 def test_grades(tmp_path: Path) -> None:
     copied = "# reported_inertia: (4.44 +- 0.05)e-3 kg m^2\n" + LOGS[0].read_text(
         encoding="utf-8"
@@ -104,6 +107,7 @@ def test_grades(tmp_path: Path) -> None:
         check(json.loads(text), schema.json_schema("grades"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [
@@ -123,6 +127,7 @@ def test_predictions(command: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*schema.DOCUMENTS, "rubric"])
 def test_each_is_a_schema(name: str) -> None:
     document = json.loads(gyro("schema", name))

@@ -57,6 +57,7 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     return shown.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_each_change_of_the_file_is_one_block(tmp_path: Path) -> None:
     log, new = tmp_path / "log.csv", tmp_path / "new.tmp"
     log.write_text(HEAD + LIGHT)
@@ -98,6 +99,7 @@ def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
     assert (done.exit_code, "there is no file" in done.stderr) == (2, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "title", "words"),
     [
@@ -140,6 +142,7 @@ def test_a_lab_half_way_is_told_what_to_do_next(
     assert words in " ".join(part.split())
 
 
+@pytest.mark.slow
 def test_pipe_in_the_place_of_the_log_does_not_block(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     log.write_text(HEAD + LIGHT)

@@ -67,6 +67,7 @@ def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
     assert inertia.u == pytest.approx(u, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("repeats", "weights", "close"),
     # Where M0 is hardly told, u is 5 % of I_zz, and nothing is linear.
@@ -176,6 +177,7 @@ def test_few_exact_runs_give_the_truth_and_a_wide_u(
         assert balanced.inertia.u < 0.3 * result.inertia.u
 
 
+@pytest.mark.slow
 def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
     random = np.random.default_rng(8)
     short = []
@@ -194,6 +196,7 @@ def test_times_as_short_as_their_error_give_a_finite_answer() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_balance_test_that_says_nothing_or_is_false_changes_nothing() -> None:
     def tested(imbalance: float, line: str) -> gyrodata.Analysis:
         return gyrodata.analyze(
@@ -222,12 +225,14 @@ def odd_runs(table: Table, lines: str = "") -> list[tuple[int, str]]:
     ]
 
 
+@pytest.mark.slow
 def test_clean_labs_have_no_odd_run() -> None:
     assert [odd_runs(draw(Bench(imbalance=0.02), seed)) for seed in range(30)] == [
         []
     ] * 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("masses", [(20, 40, 60), (20, 60)], ids=str)
 def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) -> None:
     for wrong in range(3 * len(masses)):
@@ -237,6 +242,7 @@ def test_one_wrong_count_is_named_with_the_right_one(masses: tuple[int, ...]) ->
         assert odd_runs(table) == [(wrong, "fits 1 turn, not 2")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("true", ["1/3", "2/3", "3"])
 @pytest.mark.parametrize("written", ["1", "7"])
 def test_each_likely_count_is_found(true: str, written: str) -> None:
@@ -265,6 +271,7 @@ def test_influence_is_what_leaving_the_run_out_does() -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "bench",
     [

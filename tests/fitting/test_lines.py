@@ -91,6 +91,7 @@ def correlated(
     return truth + errors[:n], 1.7 * truth + (4 if constant else 0) + errors[n:], U
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("constant", [True, False])
 def test_full_covariances_agree_with_exact_arithmetic(

@@ -37,6 +37,7 @@ def coverage(labs: list[Measurements], intercept: bool = False) -> float:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "most", "least"),
     [({"repeats": 3}, 0.75, 0.9), ({"imbalance": 1e-3}, 0.1, 0.88)],
@@ -51,6 +52,7 @@ def test_a_line_is_too_sure_and_the_recommended_fit_is_not(
     assert np.mean((ends[:, 0] < INERTIA) & (ends[:, 1] > INERTIA)) > least
 
 
+@pytest.mark.slow
 def test_peelle_shared_scale_errors_pull_a_plain_fit_down() -> None:
     labs = drawn(150, u_spin=0.05, u_spin_scale=0.03, u_time=0.02)
 
@@ -73,6 +75,7 @@ def test_peelle_shared_scale_errors_pull_a_plain_fit_down() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_hand_that_is_always_late_is_no_scatter() -> None:
     # 0.15 s, three times the prior of 0.05 s that a log gets if it states none.
     labs = drawn(80, bias=0.15, turns=1 / 3)
@@ -98,6 +101,7 @@ def long_log(runs: int, seed: int) -> str:
     return f"mass [g],position [cm],spin [rpm],time [s],turns\n{rows}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("runs", "seed"), [(300, 0), (10_000, 1), (30_000, 2)])
 def test_a_long_log_does_not_drift(runs: int, seed: int) -> None:
     inertia = analyze_briefly(long_log(runs, seed).encode()).inertia
@@ -110,6 +114,7 @@ def test_a_long_log_does_not_drift(runs: int, seed: int) -> None:
 LINES = ("# u_spin_scale: 1 %", "# u_mass_scale: 1 %", "# u_g: 1 %")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("runs", "line"), [*product((9, 300), LINES), (10_000, LINES[0])]
 )

@@ -60,6 +60,7 @@ def test_answer_in_a_file_of_answers_is_read(text: str, encoding: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", PROSE["answers"])
 def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
     name = "text.html" if text.startswith("<") else "report.txt"
@@ -72,6 +73,7 @@ def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
     assert answers.diagnostics[0].message.startswith(f"I_zz is read from {name}, line ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROSE["hand_ins"])
 def test_answer_without_instructions_is_read(name: str) -> None:
     # The square of a metre must be read in the code page of Windows too.
@@ -93,6 +95,7 @@ def test_answer_without_instructions_is_read(name: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [*PROSE["others"], "", "inertia = " + "[" * 100_000],

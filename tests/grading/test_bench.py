@@ -61,6 +61,7 @@ UNCERTAINTIES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line", [*UNCERTAINTIES, 'ball_mass = "4.31 ± 0.01 kg"', 'motion = "steady"']
 )
@@ -95,6 +96,7 @@ def test_fault_in_the_bench_is_told(line: str, says: str) -> None:
         read_rubric(with_bench(line).encode())
 
 
+@pytest.mark.slow
 def test_rough_bench_costs_nothing_once_it_is_told(tmp_path: Path) -> None:
     def lost(document: dict[str, Any]) -> int:
         return sum(

@@ -155,6 +155,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Lab:
     return full_lab(tmp_path_factory.mktemp("lab"))
 
 
+@pytest.mark.slow
 def test_structure_is_sound_and_nothing_comes_from_outside(full: Lab) -> None:
     page = full.read("class.html")
     tags = Structure(page).tags
@@ -232,6 +233,7 @@ def test_counts_of_full_and_of_no_points_are_those_of_the_marks(tmp_path: Path) 
     assert max(none for _, _, none in counts.values()) >= 1
 
 
+@pytest.mark.slow
 def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
     lab = full_lab(tmp_path)
     lines = [line for group in lab.groups.values() for line in group]
@@ -260,6 +262,7 @@ def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
     assert "has decided about (1)" in lab.read("class.html")
 
 
+@pytest.mark.slow
 def test_a_decision_that_is_taken_back_leaves_nothing(lab: Lab) -> None:
     names = (
         "grades.csv",
@@ -286,6 +289,7 @@ def test_a_decision_that_is_taken_back_leaves_nothing(lab: Lab) -> None:
     assert {name: lab.read(name) for name in names} == first
 
 
+@pytest.mark.slow
 def test_points_by_hand_complete_a_rubric_with_a_manual_part(
     lab: Lab, tmp_path: Path
 ) -> None:
@@ -313,6 +317,7 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(
     assert "s0," not in lab.read("desk-todo.csv")
 
 
+@pytest.mark.slow
 def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
     table = lab.out / "grades.csv"
     table.write_text(
@@ -336,6 +341,7 @@ def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
 PROBE = (DATA / "probe_of_class_page.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @needs_browser
 def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
     good, slip, bad = three_logs().values()

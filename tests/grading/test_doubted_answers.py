@@ -164,6 +164,7 @@ def students() -> dict[str, Any]:
     return dict(grade(files, "--lms", "folder")["students"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", DOUBTED)
 def test_answer_that_may_be_hidden_is_a_question(
     way: str, students: dict[str, Any]
@@ -230,6 +231,7 @@ OPEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", OPEN)
 def test_answer_that_is_seen_is_no_question(way: str) -> None:
     name, content = OPEN[way]
@@ -259,6 +261,7 @@ BROKEN: dict[str, str | bytes] = {
 }
 
 
+@pytest.mark.slow
 def test_file_that_cannot_be_read_is_named_with_the_reason() -> None:
     files: dict[str, str | bytes] = {}
     for name, content in BROKEN.items():

@@ -357,6 +357,7 @@ def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copy(root / "source" / "run_autograder", root)).parent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("good", [True, False])
 def test_the_autograder_grades_what_gradescope_gives_it(
     autograder: Path, good: bool

@@ -66,6 +66,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(table))
 
 
+@pytest.mark.slow
 def test_correct_answer_with_wrong_header_keeps_17_points() -> None:
     logs, words = honest(30, 3), list(HEADERS.values())
     for i in range(15):
@@ -93,6 +94,7 @@ def from_surface(student: Student) -> Student:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["arithmetic", "log"])
 def test_arm_from_surface_is_named_for_nine_of_ten(where: str) -> None:
     logs = honest(40, 6, BALL)
@@ -115,6 +117,7 @@ def test_arm_from_surface_is_named_for_nine_of_ten(where: str) -> None:
         )
 
 
+@pytest.mark.slow
 def test_report_folder_of_gyro_is_not_a_student(tmp_path: Path) -> None:
     root = make_folder(
         tmp_path / "class",
@@ -137,6 +140,7 @@ Participant 7002,Max Roe,c@x.edu,Submitted,,20.00,Yes,
 """  # noqa: E501
 
 
+@pytest.mark.slow
 def test_desk_line_for_shared_name_is_refused_with_both_ids(tmp_path: Path) -> None:
     names = [
         JANE.format(7000),
@@ -213,6 +217,7 @@ def room(tmp_path: Path) -> Room:
     )
 
 
+@pytest.mark.slow
 def test_worklist_saved_as_desk_settles_nothing(room: Room) -> None:
     flags, todo = room.table("flags"), room.table("desk-todo")
     assert len(flags) >= 5
@@ -226,6 +231,7 @@ def test_worklist_saved_as_desk_settles_nothing(room: Room) -> None:
     )
 
 
+@pytest.mark.slow
 def test_flag_is_settled_by_a_known_word_and_a_name(room: Room) -> None:
     flags = room.todo()
     assert len(flags) == len(room.table("flags"))
@@ -252,6 +258,7 @@ EDITS = {
 """What is decided of whom, and why; 1005 has the data of 1004, and 1002 no answer."""
 
 
+@pytest.mark.slow
 def test_every_decision_is_kept_and_said_whatever_happens(tmp_path: Path) -> None:
     students = [draw(i, 10) for i in range(10)]
     students[5] = with_rows(students[4], students[4].rows, 5)

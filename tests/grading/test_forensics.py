@@ -76,6 +76,7 @@ def converted(student: Student) -> str:
     )
 
 
+@pytest.mark.slow
 def test_copy_in_other_units_and_order_is_found(
     logs: dict[str, Student], prints: Prints
 ) -> None:
@@ -120,6 +121,7 @@ def test_old_logs_are_compared_but_not_with_each_other(
     )
 
 
+@pytest.mark.slow
 def test_thousands_of_equal_logs_are_one_flag_in_little_memory(
     logs: dict[str, Student], prints: Prints
 ) -> None:
@@ -162,6 +164,7 @@ def test_copies_are_joined_but_for_partners(
     assert [one.students for one in flag_class(apart)] == [("c0", "c1")]
 
 
+@pytest.mark.slow
 def test_copy_with_every_number_changed_by_1_percent(
     logs: dict[str, Student], prints: Prints
 ) -> None:
@@ -184,6 +187,7 @@ def test_copy_with_every_number_changed_by_1_percent(
     assert found >= 11
 
 
+@pytest.mark.slow
 def test_few_students_with_other_spins_are_not_flagged() -> None:
     aims = [(310, 520, 830)] * 4 + [(200, 400, 600)] * 36
     students = [

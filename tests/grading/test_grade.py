@@ -98,6 +98,7 @@ def test_value_of_any_accepted_fit_earns_all_points(fit: str) -> None:
     assert (list(narrow.own), (narrow.d or 0.0) > 0) == (["with_constant"], True)
 
 
+@pytest.mark.slow
 def test_points_fall_with_the_distance_of_the_value() -> None:
     found = [
         grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2"))
@@ -114,6 +115,7 @@ def test_points_fall_with_the_distance_of_the_value() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1, 3), (1.9, 3), (9, 0)]
 )
@@ -132,6 +134,7 @@ ONE_SPIN = report(sheet(np.random.default_rng(3), rpm=(400.0,)), fit="mean_of_ra
 UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "criterion", "earned", "told"),
     [
@@ -220,6 +223,7 @@ def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
     assert mark_of(grade_submission(one, BY_REFERENCE), "units")[0] == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SLIPS)
 def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
     for fit in ("through_origin", "mean_of_ratios")[: 1 if "+" in kind else 2]:
@@ -250,6 +254,7 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
     rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
@@ -375,6 +380,7 @@ def test_outsider_is_far_from_the_class_in_any_order() -> None:
     assert settle(waiting[::-1], BY_CLASS)[0][::-1] == found
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.text(max_size=40))
 @example("0 ± 0 kg m^2")

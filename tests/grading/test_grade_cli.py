@@ -65,6 +65,7 @@ def test_the_stored_class_is_what_the_script_makes() -> None:
     assert stored == make_sample_class.make()
 
 
+@pytest.mark.slow
 def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
     done, folder = graded
     assert done.exit_code == 1, "three are not graded"
@@ -124,6 +125,7 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert bytes_of(grades) == before, "a page that is gone is written again"
 
 
+@pytest.mark.slow
 def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something_else(
     grades: Path,
 ) -> None:
@@ -204,6 +206,7 @@ def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) 
     assert "Late, as decided by hand. 2 points were taken off for it." in second
 
 
+@pytest.mark.slow
 def test_a_cluster_writes_the_same_files(
     graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -223,6 +226,7 @@ def test_a_cluster_writes_the_same_files(
     assert bytes_of(tmp_path / "grades") == bytes_of(graded[1])
 
 
+@pytest.mark.slow
 def test_json_ndjson_and_csv(
     graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -248,6 +252,7 @@ def test_json_ndjson_and_csv(
 # --- what changes ---
 
 
+@pytest.mark.slow
 def test_a_dry_run_tells_what_would_change_and_writes_nothing(
     grades: Path, tmp_path: Path
 ) -> None:
@@ -286,6 +291,7 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(
     }
 
 
+@pytest.mark.slow
 def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(
     grades: Path,
 ) -> None:
@@ -330,6 +336,7 @@ def test_one_log_is_sent_to_the_command_for_it(name: str, tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.slow
 def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None:
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
     root = make_folder(tmp_path / "class", {"ann/lab.csv": log})
@@ -360,6 +367,7 @@ def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None
     ) == (2, True)
 
 
+@pytest.mark.slow
 def test_hostile_names_stay_text(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -447,6 +455,7 @@ def grading(
         yield run
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
 def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
     with grading(tmp_path, 3000) as run:
@@ -460,6 +469,7 @@ def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
     assert (tmp_path / "g" / "journal.ndjson").read_bytes().endswith(b"\n")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
 def test_command_started_in_the_background_does_not_hear_control_c(
     tmp_path: Path,

@@ -39,6 +39,7 @@ def told(*paths: Path) -> tuple[dict[str, Any], int]:
     return document, code
 
 
+@pytest.mark.slow
 def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
     # What is typed into a field comes as a text.
     files = {
@@ -90,6 +91,7 @@ LACKING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", LACKING)
 def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     root = make_folder(tmp_path / "mine", LACKING[what])
@@ -135,6 +137,7 @@ def test_what_cannot_be_a_hand_in_is_told(
     assert (code, says in text) == (2, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "says",
     [

@@ -102,6 +102,7 @@ def assert_fine(words: list[str]) -> None:
             assert abs(inertia["value"] - TRUTH) < 4 * inertia["u"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "typed", "says", "mended"), HINTS["commands"])
 def test_a_command_mended_by_a_person(
     code: str,
@@ -138,6 +139,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
     assert (done.exit_code, "G718" in done.stdout) == (0, True)
 
 
+@pytest.mark.slow
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
     words = ("analyze", str(SAMPLE), "--out")
     with alone_in(lab / "new"):
@@ -148,6 +150,7 @@ def test_a_folder_in_use_or_another_one(lab: Path) -> None:
     assert gyro(*words, "new").exit_code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
 def test_a_stream_that_cannot_be_used(lab: Path) -> None:
     def shell(line: str) -> str:
@@ -468,6 +471,7 @@ CASES: list[Any] = [
 files, and points unless `POINTS`."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=[f"{case[0]} {case[1]}" for case in CASES])
 def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     code, typed, files, says, mended, better, *points = case
@@ -538,6 +542,7 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     assert "G762" not in grade("class -o grades")[0].stderr
 
 
+@pytest.mark.slow
 def test_figures_need_a_folder(home: Path) -> None:
     assert hint_of(
         gyro("grade", "class", "--format", "json", "--figures"), "G767"
@@ -568,6 +573,7 @@ BOOK = ("column", "book", "named", "faulty")
 # --- gradebooks ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lms", HINTS["books"])
 def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     column, text, named, faulty = (HINTS["books"][lms][key] for key in BOOK)
@@ -605,6 +611,7 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     assert_filled(f"{given} --rubric rubric.toml", ["10.00", "10.00", "9.00"])
 
 
+@pytest.mark.slow
 def test_a_figure_is_drawn_once_matplotlib_can_draw_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

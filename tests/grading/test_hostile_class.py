@@ -74,6 +74,7 @@ def graded(folder: Path, *options: str) -> tuple[Result, dict[str, dict[str, str
     return done, {row["student"]: row for row in csv.DictReader(io.StringIO(table))}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     sys.platform != "linux",
     reason="a worker that is not forked does not see the replaced function",
@@ -116,6 +117,7 @@ def test_hostile_submissions_cost_nobody_else_anything(
     )
 
 
+@pytest.mark.slow
 def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(
     tmp_path: Path,
 ) -> None:
@@ -156,6 +158,7 @@ def test_the_log_that_a_person_corrected_is_graded_with_the_other_files(
     assert (done.exit_code, rows["ann"]["total"]) == (0, "20.00")
 
 
+@pytest.mark.slow
 def test_a_line_of_the_desk_for_a_lost_submission_is_asked_again_if_the_files_change(
     tmp_path: Path,
 ) -> None:

@@ -185,6 +185,7 @@ TOGETHER = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", TOGETHER)
 def test_partners_are_found_by_their_full_names_in_any_words(
     room: Room, words: str
@@ -211,6 +212,7 @@ SECOND = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", SECOND)
 @pytest.mark.parametrize(
     ("name", "looks"), [("report.md", True), ("report_draft.md", False)]

@@ -190,6 +190,7 @@ def hidden() -> dict[str, Any]:
     return dict(grade(files, "--lms", "folder")["students"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", UNSEEN)
 def test_unseen_text_is_no_answer(way: str, hidden: dict[str, Any]) -> None:
     number = list(UNSEEN).index(way)
@@ -201,6 +202,7 @@ def test_unseen_text_is_no_answer(way: str, hidden: dict[str, Any]) -> None:
         assert hidden[f"alone{number}"]["status"] == "not graded"
 
 
+@pytest.mark.slow
 def test_unseen_answer_in_the_log_is_none() -> None:
     book = openpyxl.Workbook()
     for row in ROWS:
@@ -283,6 +285,7 @@ SEEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", SEEN)
 def test_text_that_a_person_sees_is_read(way: str) -> None:
     name, content = SEEN[way]
@@ -328,6 +331,7 @@ def grade_with(files: Mapping[str, str], log: str) -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", TWICE)
 def test_two_answers_that_differ_are_a_question(place: str) -> None:
     (look,) = (
@@ -424,6 +428,7 @@ def stated() -> dict[str, Any]:
     return dict(grade(files, "--lms", "folder")["students"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", SOURCES)
 def test_no_statement_makes_a_wrong_answer_right(
     key: str, stated: dict[str, Any]
@@ -458,6 +463,7 @@ CELLS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", CELLS)
 def test_wide_uncertainty_is_found_wherever_it_is_stated(place: str) -> None:
     files = {
@@ -502,6 +508,7 @@ def test_usual_number_of_turns_is_no_question(log: str) -> None:
     assert one["look"] == []
 
 
+@pytest.mark.slow
 def test_refusal_is_not_switched_off() -> None:
     rows = [row.split(",") for row in ROWS]
     bent = [
@@ -580,6 +587,7 @@ def flags_of(log: str | bytes, *others: str) -> list[tuple[str, list[str]]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wrap",
     [
@@ -615,6 +623,7 @@ def test_measured_log_is_not_flagged(remark: str) -> None:
     assert flags_of(STUDENT.log(remark)) == []
 
 
+@pytest.mark.slow
 def test_fingerprints_are_those_of_the_examples() -> None:
     assert make_examples.TARGET.read_text(encoding="utf-8") == make_examples.make()
 
@@ -626,6 +635,7 @@ SAMPLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAMPLES)
 def test_copy_of_an_example_is_flagged(name: str) -> None:
     text = (make_examples.ROOT / name).read_text(encoding="utf-8")
@@ -646,6 +656,7 @@ def moved(log: str, by: float) -> str:
     return "\n".join([*head, *map(",".join, [titles, *cells])])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", [0.01, 0.3])
 def test_copy_of_an_example_with_other_times_is_flagged(by: float) -> None:
     for name in SAMPLES[:1] + SAMPLES[-4:]:
@@ -653,6 +664,7 @@ def test_copy_of_an_example_with_other_times_is_flagged(by: float) -> None:
         assert any(previous for _, previous in flags_of(log)), name
 
 
+@pytest.mark.slow
 def test_honest_classes_do_not_look_like_examples() -> None:
     for step in (1, 5, 10):
         students = [
@@ -679,6 +691,7 @@ def answered(*texts: str) -> list[dict[str, Any]]:
     return list(grade(files, "--lms", "folder")["students"].values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.6, 0.88, 0.9, 1.12, 1.3])
 def test_fewer_digits_never_give_more_points(factor: float) -> None:
     """The answers have one digit, of runs with an I_zz that is off by this factor."""
@@ -715,6 +728,7 @@ def test_mistake_without_a_name_costs_points_once() -> None:
         assert any("no common mistake explains it" in look for look in student["look"])
 
 
+@pytest.mark.slow
 def test_answers_at_random_get_no_points_without_a_question() -> None:
     random, texts = np.random.default_rng(8), []
     for value in 10 ** random.uniform(-6, 2, 120):
@@ -731,6 +745,7 @@ def test_answers_at_random_get_no_points_without_a_question() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fit", FITS)
 def test_common_mistake_in_exact_arithmetic_is_no_question(fit: str) -> None:
     value, u = STUDENT.answer(fit=fit)

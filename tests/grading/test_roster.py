@@ -60,6 +60,7 @@ def grade(
     )
 
 
+@pytest.mark.slow
 def test_gradebook_gives_names_sections_and_who_is_absent(root: Path) -> None:
     book = ("--gradebook", root.parent / "book.csv")
     grade(root)
@@ -84,6 +85,7 @@ def test_gradebook_gives_names_sections_and_who_is_absent(root: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_table_of_ones_own_gives_stations_and_partners(root: Path) -> None:
     assert grade(root)[0]["7"]["flags"]
     rows, _, _ = grade(root, "--roster", root.parent / "roster.csv")
@@ -96,6 +98,7 @@ def test_table_of_ones_own_gives_stations_and_partners(root: Path) -> None:
     assert document["absent"] == [{"student": "cole", "name": "cole", "section": "Mon"}]
 
 
+@pytest.mark.slow
 def test_rows_of_one_name_are_a_question_unless_the_number_tells(
     tmp_path: Path,
 ) -> None:
@@ -114,6 +117,7 @@ def test_rows_of_one_name_are_a_question_unless_the_number_tells(
         assert ["whose row" in rows[key]["look"] for key in ("11", "12")] == looks
 
 
+@pytest.mark.slow
 def test_number_in_the_name_of_a_folder_is_that_of_the_roster(tmp_path: Path) -> None:
     partners = {"doe_jane_253316": "Max Roe", "roe_max_256796": "Doe, Jane"}
     files = {

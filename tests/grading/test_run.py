@@ -57,6 +57,7 @@ def work(task: str) -> Any:
     return BREAKING[task.rstrip("0123456789")]()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("workers", "others"), [(1, 0), (3, 0), (2, 60)])
 def test_each_work_that_breaks_is_one_answer_with_its_reason(
     workers: int, others: int
@@ -79,6 +80,7 @@ def test_each_work_that_breaks_is_one_answer_with_its_reason(
     }
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     sys.platform != "linux",
     reason="a worker that is not forked does not see the replaced function",
@@ -106,6 +108,7 @@ def test_a_lost_submission_is_graded_in_the_next_run(
     assert "graded 1" not in told(root)
 
 
+@pytest.mark.slow
 def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> None:
     root = make_folder(
         tmp_path / "class", {f"s{seed}/lab.csv": a_log(seed) for seed in range(4)}

@@ -62,6 +62,7 @@ def test_the_common_exponent_agrees_with_least_squares() -> None:
     )
 
 
+@pytest.mark.slow
 def test_run_without_any_error_of_its_own_leaves_the_common_exponent_right() -> None:
     # By an exact clock and tachometer, only the sights at the thirds of a turn give a
     # run an error.
@@ -109,6 +110,7 @@ ONE = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lines", "relative"), [BOTH, ONE])
 def test_the_ball_has_an_uncertainty_of_its_own(lines: str, relative: float) -> None:
     lab = gyrodata.analyze((HEAD + lines + ROWS).encode())
@@ -124,6 +126,7 @@ def test_the_ball_has_an_uncertainty_of_its_own(lines: str, relative: float) -> 
     assert ball.relative == pytest.approx(lab.inertia.value / ball.inertia - 1)
 
 
+@pytest.mark.slow
 def test_a_ball_without_u_is_exact_and_no_ball_is_not_compared() -> None:
     ball = gyrodata.analyze(
         (HEAD + "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n" + ROWS).encode()
@@ -158,6 +161,7 @@ def mislabelled(seed: int) -> Table:
     return table._replace(mass=table.mass / np.where(np.arange(12) // 3 == 1, 1.1, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "slip", "least"),
     [
@@ -175,6 +179,7 @@ def test_the_cause_is_named_and_clean_labs_have_none(
     assert sum(pattern(slip(seed)) == name for seed in range(15)) >= least
 
 
+@pytest.mark.slow
 def test_one_run_whose_spin_falls_alone_is_named() -> None:
     log = "\n".join(explanations()["G434"].example.splitlines()[1:])
     for text, named in ((log, ["run 3"]), (log.replace("410,360", "410,405"), [])):
@@ -185,6 +190,7 @@ def test_one_run_whose_spin_falls_alone_is_named() -> None:
 ONE_TORQUE = HEAD + "\n".join(ROWS.splitlines()[:4]) + "\n"
 
 
+@pytest.mark.slow
 def test_one_torque_is_not_known_without_the_balance() -> None:
     one = gyrodata.analyze(ONE_TORQUE.encode())
     rows = {row.name: row.inertia for row in one.sensitivity}
@@ -209,6 +215,7 @@ CHANGED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("log", CHANGED)
 def test_each_changed_answer_is_that_of_the_changed_log(log: str) -> None:
     text = CHANGED[log]
@@ -237,6 +244,7 @@ PARTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", ["ball disk", "ball bore rod", "disk"])
 def test_what_spins_may_have_a_bore_a_rod_and_a_disk(given: str) -> None:
     parts = given.split()

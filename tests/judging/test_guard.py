@@ -58,6 +58,7 @@ def nine_runs(stated: dict[str, str], noise: float) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides", ""]
 )
@@ -95,6 +96,7 @@ def test_two_runs_without_any_uncertainty_are_refused() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("percent", [10, 50])
 @pytest.mark.parametrize("key", ["u_spin_scale", "u_position_zero", "u_mass", "u_spin"])
 @pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
@@ -128,6 +130,7 @@ def test_a_scale_that_is_hardly_known_is_in_u(
 # --- a lab that times 1/3, 2/3 and 1 turn, and writes one count in every row ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("count", ["1/3", "2/3", "1"])
 def test_one_count_for_all_weights_is_refused_and_explained(

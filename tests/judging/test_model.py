@@ -52,6 +52,7 @@ def effect(analysis: gyrodata.Analysis, name: str) -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pitches", [(0.0,), (math.radians(2),)])
 def test_sizes_of_effects_are_the_same_if_they_are_computed_again(
     pitches: tuple[float, ...],
@@ -61,6 +62,7 @@ def test_sizes_of_effects_are_the_same_if_they_are_computed_again(
     assert changes.list_effects(replace(analysis.lab, effects=())) == analysis.effects
 
 
+@pytest.mark.slow
 def test_a_slight_tilt_is_left_out_and_a_strong_one_kept() -> None:
     slight = analysed(made(pitches=(math.radians(2),)))
     strong = analysed(made(pitches=UP_AND_DOWN[1:], spins=(150 * RPM, 300 * RPM)))
@@ -70,6 +72,7 @@ def test_a_slight_tilt_is_left_out_and_a_strong_one_kept() -> None:
     assert effect(strong, "tilt")["kept"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "tilt"), [("horizontal", False), ("steady", True), ("released", True)]
 )
@@ -80,6 +83,7 @@ def test_a_model_that_is_asked_for_is_used(model: str, tilt: bool) -> None:
     assert "as asked" in effect(analysis, "tilt")["reason"]
 
 
+@pytest.mark.slow
 def test_a_log_of_a_released_rod_has_that_model() -> None:
     analysis = analysed(
         made(motion="released", masses=(0.06, 0.12), spins=(150 * RPM, 200 * RPM))
@@ -102,6 +106,7 @@ RELEASED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "truth"),
     [
@@ -127,6 +132,7 @@ def test_the_size_of_an_effect_is_that_of_two_analyses(
     assert abs(brute) > 0.2 * u
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turns", [1 / 3, 2 / 3, 2.0])
 def test_a_silent_log_of_a_released_rod_is_fitted_as_released_if_it_matters(
     turns: float,
@@ -155,6 +161,7 @@ def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin()
     assert found["kept"]
 
 
+@pytest.mark.slow
 def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
     floor = physics.EARTH_ROTATION * math.sin(math.radians(42.5))
     small = {

@@ -243,11 +243,13 @@ def is_right_and_silent(text: str) -> bool:
     return outcome(text, "")[:2] == (False, False)
 
 
+@pytest.mark.slow
 def test_the_clean_log_is_answered_without_a_warning() -> None:
     assert is_right_and_silent(log_text(clean_log(), {}, BALL))
     assert is_right_and_silent(log_text(clean_log(), {}, []))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTED)
 def test_mistake_is_said_and_its_cause_named_with_ball(name: str) -> None:
     wrong, said, named = outcome(planted_log(name, ball=True), PLANTED[name][3])
@@ -255,6 +257,7 @@ def test_mistake_is_said_and_its_cause_named_with_ball(name: str) -> None:
     assert named
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name for name in PLANTED if not name.startswith("27")]
 )
@@ -267,6 +270,7 @@ def test_mistake_is_not_silent_without_ball(name: str) -> None:
     assert said or not wrong or name[:2] in CANNOT_BE_SEEN
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTED)
 def test_check_shows_every_doubt_of_analyze(name: str) -> None:
     text = planted_log(name, ball=True)

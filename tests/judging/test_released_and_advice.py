@@ -42,6 +42,7 @@ def off(log: str) -> float:
 
 
 class TestReleased:
+    @pytest.mark.slow
     @pytest.mark.parametrize(("spins", "fall"), [("20,30,40", 75), ("40,60,80", 61)])
     def test_slow_rod_has_no_answer(self, spins: str, fall: int) -> None:
         for seed in range(1, 6):
@@ -63,12 +64,14 @@ class TestReleased:
                 pytest.approx(fall, abs=5),
             )
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("spins", ["60,100,150", "100,200,300", "200,400,600"])
     @pytest.mark.parametrize("turns", [1.0, 1 / 3])
     def test_faster_rod_has_its_answer(self, spins: str, turns: float) -> None:
         for seed in range(1, 3):
             assert off(released(spins, seed, turns=(turns,))) < 4
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("spins", ["20,30,40", "40,60,80", "50,75,100"])
     def test_spin_of_the_hint_is_answered(self, spins: str) -> None:
         for seed in (1, 2, 4):
@@ -97,6 +100,7 @@ class TestReleased:
         assert "write # tachometer: still" in analyzed(log).stderr
         assert off("# tachometer: still\n" + log) < 4
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("header", "spins"),
         [
@@ -167,6 +171,7 @@ def with_direction(loaded: str, unloaded: str) -> str:
 
 
 class TestDirection:
+    @pytest.mark.slow
     def test_hint_of_check_is_followed(self) -> None:
         told = gyro("check", "-", stdin=README).stdout
         header, loaded, unloaded = (
@@ -189,6 +194,7 @@ class TestDirection:
             "G454" not in gyro("check", "-", stdin=with_direction("ccw", "ccw")).stdout
         )
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("command", ["check", "analyze"])
     def test_missing_direction_is_named_with_what_it_costs(self, command: str) -> None:
         log = README + "0,,402,100,1/20\n"
@@ -204,6 +210,7 @@ class TestDirection:
         assert list(map(float, said.groups())) == pytest.approx([now, then], rel=0.05)
         assert then < 0.95 * before
 
+    @pytest.mark.slow
     def test_only_same_or_other_direction_counts(self) -> None:
         for loaded, unloaded, sign in (
             ("ccw", "ccw", 1),
@@ -221,6 +228,7 @@ STILL = "0,,405,120,0\n"
 
 
 class TestRodThatStays:
+    @pytest.mark.slow
     @pytest.mark.parametrize("row", [STILL, "none,,405,120,0\n"])
     def test_it_is_the_best_result(self, row: str) -> None:
         before, after = (
@@ -247,6 +255,7 @@ class TestRodThatStays:
             assert "G215" in analyzed(README + row).stderr
         assert "G413" in analyzed("".join(README.splitlines(True)[:2]) + STILL).stderr
 
+    @pytest.mark.slow
     def test_intervals_contain_the_truth_for_tiny_m0(self) -> None:
         random, inside = np.random.default_rng(4), []
         for seed in range(60):
@@ -311,6 +320,7 @@ BALL = {
 
 
 class TestTemplate:
+    @pytest.mark.slow
     @pytest.mark.parametrize("still", [False, True])
     @pytest.mark.parametrize("sense", ["ccw", "cw"])
     @pytest.mark.parametrize("lines", [{}, BALL], ids=["no ball", "ball"])

@@ -64,6 +64,7 @@ SLIPS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("run", "role", "typed", "words"), SLIPS)
 def test_each_cell_that_is_named_gives_the_answer(
     run: int, role: str, typed: str, words: str
@@ -97,6 +98,7 @@ SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log(
 ).replace("14.8", "10.0")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -152,6 +154,7 @@ def counted(table: Table, turns: float) -> Table:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turns", "more"), [(1, 1), (5, 1), (10, -1)])
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
 def test_six_runs_with_wrong_counts_are_right_or_doubted(
@@ -171,6 +174,7 @@ def test_six_runs_with_wrong_counts_are_right_or_doubted(
     assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 3}[miscounts]
 
 
+@pytest.mark.slow
 def test_both_answers_are_named_where_either_may_be_right() -> None:
     table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.03), 3), 5)
     table.time[[3, 5]] *= 6 / 5
@@ -190,6 +194,7 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
     assert outcome(table) == "right"
 
 
+@pytest.mark.slow
 def test_three_runs_of_a_rough_hand_are_not_refused() -> None:
     for seed in range(30):
         table = Table(

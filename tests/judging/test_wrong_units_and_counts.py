@@ -128,6 +128,7 @@ def test_a_good_log_is_not_asked() -> None:
         assert told(lab(turns, seed).text()) == []
 
 
+@pytest.mark.slow
 def test_one_cell_in_another_unit_is_asked_about_and_spoils_nothing() -> None:
     text = lab().text()
     row = text.splitlines()[8]
@@ -178,6 +179,7 @@ OTHER_CAUSE_FIRST = {
 """Slips that nothing in the log tells from another cause."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SLIPS)
 def test_a_slip_is_named_first_and_its_hint_gives_the_truth(name: str) -> None:
     wrong = slipped(name)

@@ -58,6 +58,7 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "field", "value"),
     [
@@ -94,6 +95,7 @@ LATE_BY_2_S = (
 TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "shares"),
     [
@@ -208,6 +210,7 @@ def delayed(*lines: str) -> dict[str, Any]:
     return result("".join(f"{line}\n" for line in lines) + HEAD + ROWS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lines", [(), ("# u_time: 0.2 s",)])
 def test_a_late_reading_is_corrected_as_by_the_usual_spin_down(
     lines: tuple[str, ...],
@@ -235,6 +238,7 @@ def test_a_late_reading_is_corrected_as_by_the_usual_spin_down(
     ]
 
 
+@pytest.mark.slow
 def test_a_delay_that_is_stated_is_not_late_on_average() -> None:
     exact = delayed("# u_spin_delay: 0 s")["inertia"]
     for line in (
@@ -261,6 +265,7 @@ def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time()
     assert before["runs"][0]["spin"] == pytest.approx(400 * RPM, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "decimals", [("0.3333333", "0.6666667"), ("0.333333", "0.666667")]
 )
@@ -276,6 +281,7 @@ def test_a_fraction_with_many_decimals_is_the_fraction(
     assert decimal["u"] == pytest.approx(fraction["u"], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_rounding_is_shared_and_sighting_is_of_each_run() -> None:
     def shared(turns: str) -> dict[str, bool]:
         return {
@@ -287,6 +293,7 @@ def test_rounding_is_shared_and_sighting_is_of_each_run() -> None:
     assert "rounded_turns" not in shared("1/3")
 
 
+@pytest.mark.slow
 def test_only_the_spin_of_a_log_without_u_spin_delay_is_corrected() -> None:
     def inertia(line: str) -> dict[str, Any]:
         # The spin falls by 1/e in 100 s.
@@ -303,11 +310,13 @@ def test_only_the_spin_of_a_log_without_u_spin_delay_is_corrected() -> None:
     assert vague["u"] > silent["u"] > exact["u"]
 
 
+@pytest.mark.slow
 def test_only_a_part_of_a_turn_is_sighted() -> None:
     assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
     assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("second", "source", "shared"),
     [
@@ -339,6 +348,7 @@ def test_report_says_where_an_uncertainty_is_from() -> None:
     }.items()
 
 
+@pytest.mark.slow
 def test_only_a_run_without_a_weight_needs_its_sense() -> None:
     assert not found(HEAD + ROWS, "G402")
     log = (
@@ -354,6 +364,7 @@ def test_only_a_run_without_a_weight_needs_its_sense() -> None:
     assert signs == [True, False, False]
 
 
+@pytest.mark.slow
 def test_balance_test_limits_m0_by_its_torque() -> None:
     def width(line: str, inertia: str = "0.006") -> float:
         log = (
@@ -378,6 +389,7 @@ def test_balance_test_limits_m0_by_its_torque() -> None:
     )
 
 
+@pytest.mark.slow
 def test_balanced_line_is_obeyed_and_no_imbalance_narrows_u() -> None:
     rows = (
         "20.00,15.0,206,20.5,1\n20.00,15.0,407,40.5,1\n40.00,15.0,405,20.1,1\n"
@@ -399,6 +411,7 @@ def test_balanced_line_is_obeyed_and_no_imbalance_narrows_u() -> None:
 HIGH = "20.00,15.00,206.0,7.060,1/3"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "value"),
     [
@@ -414,6 +427,7 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
     ] == [True, False, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "code", "line", "words"),
     [
@@ -468,6 +482,7 @@ def test_readings_that_contradict_each_other_are_named(
     assert words in told[0].message
 
 
+@pytest.mark.slow
 def test_i_zz_is_that_of_ball_and_rod() -> None:
     head = "# g: 9.803 m/s^2\n# motion: steady\n# u_spin_delay: 0 s\n"
     head += "mass [g],position [cm],spin [rpm],time [s],turns,weight_diameter [cm]\n"
@@ -535,6 +550,7 @@ STATED = {
 }
 
 
+@pytest.mark.slow
 def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
     heard = set()
     for name, shape in SHAPES.items():
@@ -586,6 +602,7 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
     assert set(UNCERTAINTIES) - heard == {"u_inertia"}, "I_zz is the result"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "head", "why"),
     [
@@ -619,6 +636,7 @@ def test_reason_why_an_uncertainty_changes_nothing_is_said(
     assert (why in told.message, told.line) == (True, 1)
 
 
+@pytest.mark.slow
 def test_digits_that_decide_u_are_named_with_u_before_and_after() -> None:
     full = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
     full += "0.0200,15.0,206,20.4,1\n0.0400,15.0,405,20.1,1\n0.0600,15.0,404,13.4,1\n"

@@ -14,6 +14,7 @@ TOP = Top(INERTIA, 1.3 * INERTIA, 0.0294)
 FAST = 600 * np.pi / 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drop", [0.1, 0.3, 0.5])
 def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> None:
     decay = 20.0

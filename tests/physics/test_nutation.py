@@ -57,6 +57,7 @@ def integrated(top: Top, spin: float, pitch: float) -> Nutation:
     return Nutation(2 * half, sagged / half, theta - start, aside / half, lead)
 
 
+@pytest.mark.slow
 def test_forty_random_tilted_rods() -> None:
     draw = np.random.default_rng(40)
     for _ in range(40):

@@ -177,6 +177,7 @@ NUMBERS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "place", "value", "rel"), NUMBERS)
 def test_a_predicted_number_is_that_of_its_formula(
     command: str, place: str, value: float, rel: float
@@ -218,6 +219,7 @@ def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
 
 
 # The first example loads scipy.
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     st.sampled_from([0.0, 1.0, -1.0]),
@@ -278,6 +280,7 @@ def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
         np.testing.assert_allclose(end, expected, atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpm", [-600, 100, 10])
 def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
     """The force on the tip of a free body, integrated from rest: three nutations and
@@ -317,6 +320,7 @@ def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
     assert done.y[6, -1] * told["angle_deg"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["earth", "tip", "precession"])
 def test_log_gives_the_numbers_that_no_option_gives(command: str) -> None:
     analysis, told = gyrodata.analyze(LOG), asked(f"{command} --log {LOG}")
@@ -356,6 +360,7 @@ def test_a_log_that_is_refused_is_refused_as_by_analyze(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_doubtful_log_has_its_doubt_in_the_notes(tmp_path: Path) -> None:
     rows = [
         f"{m},15.0,{s},{19.84 * s**0.8 / m:.2f},1"

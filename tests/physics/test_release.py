@@ -140,6 +140,7 @@ def test_a_nutation_agrees_with_the_series(
         ) == pytest.approx(0, abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("torque", "spin", "pitch"), CASES[:-1])
 def test_the_time_of_an_angle_agrees_with_the_series(
     torque: float, spin: float, pitch: float
@@ -163,6 +164,7 @@ def test_the_time_of_an_angle_agrees_with_the_series(
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     *(st.floats(*ends) for ends in ((-70, 70), (-1.5, 1.5), (-0.2, 0.2), (0.01, 40.0)))
@@ -236,6 +238,7 @@ def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "state",
     [

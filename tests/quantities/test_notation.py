@@ -77,6 +77,7 @@ WAYS: list[tuple[str, float, float | None]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "value", "u"), WAYS, ids=[text for text, _, _ in WAYS]
 )
@@ -145,6 +146,7 @@ PAIRS = st.tuples(st.floats(1e-6, 1e2), st.floats(1e-5, 2.0))
 MANY = settings(derandomize=True, deadline=None, max_examples=100)
 
 
+@pytest.mark.slow
 @given(PAIRS)
 @MANY
 def test_printed_value_is_read_and_written_again(pair: tuple[float, float]) -> None:

@@ -47,6 +47,7 @@ def test_unit_that_would_take_for_ever_is_refused_at_once(text: str) -> None:
             parse_unit(text, kind)
 
 
+@pytest.mark.slow
 def test_factors_are_those_of_the_registry_of_pint() -> None:
     registry = pint.UnitRegistry()
     named = {
@@ -69,6 +70,7 @@ def test_factors_are_those_of_the_registry_of_pint() -> None:
         assert parse_unit(text, kind).factor == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "factor"),
     [

@@ -75,6 +75,7 @@ HEADERS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("header", HEADERS)
 def test_headers_in_many_languages_and_styles(header: str) -> None:
     assert is_right(G_LINE + table(";", head=header.split(";")))
@@ -334,11 +335,13 @@ FORMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_forms_of_tables_and_cells(form: str) -> None:
     assert is_right(FORMS[form])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cp932", "gb18030", "cp949"])
 def test_what_excel_saves_in_japan_china_and_korea(encoding: str) -> None:
     header = next(
@@ -391,6 +394,7 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(
             analyze(text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "log",
     [
@@ -477,6 +481,7 @@ def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [

@@ -77,6 +77,7 @@ def gives_truth(text: str, **given: Any) -> bool:
     return abs(result["inertia"]["value"] / TRUTH - 1) < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ΔT", "σ_T"])
 def test_delta_t_is_the_uncertainty_of_t(name: str) -> None:
     text = log(
@@ -122,6 +123,7 @@ def notes_in(text: str) -> list[str]:
     return [one["message"] for one in analyze(text)[1] if one["code"] == "G240"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "note",
     [
@@ -144,6 +146,7 @@ def test_a_note_about_the_spin_is_followed(note: str) -> None:
         assert notes_in(corrected) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("note", "role"),
     [
@@ -165,6 +168,7 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
         assert f"may change the {role}" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "note",
     [
@@ -195,6 +199,7 @@ def test_run_with_a_spin_of_zero_is_corrected_or_left_out(advice: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "at"), [("position [cm]", 2), ("spin [rpm]", 3), ("mass [g]", 1)]
 )
@@ -213,6 +218,7 @@ def test_column_without_a_name_gets_the_name_that_the_hint_says(
     )
 
 
+@pytest.mark.slow
 def test_decimal_sign_that_is_missing_in_a_column_is_written_as_the_hint_says() -> None:
     text = GOOD.replace(",14.8,", ",148,")
     assert "Is a decimal sign missing" in hint_of(text, "G440")
@@ -245,6 +251,7 @@ def test_times_that_a_spreadsheet_took_for_hours_are_written_in_seconds() -> Non
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "typed"),
     [("spin [rpm]", "spim"), ("mass [g]", "wieght"), ("turns", "trns")],
@@ -264,6 +271,7 @@ def doubts_of(text: str) -> list[str]:
     return [doubt.kind for doubt in gyrodata.analyze(text).doubts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "note",
     [
@@ -281,10 +289,12 @@ def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(
         assert doubts_of(text.replace(note, f"corrected: {note}")) == []
 
 
+@pytest.mark.slow
 def test_position_that_a_text_repeats_is_not_a_contradiction() -> None:
     assert doubts_of(f"{GOOD}\nweight always at x = 148 mm from centre\n") == []
 
 
+@pytest.mark.slow
 def test_ball_of_a_metre_is_not_safe_to_quote() -> None:
     surface = GOOD.replace(",14.8,", ",9.72,")
     for size, kinds in (("1016 mm", ["size"]), ("101.6 mm", [])):
@@ -344,6 +354,7 @@ def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> N
     assert gives_truth(f"{title}\nx = 14.8 cm\n{head}\n{rows}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -362,6 +373,7 @@ def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -393,6 +405,7 @@ def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> N
     assert hint_of(f"{text}\n{line}\n", "G340")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "note",
     [
@@ -465,6 +478,7 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sentence",
     [

@@ -43,6 +43,7 @@ def log(template: str, turns: float = 1.0, slower: float = 1.0) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", CELLS["meant"], ids=lambda case: case["log"].partition("\n*")[0]
 )

@@ -31,6 +31,7 @@ def refusal(source, **options):
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("header", ["a b " * 2400, "± 1 " * 2400, "x y/ z (" * 1200])
 def test_long_header_takes_no_time(header):
     start = time.process_time()
@@ -38,6 +39,7 @@ def test_long_header_takes_no_time(header):
     assert time.process_time() - start < 5
 
 
+@pytest.mark.slow
 def test_stray_cell_in_the_far_corner_of_a_workbook_is_left_out():
     book = openpyxl.Workbook()
     book.active.append(HEAD.strip().split(","))
@@ -62,6 +64,7 @@ def packed(**members):
     return stream.getvalue()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "code", "words"),
     [
@@ -102,6 +105,7 @@ def test_file_that_is_no_log_is_refused_in_words(make, code, words):
     assert not told or words in f"{told.message} {told.hint}"
 
 
+@pytest.mark.slow
 def test_a_log_over_ten_megabytes_is_refused():
     for size, code in ((10_000_000, None), (10_000_001, "G106")):
         data = LOG.encode() + b" " * (size - len(LOG))
@@ -110,6 +114,7 @@ def test_a_log_over_ten_megabytes_is_refused():
             assert (told and told.code) == code
 
 
+@pytest.mark.slow
 def test_faults_of_one_kind_are_counted_behind_the_hundredth():
     readings = read_log(HEAD + "2O,15,400,7,1\n" * 2000)
     assert len(readings.diagnostics) == 101

@@ -246,6 +246,7 @@ COMMANDS = [("analyze", name) for name in HOSTILE] + [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "name"), COMMANDS)
 def test_file_over_a_limit_is_refused_in_words(
     command: str, name: str, tmp_path: Path
@@ -325,6 +326,7 @@ def all_entries() -> bytes:
     return repr(logs).encode()
 
 
+@pytest.mark.slow
 def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
     """A pattern that takes time with the square of the length needs minutes for these
     logs.

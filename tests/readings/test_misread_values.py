@@ -179,6 +179,7 @@ def typed(position: str = "15.0") -> str:
 
 
 class TestFloats:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "log",
         [
@@ -197,6 +198,7 @@ class TestFloats:
         ).inertia
         assert text.u == pytest.approx(file.u, rel=1e-9)
 
+    @pytest.mark.slow
     def test_a_note_names_the_columns_without_digits(self) -> None:
         done = gyrodata.analyze(as_frame(typed()), settings={"g": "9.81 m/s^2"})
         note = next(one for one in done.diagnostics if one.code == "G235")
@@ -248,6 +250,7 @@ class TestIdenticalRows:
 
 
 class TestDigitsShown:
+    @pytest.mark.slow
     def test_loads_have_the_digits_of_the_log(self, tmp_path: Path) -> None:
         (tmp_path / "log.csv").write_text(typed(), encoding="utf-8")
         done = gyro(

@@ -56,6 +56,7 @@ def opendocument(rows: list[list[str]], above: str = "") -> bytes:
     return packed.getvalue()
 
 
+@pytest.mark.slow
 def test_other_table_gives_the_answer_of_the_csv() -> None:
     other, usual = gyrodata.analyze(opendocument([HEAD, *RUNS])), gyrodata.analyze(CSV)
     assert (other.inertia.value, other.inertia.u) == (

@@ -57,6 +57,7 @@ def test_reported_value_never_stops_a_log(lines, codes):
     assert all(d.hint for d in readings.diagnostics)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "read"),
     [

@@ -134,6 +134,7 @@ FIVE = """mass [g];position [cm];spin [rpm];time [s];turns
 STRANGE = ("battery [V]", "comment", "P [bar]", "room [C]", "weather, today", "who?")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("header", STRANGE)
 def test_fixed_log_has_the_same_answer_and_the_column(header, tmp_path):
     cells = ["1.50", "", "two words", 'so "quoted"', "a;b,c"]

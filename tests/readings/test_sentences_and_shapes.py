@@ -569,6 +569,7 @@ TWICE = ("two times in a cell", "a title over the repeats")
 """Logs with two times for each run."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READ)
 def test_each_run_is_read_as_it_is_meant(name: str) -> None:
     analysis = analyze(READ[name])
@@ -621,6 +622,7 @@ TURNS_IN_WORDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", TURNS_IN_WORDS)
 def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(
     words: str,
@@ -669,6 +671,7 @@ PARTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", PARTS)
 def test_part_of_a_turn_is_read_in_a_header_and_in_a_line(words: str) -> None:
     heads = [PLAIN[0].replace("time (s)", f"{words} (s)"), f"{words}\n{PLAIN[0]}"]
@@ -727,6 +730,7 @@ def test_what_contradicts_itself_is_asked_about(
         analyze(log)
 
 
+@pytest.mark.slow
 def test_option_decides_which_turns_are_right() -> None:
     found = [
         analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")
@@ -827,6 +831,7 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     assert "nothing is read from it" not in str(read_log(weights).diagnostics)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "thing", ["the ball", "the rod", "the sphere", "the ball and the rod"]
 )
@@ -855,6 +860,7 @@ def test_first_of_the_repeats_below_a_title_is_a_time_and_no_mean_is() -> None:
     assert log.columns["time"].header == "Time for one precession Trial 1 [s]"
 
 
+@pytest.mark.slow
 def test_turns_of_each_row_can_be_written_as_the_hint_says() -> None:
     rows = [
         (m, arm, 5 if m == "30.1" else 1)
@@ -961,6 +967,7 @@ def test_exchanged_columns_of_mass_and_position_are_named() -> None:
     ] == []
 
 
+@pytest.mark.slow
 def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> None:
     typed = HEAD + runs("{m};14.8;{s};{t} / {t};1\n")
     assert "write them in two columns" in str(read_log(typed).diagnostics)
@@ -995,6 +1002,7 @@ READ_NOW = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", READ_NOW)
 def test_what_students_write_for_times_turns_and_distances_is_read(case: str) -> None:
     assert is_right(READ_NOW[case])
@@ -1014,6 +1022,7 @@ def test_doubtful_time_can_be_written_as_the_hint_says() -> None:
     assert f"write {t('20.1', 206)} if you trust it" in str(read_log(log).diagnostics)
 
 
+@pytest.mark.slow
 def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
     log = HEAD.replace("turns", "turns;torque [mN m]") + runs(
         "{m};14.8;{s};{t};1;{m}\n"
@@ -1023,6 +1032,7 @@ def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
         analyze(log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "kind"),
     [
@@ -1088,11 +1098,13 @@ TITLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", TITLES)
 def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
     assert is_right(f"{title}\n{HEAD.replace(';turns', '')}{runs(SHORT)}")
 
 
+@pytest.mark.slow
 def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
     lines = runs(
         "Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} "
@@ -1111,6 +1123,7 @@ def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
     assert is_right(HEAD.replace("spin (rpm)", names) + rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sentence",
     [

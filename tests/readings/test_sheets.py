@@ -33,6 +33,7 @@ def values(readings, role):
     return [one.value for one in readings.columns[role].readings]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("habit", HABITS, ids=lambda habit: habit.name)
 def test_log_as_students_type_it_gives_the_truth(habit):
     data = source(habit.make(lab(HABITS.index(habit), habit.turns, habit.unloaded)))
@@ -62,6 +63,7 @@ def workbook(*rows, formats=()):
     return stream.getvalue()
 
 
+@pytest.mark.slow
 def test_rounded_cell_of_a_workbook_is_mended_by_its_format():
     rows = (
         HEAD,

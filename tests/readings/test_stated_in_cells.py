@@ -53,6 +53,7 @@ def in_a_workbook(*above: list[str]) -> bytes:
     return stream.getvalue()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", STATED)
 def test_constant_in_cells_counts_as_it_does_behind_a_hash(key: str) -> None:
     value = STATED[key]
@@ -70,6 +71,7 @@ def test_constant_in_cells_counts_as_it_does_behind_a_hash(key: str) -> None:
         assert constants_of(log) == expected
 
 
+@pytest.mark.slow
 def test_row_of_uncertainties_is_still_a_row_of_a_table() -> None:
     rows = [line.split(",") for line in TABLE.splitlines()]
     for row, cell in zip(rows, ["u_time [s]", "0.2", "0.3", "0.4"], strict=True):

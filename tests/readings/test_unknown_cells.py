@@ -48,6 +48,7 @@ def errors_of(log: Readings) -> list[gyrodata.Diagnostic]:
 # --- texts in a load ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", WORDS)
 @pytest.mark.parametrize("load", ["mass", "position", "force", "torque"])
 def test_text_in_a_load_is_a_question(load: str, word: str) -> None:
@@ -199,6 +200,7 @@ def logs_with(count: str) -> dict[str, str]:
     return logs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", ODD)
 def test_impossible_number_of_turns_is_no_fault_of_the_tool(count: str) -> None:
     for name, log in logs_with(count).items():

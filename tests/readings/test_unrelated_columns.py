@@ -111,6 +111,7 @@ def test_every_name_and_unit_is_tried() -> None:
     assert len(UNITS) <= len(HEADERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("values", VALUES)
 @pytest.mark.parametrize("name", LOGS)
 def test_unrelated_column_changes_no_reading(name: str, values: str) -> None:
@@ -125,6 +126,7 @@ def test_unrelated_column_changes_no_reading(name: str, values: str) -> None:
     assert not changed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "header",
     ["battery [V]", "field [T]", "Spannung (V)", "height [m]", "LED (u)", "wind [rev]"],
@@ -160,6 +162,7 @@ NAMED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMED)
 def test_second_column_with_the_name_of_a_quantity_is_asked_about(name: str) -> None:
     alone = read_log(PLAIN)
@@ -179,6 +182,7 @@ LETTERS = sorted(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", ROLES)
 def test_one_letter_does_not_make_a_column_the_missing_quantity(role: str) -> None:
     log = without_column(PLAIN, role)
@@ -192,6 +196,7 @@ def test_one_letter_does_not_make_a_column_the_missing_quantity(role: str) -> No
             assert errors, f"{name} [{letter}] was read as {missing}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("role", "header", "cells"),
     [
@@ -265,6 +270,7 @@ def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(
     assert meant in found.columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "header", "cell"),
     [

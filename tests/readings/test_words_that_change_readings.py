@@ -81,6 +81,7 @@ def test_a_legend_states_the_periods() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_hint_about_a_distance_from_the_ball_works() -> None:
     text = log(
         "",
@@ -101,6 +102,7 @@ def test_the_hint_about_a_distance_from_the_ball_works() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "top",
     [
@@ -118,6 +120,7 @@ def test_a_note_about_something_else_changes_nothing(top: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "top",
     [
@@ -142,6 +145,7 @@ def test_a_footnote_states_the_origin() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "top",
     [
@@ -158,6 +162,7 @@ def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "top",
     [
@@ -179,6 +184,7 @@ def test_more_weight_than_is_typed_is_a_doubt(top: str) -> None:
 HEADER = "mass (g);position (cm);spin (rpm);turns;time (s)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "column",
     [
@@ -212,6 +218,7 @@ def test_an_unused_column_that_may_belong_to_the_mass_is_a_doubt(column: str) ->
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "cell"), [("no. of weights", "1"), ("ball mass (g)", "4400")]
 )
@@ -231,6 +238,7 @@ def test_a_mass_of_all_weights_beside_their_number_is_no_doubt() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "top",
     [
@@ -248,6 +256,7 @@ def test_a_note_that_changes_nothing_is_no_doubt(top: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("top", "column"),
     [

@@ -116,6 +116,7 @@ def analyses() -> dict[str, Analysis]:
     return {name: analyze(data, name="log.csv") for name, data in LOGS.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "medium"), SEEN)
 def test_texts_of_any_log_are_inside_and_apart(
     name: str, medium: str, analyses: dict[str, Analysis]
@@ -140,6 +141,7 @@ def test_texts_of_any_log_are_inside_and_apart(
             assert across <= 1.5 or up <= 1.5, (which, one, other)
 
 
+@pytest.mark.slow
 def test_same_log_same_bytes_in_any_process() -> None:
     program = (
         "import sys\nfrom gyrodata import analyze\n"
@@ -181,6 +183,7 @@ def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> Non
         )
 
 
+@pytest.mark.slow
 def test_figures_show_the_numbers_of_the_analysis(
     analyses: dict[str, Analysis],
 ) -> None:
@@ -214,6 +217,7 @@ def test_figures_show_the_numbers_of_the_analysis(
         assert [len(set(part)) for part in zip(*looks, strict=True)] == [3, 3, 3]
 
 
+@pytest.mark.slow
 def test_names_from_the_log_are_plain_text() -> None:
     names = [
         "$x^{",

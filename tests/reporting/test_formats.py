@@ -86,6 +86,7 @@ TEXTS = st.text(max_size=40) | st.text(
 # --- what is read ---
 
 
+@pytest.mark.slow
 def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -> None:
     log = SAMPLES / "salort_one_torque.csv"
     for form, figures, document, shown in (
@@ -104,6 +105,7 @@ def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -
         } <= drawn
 
 
+@pytest.mark.slow
 def test_the_commands_that_a_report_names_answer() -> None:
     path = SAMPLES / "salort_one_torque.csv"
     report = markdown_report(analyze(path))
@@ -125,6 +127,7 @@ def test_the_commands_that_a_report_names_answer() -> None:
         assert len(done.stdout) > 300
 
 
+@pytest.mark.slow
 def test_a_report_that_is_handed_in_has_one_answer(tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "air_gyroscope.csv", tmp_path / "lab.csv")
     report = gyro("analyze", tmp_path / "lab.csv", "-f", "markdown").stdout
@@ -138,6 +141,7 @@ def test_a_report_that_is_handed_in_has_one_answer(tmp_path: Path) -> None:
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
     """On the page each of them is compared with its place in results.json."""
@@ -177,6 +181,7 @@ def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
     assert dict(zip(written, shown, strict=True)) == written
 
 
+@pytest.mark.slow
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=25)
 def test_the_document_is_sound_whatever_the_log_says(text: str) -> None:
@@ -241,6 +246,7 @@ OTHER_TAG = re.compile(
 )
 
 
+@pytest.mark.slow
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=20)
 def test_text_stays_text_in_markdown(text: str) -> None:
@@ -284,6 +290,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
 # --- text ---
 
 
+@pytest.mark.slow
 @given(st.text(max_size=20) | st.text("\x1b[]0;m\x07\x9b\r\b", max_size=20))
 @settings(derandomize=True, deadline=None, max_examples=50)
 def test_no_text_commands_a_terminal(text: str) -> None:
@@ -313,6 +320,7 @@ def numbers_in(text: str) -> list[str]:
     return [cell for cell in cells if NUMBER.fullmatch(cell)]
 
 
+@pytest.mark.slow
 def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
     (tmp_path / "class" / "ann").mkdir(parents=True)
     log = b"# reported_inertia: 4.44e-3 kg m^2\n" + SAMPLE.read_bytes()

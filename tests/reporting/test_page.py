@@ -45,6 +45,7 @@ def page(analysis: Analysis) -> str:
     return make_page(analysis)
 
 
+@pytest.mark.slow
 def test_headings_images_tables_and_identities(page: str) -> None:
     tags = Structure(page).tags
     levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
@@ -98,6 +99,7 @@ def shows(text: str, shown: float) -> bool:
     return abs(float(text) - shown) <= half * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> None:
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
@@ -149,6 +151,7 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
     assert "left out: fits 1 turn, not 2" in words(rows[0])
 
 
+@pytest.mark.slow
 def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     log = KINDS["far too much scatter"].replace("40.1,1", "60.1,1")
     analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
@@ -165,6 +168,7 @@ def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     assert "Do not rely" not in summary(analyze(LOG.encode()))
 
 
+@pytest.mark.slow
 def test_one_run_is_worked_out_by_hand() -> None:
     """The first one with a load that is in the fit, and each step follows from the
     numbers before it.
@@ -196,6 +200,7 @@ def test_one_run_is_worked_out_by_hand() -> None:
     assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_first_screen_has_author_and_few_words_and_details_are_folded() -> None:
     lines = "# date: 2026-03-14\n# Author: Ana <b>Müller</b>\n# course: Physics II\n"
     analysis = analyze(
@@ -256,6 +261,7 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(
     ]
 
 
+@pytest.mark.slow
 def test_numbers_of_questions_can_be_removed(page: str) -> None:
     assert len(re.findall(r"\(question [124]|\(question 3 [a-e]\)", words(page))) == 10
     assert "(question" not in words(

@@ -41,6 +41,7 @@ def done() -> Benchmark:
     return run_benchmark(TINY, ticking(), progress=lambda _: None, machine="a machine")
 
 
+@pytest.mark.slow
 def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> None:
     good = {
         panel.scene.name: next(
@@ -141,6 +142,7 @@ def test_each_failure_has_a_solution(done: Benchmark) -> None:
             assert one.wrong < 0.85 <= one.right, one.case
 
 
+@pytest.mark.slow
 def test_the_command_writes_every_chart_and_the_reading(
     done: Benchmark, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

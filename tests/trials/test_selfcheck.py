@@ -33,6 +33,7 @@ def fits(log: str, labs: int) -> dict[str, dict[str, Any]]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str
 )
@@ -49,6 +50,7 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> 
         assert by_name[name]["coverage_95"] < 0.9
 
 
+@pytest.mark.slow
 def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     log = write(draw(Bench(repeats=3, hand=0.5), 3), "# u_time: 0.14 s")
     found = json.loads(selfcheck(log, 200, "--format", "json"))
@@ -70,6 +72,7 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     assert agreeing.count("\nrecommended ") == 1
 
 
+@pytest.mark.slow
 def test_salort_log_is_covered_and_no_lab_is_refused() -> None:
     found = json.loads(
         selfcheck(SALORT.read_text(encoding="utf-8"), 120, "--format", "json")
@@ -86,6 +89,7 @@ TESTED = write(draw(Bench(imbalance=0.01), 2), "# u_imbalance: 2e-4 N*m")
 UNSENSED = write(draw(Bench(imbalance=0.02), 2)) + "0,,400,1100,1/12\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "least"),
     [(ONE, 0.94), (TESTED, 0.88), (UNSENSED, 0.88)],

@@ -87,6 +87,7 @@ SCENES: dict[str, tuple[Truth, Design]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("truth", "design"), SCENES.values(), ids=SCENES.keys())
 def test_an_exact_log_gives_the_truth_to_eight_digits(
     truth: Truth, design: Design
@@ -107,6 +108,7 @@ def test_an_exact_log_gives_the_truth_to_eight_digits(
         )
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     inertia=st.floats(1e-3, 2e-2),
@@ -153,6 +155,7 @@ def test_an_exact_log_of_any_lab_gives_the_truth(
     assert abs(off(simulate(truth, design, EXACT))) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sense", "pitch", "turns", "constant", "ratio"),
     [
@@ -219,6 +222,7 @@ def test_three_spin_readings_find_any_law_of_decay() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "role", "within"),
     [

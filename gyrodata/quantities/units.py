@@ -164,6 +164,7 @@ _LOOK_ALIKES = Letters(
     str.maketrans(
         "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″⁄",
         "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"/",
+        "\u200c",  # Persian: it only keeps two letters apart
     ),
     categories=("Mn", "Mc", "Me"),
     first="\u0590",

@@ -265,6 +265,9 @@ def _load_analysis() -> None:
 
     from gyrodata import analysis  # noqa: F401
     from gyrodata.judging import procedure  # noqa: F401
+    from gyrodata.quantities import units
+
+    units.load()
 
 
 Doubt = tuple[Grade, Submission, str | None]

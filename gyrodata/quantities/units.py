@@ -1,10 +1,11 @@
 """Kinds of quantity and their units: a unit that a student writes becomes an SI factor.
 
-One rule splits a unit text with symbols in many languages, products, powers and
-look-alike letters; the symbols, each with its SI factor, are in `vocabulary.toml`. Pint
-converts any other name of a usual unit, such as "ounces" or "milliseconds"; it takes
-0.3 s to load, and nothing else uses it. Pint does not get symbols: it reads ``Nm`` as a
-textile unit, ``U/min`` as an enzyme activity, and 1 Hz as 1 rad/s.
+Pint converts the units, with the definitions in `units.txt` and no others: the registry
+that it comes with reads 60 rpm as 6.28 Hz, ``Nm`` as a textile unit and ``U/min`` as an
+enzyme activity. Pint gets no text of a student either, because it would compute
+``9**9**9*m``. In front of it a strict pattern splits the text into units and powers, and
+each unit is looked up among the spellings of all languages, with look-alike letters of
+other alphabets.
 """
 
 from __future__ import annotations
@@ -12,15 +13,20 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Collection, Mapping
-from functools import lru_cache
-from typing import Any, NamedTuple
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, convert
-from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.quantities import vocabulary
+
+if TYPE_CHECKING:
+    import pint
 
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
@@ -81,9 +87,6 @@ class Kind(Struct, frozen=True):
     """Units to propose."""
     also: tuple[str, ...] = ()
     """Units of other dimensions that measure the same."""
-    in_words: str = ""
-    """Units of pint, with any prefix, that may be written as a word; "hand" and "point"
-    are lengths there too."""
 
 
 KINDS = convert(vocabulary.KINDS, dict[str, Kind])
@@ -96,21 +99,8 @@ LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
 """Smallest and largest size of each kind [SI unit]."""
 
 
-class Dimensions(NamedTuple):
-    """Powers of mass, length, time, radians and revolutions.
-
-    Radians and revolutions differ here.
-    """
-
-    mass: int = 0
-    length: int = 0
-    time: int = 0
-    angle: int = 0
-    turn: int = 0
-
-
 class Unit(Struct, frozen=True):
-    """A unit.
+    """A unit of one kind of quantity.
 
     Attributes
     ----------
@@ -118,13 +108,28 @@ class Unit(Struct, frozen=True):
         Spelling that this tool reads back: ``kg*m^2``, ``m/s^2``.
     factor : float
         SI value of one such unit.
-    dimensions : Dimensions
-        A unit in words, which pint converts, has none.
     """
 
     text: str
     factor: float
-    dimensions: Dimensions = Dimensions()
+
+
+class Product(Struct, frozen=True):
+    """A product of units, of whatever kind.
+
+    Attributes
+    ----------
+    text : str
+        Spelling that this tool reads back.
+    scale : Fraction
+        Its size in the base units of `units.txt`: in turns, if it contains a turn.
+    dimensions : mapping
+        Powers of length, mass, time, angle and turn, by name in brackets.
+    """
+
+    text: str
+    scale: Fraction
+    dimensions: Mapping[str, int]
 
 
 class Letters(dict[int, int | str | None]):
@@ -159,6 +164,7 @@ _LOOK_ALIKES = Letters(
     str.maketrans(
         "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″⁄",
         "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"/",
+        "\u200c",  # Persian: it only keeps two letters apart
     ),
     categories=("Mn", "Mc", "Me"),
     first="\u0590",
@@ -178,147 +184,196 @@ def fold_letters(text: str) -> str:
     return unicodedata.normalize("NFKC", text).translate(_LOOK_ALIKES)
 
 
-_BASES = {unit: Dimensions(*powers) for unit, powers in vocabulary.BASES.items()}
-_SYMBOLS: dict[str, Unit] = {}
-for _spelling, _line in vocabulary.UNITS.items():
-    _factor, _base, *_words = [*_line.split(), _spelling]
-    _SYMBOLS |= dict.fromkeys(
-        map(fold_letters, _words), Unit(_spelling, float(_factor), _BASES[_base])
-    )
-for _spelling in ("rev", "min", "s"):
-    for _word in vocabulary.words(_spelling).split():
-        _SYMBOLS.setdefault(fold_letters(_word), _SYMBOLS[_spelling])
-# Case is forgiven ("KG", "Sec") unless it separates milli from mega.
-_MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
-_ANY_CASE = {_word.lower(): _unit for _word, _unit in reversed(_SYMBOLS.items())}
+@cache
+def registry() -> pint.UnitRegistry[Fraction]:
+    """Return the registry of pint with the units of `units.txt`.
 
+    Its factors are exact: ten to a power is that power, not its neighbour.
+    """
+    import pint
+
+    units: pint.UnitRegistry[Fraction] = pint.UnitRegistry(
+        None, non_int_type=Fraction, on_redefinition="raise", cache_folder=None
+    )
+    units.load_definitions(Path(__file__).with_name("units.txt"))
+    return units
+
+
+@cache
+def spellings() -> dict[str, str]:
+    """Return the name of the unit of each spelling, with Latin letters for look-alikes."""
+    names = {
+        fold_letters(spelling): registry().get_name(spelling) for spelling in registry()
+    }
+    for name in ("rev", "min", "s"):
+        for spelling in vocabulary.words(name).split():
+            names.setdefault(fold_letters(spelling), name)
+    return names
+
+
+@cache
+def _spellings_in_any_case() -> dict[str, str]:
+    return {spelling.lower(): name for spelling, name in spellings().items()}
+
+
+_MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
+"""Case is forgiven ("KG", "Sec") unless it separates milli from mega."""
 _LETTERS = frozenset("gmsh")
 """Units of one letter whose capital is forgiven too."""
 
-_TOKEN = re.compile(
-    r"\s*+([*/]?)\s*+(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)"
-)
+
+def _name(word: str) -> str | None:
+    """Return the name of the unit that a word means; None if it is not known."""
+    if word in spellings():
+        return spellings()[word]
+    if word in _MEGA:
+        return None
+    lower = word.lower()
+    if lower in _spellings_in_any_case():
+        return _spellings_in_any_case()[lower]
+    for prefix, name, _ in registry().parse_unit_name(lower):
+        english = registry().get_symbol(name)
+        with_prefix = prefix + english
+        if prefix and english != name and lower in (with_prefix, f"{with_prefix}s"):
+            return spellings().get(with_prefix, with_prefix)
+    return None
+
+
+def _names_in_product(word: str) -> list[str]:
+    """Return the units of a product without ``*``; empty if the word is not a product.
+
+    It may be written "N.m", or "Nm" and "gcm": then its last symbol is a length.
+    """
+    with_dots = word.strip(".").split(".")
+    if all(part in spellings() for part in with_dots):
+        return [spellings()[part] for part in with_dots]
+    bare = word.replace(".", "")
+    for first, last in ((bare[:-2], bare[-2:]), (bare[:-1], bare[-1:])):
+        is_product = first in spellings() and last in spellings()
+        if is_product and kinds_of(last) == {"length"}:
+            return [spellings()[first], spellings()[last]]
+    return []
+
+
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = [
     (way.replace("PER", vocabulary.words("per", "|")), usual)
     for way, usual in vocabulary.WAYS["unit"]
 ]
-
-
-_SCALED = r"(?:\*?\s*10(?:\^|(?=[-+]))([-+]?[0-9]{1,2})|[x*]\s*1(0+)|1/1(0+))[\s*]*([^\W\d].*)"
+_SCALED = (
+    r"(?:\*?\s*10(?:\^|(?=[-+]))(?P<power>[-+]?[0-9]{1,2})"
+    r"|[x*]\s*1(?P<times>0+)|1/1(?P<part>0+))[\s*]*(?P<unit>[^\W\d].*)"
+)
 """A power of ten and a unit: "10^-3 kg", "x100 rpm", "1/100 s"."""
+_TERM = re.compile(
+    r"\s*+(?P<sign>[*/]?)\s*+"
+    r"(?:(?P<word>[^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*(?P<power>[-+]?\d{1,3}))?"
+    r"|\^?1(?!\d)|$)"
+)
 
 
-def _product(word: str) -> list[Unit]:
-    """Return the units of a product without ``*``; empty if the word is not a product.
+def _in_usual_signs(text: str) -> str:
+    """Write a unit text with Latin letters, ``*``, ``/`` and ``^``."""
+    usual = fold_letters(text.strip()).translate(_PRODUCT_SIGNS)
+    usual = usual.replace("**", "^").strip()
+    if usual in spellings():
+        return usual
+    for way, replacement in _USUAL:
+        usual = re.sub(way, replacement, usual)
+    return usual
 
-    It may be written "N.m", or "Nm" and "gcm": then its last symbol is a length.
+
+def _unknown(text: str, word: str | None) -> UnitError:
+    inside = f' ("{word}")' if word and word != text else ""
+    return UnitError(f'the unit "{text}"{inside} is not known')
+
+
+def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:
+    """Yield the name and the power of each unit of a product.
+
+    Parameters
+    ----------
+    text : str
+        As it was written, for messages.
+    usual : str
+        In usual signs.
     """
-    bare = word.replace(".", "")
-    with_dots = word.strip(".").split(".")
-    for parts in (with_dots, [bare[:-2], bare[-2:]], [bare[:-1], bare[-1:]]):
-        if all(part in _SYMBOLS for part in parts):
-            symbols = [_SYMBOLS[part] for part in parts]
-            if parts is with_dots or symbols[-1].dimensions == _BASES["m"]:
-                return symbols
-    return []
+    position = 0
+    while position < len(usual):
+        term = _TERM.match(usual, position)
+        if term is None:
+            raise _unknown(text, None)
+        position, word = term.end(), term["word"]
+        if not word:
+            continue
+        name = _name(word.replace(".", ""))
+        names = [name] if name else _names_in_product(word)
+        if not names:
+            raise _unknown(text, word)
+        power = int(term["power"] or 1)
+        if not 1 <= abs(power) <= 4:
+            raise UnitError(
+                f'the power {power} in the unit "{text}" makes no sense here'
+            )
+        sign = -1 if term["sign"] == "/" else 1
+        # The power belongs to the last of "kg.m^2".
+        for first in names[:-1]:
+            yield first, sign
+        yield names[-1], sign * power
+
+
+def _join(terms: Sequence[tuple[str, int]]) -> str:
+    """Write a product of units and powers."""
+    above, below = list[str](), list[str]()
+    for name, power in terms:
+        factor = name if abs(power) == 1 else f"{name}^{abs(power)}"
+        (above if power > 0 else below).append(factor)
+    return "/".join(["*".join(above) or "1", *below]) if terms else ""
 
 
 @lru_cache(maxsize=1024)
-def parse(text: str) -> Unit:
-    """Read a unit text: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
+def parse(text: str) -> Product:
+    """Read a unit text: names with powers, and ``*`` or ``/`` between them."""
     if len(text) > MAX_UNIT_LENGTH:
         raise UnitError(
             f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read"
         )
-    rest = (
-        fold_letters(text.strip()).translate(_PRODUCT_SIGNS).replace("**", "^").strip()
-    )
-    for way, usual in _USUAL:
-        rest = re.sub(way, usual, rest)
-    if scaled := re.fullmatch(_SCALED, rest):
-        power, unit = (
-            int(scaled[1] or 0) + len(scaled[2] or "") - len(scaled[3] or ""),
-            parse(scaled[4]),
-        )
-        return Unit(
-            f"10^{power} {unit.text}",
-            float(f"1e{power}") * unit.factor,
-            unit.dimensions,
-        )
     letter = text.strip()
     is_letter = len(letter) == 1 and letter.isascii() and letter.isalpha()
-    if is_letter and letter not in _SYMBOLS and letter.lower() not in _LETTERS:
-        raise UnitError(
-            f'the unit "{text}" is not known'
-        )  # V and T are not turns, although v and t are
-    up: list[str] = []
-    down: list[str] = []
-    dimensions, factor, position = Dimensions(), 1.0, 0
-    while position < len(rest):
-        match = _TOKEN.match(rest, position)
-        word = (match and match[2]) or ""
-        bare = word.replace(".", "")
-        known = _SYMBOLS.get(bare) or (
-            _ANY_CASE.get(bare.lower()) if bare not in _MEGA else None
+    if is_letter and letter not in spellings() and letter.lower() not in _LETTERS:
+        raise _unknown(text, None)  # V and T are not turns, although v and t are
+    usual = _in_usual_signs(text)
+    if scaled := re.fullmatch(_SCALED, usual):
+        power = int(scaled["power"] or 0)
+        power += len(scaled["times"] or "") - len(scaled["part"] or "")
+        unit = parse(scaled["unit"])
+        return Product(
+            f"10^{power} {unit.text}",
+            Fraction(10) ** power * unit.scale,
+            unit.dimensions,
         )
-        symbols = [known] if known else []
-        if word and not known:
-            symbols = _product(word)
-        if match is None or (word and not symbols):
-            inside = f' ("{match[2]}")' if match and match[2] != text else ""
-            raise UnitError(f'the unit "{text}"{inside} is not known')
-        position = match.end()
-        written = int(match[3] or 1)
-        if not 1 <= abs(written) <= 4:
-            raise UnitError(
-                f'the power {written} in the unit "{text}" makes no sense here'
-            )
-        for left, symbol in enumerate(symbols, start=1 - len(symbols)):
-            # The power belongs to the last of "kg.m^2".
-            power = (1 if left else written) * (-1 if match[1] == "/" else 1)
-            size = symbol.factor ** abs(power)
-            factor = factor * size if power > 0 else factor / size
-            dimensions = Dimensions(
-                *(
-                    d + power * one
-                    for d, one in zip(dimensions, symbol.dimensions, strict=True)
-                )
-            )
-            (up if power > 0 else down).append(
-                symbol.text if abs(power) == 1 else f"{symbol.text}^{abs(power)}"
-            )
-    return Unit(
-        "/".join(["*".join(up) or "1", *down]) if up or down else "", factor, dimensions
-    )
+    terms = list(_split(text, usual))
+    powers = Counter[str]()
+    for name, power in terms:
+        powers[name] += power
+    units: Any = registry()
+    scale, base = units.get_root_units(units.UnitsContainer(powers))
+    return Product(_join(terms), Fraction(scale), base.dimensionality)
 
 
-_DIMENSIONS = {
-    name: {parse(unit).dimensions for unit in (kind.si, *kind.also)}
-    for name, kind in KINDS.items()
-    if kind.limits
-}
-"""What the units of each kind may have."""
+@cache
+def _dimensions() -> dict[str, set[Mapping[str, int]]]:
+    """Return what the units of each kind of quantity may have."""
+    return {
+        name: {parse(unit).dimensions for unit in (kind.si, *kind.also)}
+        for name, kind in KINDS.items()
+        if kind.limits
+    }
 
 
-def _from_pint(name: str, kind: str) -> Unit | None:
-    """Convert a unit written as a word; None if it is not one of this kind."""
-    if not KINDS[kind].in_words or not re.fullmatch("[a-z]{4,20}", name):
-        return None
-    import pint
-
-    registry: Any = pint.application_registry
-    if not any(
-        unit in KINDS[kind].in_words.split()
-        for _, unit, _ in registry.parse_unit_name(name)
-    ):
-        return None
-    quantity = registry.Quantity(1, name)
-    return (
-        Unit(name, float(quantity.to(SI[kind]).magnitude))
-        if quantity.is_compatible_with(SI[kind])
-        else None
-    )
+def load() -> None:
+    """Load the units now: processes that are forked from this one have them already."""
+    _dimensions()
 
 
 def _proposal(kind: str) -> str:
@@ -333,55 +388,69 @@ def _proposal(kind: str) -> str:
 def parse_unit(text: str, kind: str) -> Unit:
     """Read a unit of one kind of quantity."""
     try:
-        unit = parse(text)
+        product = parse(text)
     except UnitError as fault:
-        if in_words := _from_pint(text.strip().lower(), kind):
-            return in_words
         hint = "; convert the numbers if they are in another unit" if SI[kind] else ""
         raise UnitError(
             str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}{hint}"
         ) from None
-    factor, dimensions = unit.factor, unit.dimensions
-    if dimensions not in _DIMENSIONS.get(kind, ()):
+    if product.dimensions not in _dimensions().get(kind, ()):
         hint = _proposal(kind)
-        if kind == "rate" and dimensions.time:
+        if kind == "rate" and "[time]" in product.dimensions:
             hint += "; a time per revolution goes into a column spin_period [s]"
         raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', hint)
-    if kind == "rate" and not dimensions.angle and not dimensions.turn:
-        # Counts per minute of a turning thing are revolutions; per second they might be
-        # radians.
-        if unit.text != "1/min":
-            hint, code = (
-                "write rev/s (or Hz) for revolutions, rad/s for radians",
-                diagnostics.PER_SECOND_IS_AMBIGUOUS,
-            )
-            raise UnitError(
-                f'"{text.strip()}" can mean revolutions or radians', hint, code
-            )
-        factor = RPM
-    elif kind in ("number", "time"):
-        factor /= (
-            2 * math.pi
-        ) ** dimensions.turn  # a turn has 2π radians, and yet counts as one
-    elif kind == "torque" and not dimensions.time:
-        factor *= STANDARD_GRAVITY
-    # A power of ten should be that power, not its neighbour; factors with pi in them
-    # keep all their digits.
-    return replace(
-        unit, factor=factor if kind in ("rate", "angle") else float(f"{factor:.15g}")
+    if kind == "rate":
+        return Unit(product.text, _rate(product, text))
+    if kind == "angle":
+        return Unit(product.text, _in_radians(product))
+    scale = product.scale
+    if kind == "torque" and "[time]" not in product.dimensions:
+        scale *= Fraction(str(STANDARD_GRAVITY))  # a mass stands for its weight
+    return Unit(product.text, float(scale))
+
+
+def _rate(product: Product, text: str) -> float:
+    """Return a rotation rate in rad/s.
+
+    Counts per minute of a turning thing are revolutions; per second they might be
+    radians.
+    """
+    if product.dimensions.keys() & {"[angle]", "[turn]"}:
+        return _in_radians(product)
+    if product.text == "1/min":
+        return RPM
+    raise UnitError(
+        f'"{text.strip()}" can mean revolutions or radians',
+        "write rev/s (or Hz) for revolutions, rad/s for radians",
+        diagnostics.PER_SECOND_IS_AMBIGUOUS,
     )
+
+
+def _in_radians(product: Product) -> float:
+    """Return the size of an angle, or of a rate, with 2π radians in a turn."""
+    if "[turn]" in product.dimensions:
+        return math.tau * product.scale.numerator / product.scale.denominator
+    return float(product.scale)
 
 
 @lru_cache(maxsize=1024)
 def kinds_of(text: str) -> frozenset[str]:
     """Return the kinds of quantity that a unit text can measure; none if it is not a unit."""
+    if not text.strip():
+        return frozenset()
     try:
-        dimensions = parse(text).dimensions if text.strip() else None
+        dimensions = parse(text).dimensions
     except UnitError:
-        dimensions = None
+        return frozenset()
     return frozenset(
-        name for name, possible in _DIMENSIONS.items() if dimensions in possible
+        name for name, possible in _dimensions().items() if dimensions in possible
     )
+
+
+def are_equal(one: str, other: str) -> bool:
+    """Return whether two unit texts are the same unit, perhaps in two spellings."""
+    left, right = parse(one), parse(other)
+    return (left.scale, left.dimensions) == (right.scale, right.dimensions)
 
 
 def from_si(value: float, unit: str, kind: str) -> float:

@@ -1,4 +1,4 @@
-"""The words that students write in logs, in each language, and their units: `vocabulary.toml`."""
+"""The words that students write in logs, in each language: `vocabulary.toml`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,6 @@ from typing import Any
 _SECTIONS = tomllib.loads(
     Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8")
 )
-BASES: dict[str, list[int]] = _SECTIONS.pop("bases")
-"""Powers of mass, length, time, radians and revolutions of the units by which all
-others are given."""
-UNITS: dict[str, str] = _SECTIONS.pop("units")
-"""Units by the spelling given back: SI factor, a unit that measures the same, and what
-students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
 """The fields of each kind of quantity."""
 ROLES: dict[str, Any] = _SECTIONS.pop("roles")

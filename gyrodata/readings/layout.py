@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
 from gyrodata.quantities import notation, vocabulary
-from gyrodata.quantities.units import kinds_of, parse
+from gyrodata.quantities.units import are_equal, kinds_of
 from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
@@ -955,7 +955,7 @@ class _Sheet:
             elif (
                 unit
                 and kinds_of(header.unit) == kinds_of(unit)
-                and parse(header.unit).factor != parse(unit).factor
+                and not are_equal(header.unit or "", unit)
             ):
                 self.faults.add(
                     "note", cell, note=f"{min(kinds)} in {unit}", role=header.roles[0]

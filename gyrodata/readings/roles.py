@@ -319,6 +319,8 @@ def altered_role(note: str) -> str:
     for role, words in ALTERED.items():
         if re.search(words, note):
             return role
+    if not re.search(_ALTERED, note):
+        return ""
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
         if not re.search(_ALTERED, clause):
             continue
@@ -950,62 +952,90 @@ def turns_in(header: str) -> str:
     )
     if known and (unit is None or kinds_of(unit)):
         return ""  # "time [s]", "revolutions"
+    plain = _in_plain_words(header, unit)
+    if len(header) > MAX_HEADER:
+        return ""
+    # Most texts name no turn: they need few of the patterns.
+    names_turn = re.search(_TURN, plain) is not None
+    counted = _count_of_turns(plain) if names_turn else None
+    if counted is not None:
+        return counted
+    if match := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
+        return _in_digits(match[1])
+    if part := _part_in_degrees(plain):
+        return part
+    if names_turn and (number := _number_of_turns(plain)):
+        return number
+    if re.search(_ONE_TURN, plain):
+        return "1"
+    if not re.search(_PERIOD, plain):
+        return ""
+    number = words_of_turns(re.split(_PERIOD, plain)[0])
+    return "" if number == "1" else number
+
+
+def _in_plain_words(header: str, unit: str | None) -> str:
+    """Write a header without joined words such as "Vierteldrehung", and without "⅓"."""
     plain = "".join(
         f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c
         for c in header
     )
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
-    plain = re.sub(
-        _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
-    )
+    if re.search(_TURN, plain):
+        plain = re.sub(
+            _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
+        )
     if unit and "time" in kinds_of(unit):
         plain = re.sub(
             r"(?:(?<!\s)\s+)?/\s*\w+\W*$", "", plain
         )  # "time for one turn/s"
-    if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
-        return ""  # the function reads no number from "1 tour et demi"
+    return plain
+
+
+def _count_of_turns(plain: str) -> str | None:
+    """Return the number in digits next to a word for a turn.
+
+    It is "" if the number cannot be read, and None if there is none.
+    """
+    if re.search(_AND_A_HALF, plain):
+        return ""  # nothing here reads a number from "1 tour et demi"
     if re.search(_DIVIDED, plain) and re.search(
         rf"[0-9]\s*(?:\w{{1,30}}+\s+)?(?:{_TURN})", plain
     ):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):
         # "Time 1 1/3 turn" may be the first of several.
-        return (
-            str(int(mixed[2]) + Fraction(mixed[3]))
-            if not mixed[1] or mixed[1].lower() in _FOR
-            else ""
-        )
-    if (
-        match := re.search(_COUNTED, plain)
-        or re.match(_ALONE, plain)
-        or re.match(_PERIODS, plain)
-    ):
-        return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
+        is_number = not mixed[1] or mixed[1].lower() in _FOR
+        return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
+    counted = re.search(_COUNTED, plain)
+    return _in_digits(counted[1]) if counted else None
+
+
+def _in_digits(number: str) -> str:
+    return number.replace(" ", "").replace(",", ".").replace("⁄", "/")
+
+
+def _part_in_degrees(plain: str) -> str:
+    """Return the part of a turn that an angle of whole degrees is, such as 1/3; else ""."""
     match = re.search(_ANGLE, plain)
-    in_degrees = (
-        match
-        and kinds_of(match[2]) == {"angle"}
-        and units.parse(match[2]).text == "deg"
-    )
-    if (
-        match
-        and in_degrees
-        and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12)
-    ):
-        return str(part)
+    if match is None or kinds_of(match[2]) != {"angle"}:
+        return ""
+    if units.parse(match[2]).text != "deg":
+        return ""
+    part = Fraction(int(match[1]), 360)
+    return str(part) if part.denominator in (1, 2, 3, 4, 6, 12) else ""
+
+
+def _number_of_turns(plain: str) -> str:
+    """Return the number in words in front of a word for a turn; else ""."""
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
         before = plain[: turn.start()]
         # "back at screw 1 (one turn)"
-        said = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
-        if said and not (said == "1" and re.search(_NOT_COUNTED, before)):
-            return said
-    if re.search(_ONE_TURN, plain):
-        return "1"
-    said = (
-        words_of_turns(re.split(_PERIOD, plain)[0]) if re.search(_PERIOD, plain) else ""
-    )
-    return "" if said == "1" else said
+        number = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
+        if number and not (number == "1" and re.search(_NOT_COUNTED, before)):
+            return number
+    return ""
 
 
 def is_of_turns(word: str) -> bool:

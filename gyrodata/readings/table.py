@@ -179,9 +179,8 @@ def read_log(
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = (
-    rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\w*\.?"
-)
+_TURN = vocabulary.pattern("turn")
+_TURN_BEHIND = rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{_TURN}\w*\.?"
 
 
 @lru_cache(maxsize=4096)
@@ -194,7 +193,7 @@ def said_otherwise(text: str, role: str) -> str:
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
         return fraction
-    match = re.fullmatch(_TURN_BEHIND, text)
+    match = re.search(_TURN, text) and re.fullmatch(_TURN_BEHIND, text)
     bare = match[1] if match else text
     if words := roles.words_of_turns(bare, whole=True):
         return words

@@ -196,7 +196,7 @@ HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties"
         ("--help", HEAVY),
         (
             "analyze ../sample_data/air_gyroscope.csv --no-report",
-            "pandas pint matplotlib jinja2",
+            "pandas matplotlib jinja2",
         ),
     ],
 )

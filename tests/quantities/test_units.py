@@ -1,5 +1,5 @@
-"""What students write as units, and what it must mean; pint, with its own definitions,
-is the other opinion.
+"""What students write as units, and what it must mean; the registry that pint comes
+with is the other opinion.
 """
 
 import math
@@ -28,6 +28,8 @@ WRITTEN = {
     ("inertia", 1.0): "kg·m2",
     ("inertia", 1e-3): "г·м²",
     ("acceleration", 1.0): "m/s²; m s^-2",
+    ("length", 0.01): "cm; см; سانتیمتر; سانتی\u200cمتر; centimetres; CENTIMETERS",
+    ("mass", 1.0): "kg; KG; кг; kilos; 公斤",
 }
 
 
@@ -81,9 +83,7 @@ def test_factors_are_those_of_the_registry_of_pint() -> None:
         ("millinewtons", "force", 1e-3),
     ],
 )
-def test_unit_written_as_a_word_is_converted_by_pint(
-    name: str, kind: str, factor: float
-) -> None:
+def test_unit_can_be_written_as_a_word(name: str, kind: str, factor: float) -> None:
     assert parse_unit(name, kind).factor == pytest.approx(factor, rel=1e-12)
 
 

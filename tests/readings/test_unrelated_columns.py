@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import pytest
 
 import gyrodata
-from gyrodata.quantities import vocabulary
+from gyrodata.quantities import units
 from gyrodata.readings import Readings, read_log
 
 ROLES = ("mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns")
@@ -57,7 +57,7 @@ SYMBOLS = """
 V T A K C F Pa bar hPa kPa mbar W J °C °F lx dB ppm % Ah Ω u r R t U v l L M G n p d D a
 b B c e E f H i I k P q Q S w x X y Y z Z φ ω μ mT kV mV psi mol cd lm Wb Gy
 """
-UNITS = [*vocabulary.UNITS, *SYMBOLS.split()]
+UNITS = [*sorted({*units.spellings().values()}), *SYMBOLS.split()]
 HEADERS = [
     f"{NAMES[at % len(NAMES)]} {'[{}]' if at % 2 else '({})'}".format(
         UNITS[at % len(UNITS)]

@@ -48,7 +48,7 @@ class UnfitError(ValueError):
 
 
 def unfit(name: str, path: Path | str = (), /, **values: object) -> UnfitError:
-    """Fill in a message of `messages.toml`."""
+    """Fill in a message of a file `messages.toml`."""
     found = Diagnostic.named(name, **values)
     return UnfitError(found.message, found.hint, found.code, path)
 
@@ -200,8 +200,16 @@ class TomlFile:
         excerpt = self.text.split("\n")[line - 1]
         return InputError(
             [
-                Diagnostic.of(
-                    code, message, hint, self.name, line, column, excerpt, width
+                Diagnostic(
+                    code,
+                    "error",
+                    message,
+                    hint,
+                    self.name,
+                    line,
+                    column,
+                    excerpt,
+                    width,
                 )
             ]
         )

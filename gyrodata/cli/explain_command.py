@@ -30,9 +30,7 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
     A shell that completes commands uses the list.
     """
     titles = {name: documentation.page_title(name) for name in documentation.PAGES}
-    titles |= {
-        code: entry.title for code, entry in sorted(diagnostics.explanations().items())
-    }
+    titles |= {code: entry.title for code, entry in diagnostics.explanations().items()}
     return [
         (name, title) for name, title in titles.items() if name.startswith(incomplete)
     ]
@@ -53,7 +51,7 @@ def explain(
 ) -> None:
     """Show a page of the documentation, or explain a code, a word or a key of a log.
 
-    For a code: what it means, why it matters, how to fix it, and an example.
+    For a code: what it means, how to fix it, and an example.
     """
     write_out("\n".join(map(_explanation, topics)) if topics else _contents())
 
@@ -124,7 +122,7 @@ def _explanation(asked: str) -> str:
     if found in documentation.PAGES:
         page = documentation.page_text(found)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if found in diagnostics.severities():
+    if found in diagnostics.explanations():
         return _about_code(found)
     told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
     told += _about_key(found) if found in KEYS else ""
@@ -159,7 +157,7 @@ def _about_key(key: str) -> str:
 
 
 def _about_code(code: str) -> str:
-    """Describe the meaning, the effect and the remedy of a code, with an example."""
+    """Describe the meaning and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
     lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
     shown = [
@@ -171,8 +169,7 @@ def _about_code(code: str) -> str:
     if not raised and lines[0].split()[0] in COMMANDS:
         shown = [f"gyro {lines[0]}"]
     blocks = {
-        "What it means": entry.means,
-        "Why it matters": entry.why,
+        "What it means": entry.meaning,
         "How to fix it": entry.remedy,
         "Example": "\n".join(shown),
         "gyro says about this log": str(raised or ""),
@@ -182,7 +179,7 @@ def _about_code(code: str) -> str:
         for head, text in blocks.items()
         if text
     ]
-    title = f"{code}, {diagnostics.severities()[code]}: {entry.title}"
+    title = f"{code}, {entry.severity}: {entry.title}"
     return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
 
 

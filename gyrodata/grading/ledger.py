@@ -251,7 +251,14 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
                     mine[key] = at, one
             except UnfitError as error:
                 faults.append(
-                    Diagnostic.of(error.code, str(error), error.hint, path.name, number)
+                    Diagnostic(
+                        error.code,
+                        "error",
+                        str(error),
+                        error.hint,
+                        path.name,
+                        number,
+                    )
                 )
     except (csv.Error, LookupError, ValueError) as error:
         values = {"why": error.args[0], "columns": ",".join(COLUMNS)}

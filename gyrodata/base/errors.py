@@ -188,6 +188,20 @@ def insist_on_type(
         raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
 
 
+def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Propose the known word that is probably meant.
+
+    Else say what to do `otherwise`, or list all words.
+    """
+    from difflib import get_close_matches
+
+    words = list(known)
+    close = get_close_matches(word.lower(), words, n=1)
+    if close:
+        return f"did you mean {close[0]}?"
+    return otherwise or f"known here: {', '.join(words)}"
+
+
 class GyroError(Exception):
     """Base of all errors that a user can cause.
 

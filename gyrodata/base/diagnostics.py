@@ -45,7 +45,7 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
     `HEADER`."""
     remedy: str = ""
     """What to do, the most common cause first; lines that begin with two blanks are text
-    to copy."""
+    to copy. "" if it is the hint."""
 
 
 _TEXTS = "\n".join(
@@ -74,7 +74,11 @@ def messages() -> dict[str, Message]:
 def explanations() -> dict[str, Message]:
     """Return the message that explains each code, in the order of the codes."""
     explained = {
-        one.code: replace(one, example=one.example.replace("{header}", HEADER))
+        one.code: replace(
+            one,
+            example=one.example.replace("{header}", HEADER),
+            remedy=one.remedy or f"{one.hint[0].upper()}{one.hint[1:]}\n",
+        )
         for one in messages().values()
         if one.title
     }

@@ -9,6 +9,7 @@ from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import PICTURES, GyroError
@@ -18,8 +19,6 @@ from gyrodata.cli.terminal import refuse, write_out
 if TYPE_CHECKING:
     from gyrodata.base.errors import Diagnostic
 
-LONGEST, WIDEST = 14, 100
-"""Lines and characters of an example that are shown."""
 COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "template")
 """First words of examples that are commands."""
 
@@ -159,19 +158,16 @@ def _about_key(key: str) -> str:
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
-    lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
-    shown = [
-        line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]
-    ]
-    shown += (
-        [f"… and {len(lines) - LONGEST} more lines"] if len(lines) > LONGEST else []
-    )
-    if not raised and lines[0].split()[0] in COMMANDS:
-        shown = [f"gyro {lines[0]}"]
+    example = entry.example or "(an empty file)"
+    if not raised and example.split()[0] in COMMANDS:
+        example = f"gyro {example}"
+    if raised and raised.hint[1:] in entry.remedy:
+        # The remedy is the hint: it is not shown twice.
+        raised = replace(raised, hint="")
     blocks = {
         "What it means": entry.meaning,
-        "How to fix it": entry.remedy,
-        "Example": "\n".join(shown),
+        "How to fix it": "\n".join(map(_wrapped, entry.remedy.splitlines())),
+        "Example": example,
         "gyro says about this log": str(raised or ""),
     }
     told = [
@@ -181,6 +177,13 @@ def _about_code(code: str) -> str:
     ]
     title = f"{code}, {entry.severity}: {entry.title}"
     return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
+
+
+def _wrapped(line: str) -> str:
+    """Wrap a line, but not one to copy."""
+    if line.startswith("  "):
+        return line
+    return fill(line, 76, break_long_words=False, break_on_hyphens=False)
 
 
 def _raised(code: str) -> Diagnostic | None:

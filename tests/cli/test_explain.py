@@ -50,19 +50,30 @@ def test_each_code_has_one_explanation_and_one_severity() -> None:
 
 def test_only_an_explanation_has_example_and_remedy() -> None:
     for name, record in messages().items():
-        assert bool(record.title) == bool(record.remedy), name
-        assert record.title or not (record.meaning or record.example), name
+        explanation = record.meaning + record.example + record.remedy
+        assert record.title or not explanation, name
+        # Without a remedy the hint is shown, so it must not contain a value.
+        hint = record.hint.replace("{{", "").replace("}}", "")
+        assert record.remedy or not record.title or (hint and "{" not in hint), name
 
 
 def words(text: str) -> list[str]:
     return re.findall(r"\w+", text.lower())
 
 
+@pytest.mark.parametrize("code", ["G105", "G202", "G404", "G454", "G702"])
+def test_hint_that_is_the_remedy_is_shown_once(code: str) -> None:
+    entry = explanations()[code]
+    assert words(entry.hint) == words(entry.remedy)
+    shown = " ".join(words(explain(code).stdout))
+    assert shown.count(" ".join(words(entry.hint))) == 1
+
+
 def test_an_explanation_does_not_repeat_its_message() -> None:
     for name, record in messages().items():
         parts = [
             words(part)
-            for text in (record.title, record.text, record.hint, record.meaning)
+            for text in (record.text, record.hint, record.meaning, record.remedy)
             for part in re.split(r"[.;:]\s", text)
         ]
         long = [tuple(part) for part in parts if len(part) > 3]

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Iterator
 from functools import reduce
 from operator import getitem
-from typing import Annotated, Any, NoReturn, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from msgspec import Meta, ValidationError, convert
 from msgspec.json import schema
-from msgspec.structs import replace
 
-from gyrodata.base.errors import Diagnostic, InputError, nearest
+from gyrodata.base.errors import Diagnostic, nearest
+from gyrodata.base.toml_text import error_at, read_toml
 
 Record = TypeVar("Record")
 
@@ -53,39 +52,20 @@ class TomlFile:
     """
 
     def __init__(self, data: bytes, name: str) -> None:
-        text = data.decode("utf-8-sig", "surrogateescape")
-        self.name, self.text = name, text.replace("\r\n", "\n")
-        if bad := re.search("[\udc80-\udcff]", self.text):
-            line = self.text.count("\n", 0, bad.start()) + 1
-            raise self._error(Diagnostic.named("rubric_not_utf8"), line)
-        try:
-            self.values: Any = tomllib.loads(self.text)
-        # A number of more than 4300 digits is a ValueError.
-        except (ValueError, RecursionError) as error:
-            self._refuse_syntax(str(error))
+        self.name = name
+        self.text, self.values = read_toml(
+            data, name, "rubric_not_utf8", "rubric_no_toml"
+        )
 
     def record(self, kind: type[Record], path: Path = ()) -> Record:
         """Read the table at `path` into a record; raise InputError with the first fault."""
+        values: Any = self.values
         try:
-            return convert(reduce(getitem, path, self.values), kind)
+            return convert(reduce(getitem, path, values), kind)
         except ValidationError as error:
-            fault, place = _explained(error, kind, path, self.values)
-            raise self._error(fault, *_spot(self.text, place)) from None
-
-    def _refuse_syntax(self, error: str) -> NoReturn:
-        """Raise the error of a text that is not TOML, in the words of tomllib."""
-        why, _, place = error.partition(" (at ")
-        numbers = [int(number) for number in re.findall(r"\d+", place)]
-        last = self.text.count("\n") + 1
-        fault = Diagnostic.named("rubric_no_toml", why=why)
-        raise self._error(fault, *(numbers or [last])) from None
-
-    def _error(
-        self, fault: Diagnostic, line: int, column: int = 1, width: int = 1
-    ) -> InputError:
-        excerpt = self.text.split("\n")[line - 1]
-        place = {"line": line, "column": column, "excerpt": excerpt, "width": width}
-        return InputError([replace(fault, file=self.name, **place)])
+            fault, place = _explained(error, kind, path, values)
+            spot = _spot(self.text, place)
+            raise error_at(fault, self.name, self.text, *spot) from None
 
 
 def _explained(

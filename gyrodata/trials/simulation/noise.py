@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from gyrodata.base.errors import InputError, nearest
+from gyrodata.base.toml_text import read_toml
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities.notation import parse_uncertainty
@@ -137,18 +137,15 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
 def _stated(path: Path, name: str) -> Mapping[str, Any]:
     """Return the values of a file as they are written, by key."""
     try:
-        text = path.read_bytes().decode("utf-8-sig", "replace")
+        data = path.read_bytes()
     except OSError as error:
         why = error.strerror or error
         raise InputError.named("noise_not_read", name=name, why=why) from None
+    text = data.decode("utf-8-sig", "replace")
     lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE)
     if lines:
         return dict(lines)
-    try:
-        return tomllib.loads(text)
-    # A number of more than 4300 digits is a ValueError.
-    except (ValueError, RecursionError) as error:
-        raise InputError.named("noise_no_toml", name=name, why=error) from None
+    return read_toml(data, name, "noise_not_utf8", "noise_no_toml")[1]
 
 
 def _unfit(name: str, key: str, fault: str, hint: str) -> InputError:

@@ -1,5 +1,5 @@
 """Messages and errors, files that are written whole, and worker processes.
 
-A message is one entry of `messages.toml`, and its code is explained in
-`diagnostics.toml`. Nothing here knows what a log contains.
+A message is one record of the file `messages.toml` of a room, with what `gyro explain`
+shows about its code. Nothing here knows what a log contains.
 """

@@ -1,7 +1,7 @@
 """Diagnostics: what is wrong, where, and what to type; and the errors that contain them.
 
 The only handler of these errors is in `gyrodata.cli`. `gyrodata.base.diagnostics`
-contains the codes.
+reads the messages.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 from msgspec import Struct, convert
 
-from gyrodata.base.diagnostics import Severity, message, severities
+from gyrodata.base.diagnostics import Severity, message
 
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Characters that reverse the direction of a line, or break it."""
@@ -74,7 +74,7 @@ class Diagnostic(Struct, frozen=True):
     Attributes
     ----------
     code : str
-        Stable code, a key of `severities`.
+        Stable code, a key of `explanations`.
     severity : {"error", "warning", "note"}
         An error means that the log cannot be analysed as it is.
     message : str
@@ -109,22 +109,15 @@ class Diagnostic(Struct, frozen=True):
     cell: str = ""
 
     @classmethod
-    def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
-        """Make a diagnostic with the severity of its code.
-
-        The arguments after the message are those of the record.
-        """
-        return cls(code, severities()[code], message, *about, **more)
-
-    @classmethod
     def named(
         cls, name: str, file: str = "", line: int | None = None, /, **values: Any
     ) -> Diagnostic:
-        """Fill in a message of `messages.toml`."""
+        """Fill in a message of a file `messages.toml`."""
         about = message(name)
-        return cls.of(
-            about.code.split()[1],
-            about.message.format(**values),
+        return cls(
+            about.code,
+            about.severity,
+            about.text.format(**values),
             about.hint.format(**values),
             file,
             line,
@@ -195,6 +188,20 @@ def insist_on_type(
         raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
 
 
+def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Propose the known word that is probably meant.
+
+    Else say what to do `otherwise`, or list all words.
+    """
+    from difflib import get_close_matches
+
+    words = list(known)
+    close = get_close_matches(word.lower(), words, n=1)
+    if close:
+        return f"did you mean {close[0]}?"
+    return otherwise or f"known here: {', '.join(words)}"
+
+
 class GyroError(Exception):
     """Base of all errors that a user can cause.
 
@@ -220,7 +227,7 @@ class InputError(GyroError):
 
     @classmethod
     def named(cls, name: str, file: str = "", /, **values: Any) -> InputError:
-        """Make an error of one message of `messages.toml`."""
+        """Make an error of one message of a file `messages.toml`."""
         return cls([Diagnostic.named(name, file, **values)])
 
 

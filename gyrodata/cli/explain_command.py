@@ -9,6 +9,7 @@ from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import PICTURES, GyroError
@@ -18,8 +19,6 @@ from gyrodata.cli.terminal import refuse, write_out
 if TYPE_CHECKING:
     from gyrodata.base.errors import Diagnostic
 
-LONGEST, WIDEST = 14, 100
-"""Lines and characters of an example that are shown."""
 COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "template")
 """First words of examples that are commands."""
 
@@ -30,9 +29,7 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
     A shell that completes commands uses the list.
     """
     titles = {name: documentation.page_title(name) for name in documentation.PAGES}
-    titles |= {
-        code: entry.title for code, entry in sorted(diagnostics.explanations().items())
-    }
+    titles |= {code: entry.title for code, entry in diagnostics.explanations().items()}
     return [
         (name, title) for name, title in titles.items() if name.startswith(incomplete)
     ]
@@ -53,7 +50,7 @@ def explain(
 ) -> None:
     """Show a page of the documentation, or explain a code, a word or a key of a log.
 
-    For a code: what it means, why it matters, how to fix it, and an example.
+    For a code: what it means, how to fix it, and an example.
     """
     write_out("\n".join(map(_explanation, topics)) if topics else _contents())
 
@@ -124,7 +121,7 @@ def _explanation(asked: str) -> str:
     if found in documentation.PAGES:
         page = documentation.page_text(found)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if found in diagnostics.severities():
+    if found in diagnostics.explanations():
         return _about_code(found)
     told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
     told += _about_key(found) if found in KEYS else ""
@@ -159,22 +156,18 @@ def _about_key(key: str) -> str:
 
 
 def _about_code(code: str) -> str:
-    """Describe the meaning, the effect and the remedy of a code, with an example."""
+    """Describe the meaning and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
-    lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
-    shown = [
-        line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]
-    ]
-    shown += (
-        [f"… and {len(lines) - LONGEST} more lines"] if len(lines) > LONGEST else []
-    )
-    if not raised and lines[0].split()[0] in COMMANDS:
-        shown = [f"gyro {lines[0]}"]
+    example = entry.example or "(an empty file)"
+    if not raised and example.split()[0] in COMMANDS:
+        example = f"gyro {example}"
+    if raised and raised.hint[1:] in entry.remedy:
+        # The remedy is the hint: it is not shown twice.
+        raised = replace(raised, hint="")
     blocks = {
-        "What it means": entry.means,
-        "Why it matters": entry.why,
-        "How to fix it": entry.remedy,
-        "Example": "\n".join(shown),
+        "What it means": entry.meaning,
+        "How to fix it": "\n".join(map(_wrapped, entry.remedy.splitlines())),
+        "Example": example,
         "gyro says about this log": str(raised or ""),
     }
     told = [
@@ -182,8 +175,15 @@ def _about_code(code: str) -> str:
         for head, text in blocks.items()
         if text
     ]
-    title = f"{code}, {diagnostics.severities()[code]}: {entry.title}"
+    title = f"{code}, {entry.severity}: {entry.title}"
     return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
+
+
+def _wrapped(line: str) -> str:
+    """Wrap a line, but not one to copy."""
+    if line.startswith("  "):
+        return line
+    return fill(line, 76, break_long_words=False, break_on_hyphens=False)
 
 
 def _raised(code: str) -> Diagnostic | None:

@@ -14,7 +14,7 @@ from typing import Any, get_args, get_type_hints
 import msgspec
 from msgspec import Struct
 
-from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.base.diagnostics import explanations
 from gyrodata.grading.exports import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
 from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
@@ -65,11 +65,11 @@ def diagnostics_table() -> list[dict[str, str]]:
     return [
         {
             "code": code,
-            "severity": severities()[code],
+            "severity": entry.severity,
             "title": entry.title,
             "example": entry.example,
         }
-        for code, entry in sorted(explanations().items())
+        for code, entry in explanations().items()
     ]
 
 

@@ -316,7 +316,7 @@ def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
 
 
 def refuse(name: str, /, **values: object) -> NoReturn:
-    """Stop with one error, a message of `messages.toml`."""
+    """Stop with one error, a message of a file `messages.toml`."""
     raise InputError.named(name, **values)
 
 

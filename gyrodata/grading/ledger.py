@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.base.toml_table import UnfitError, nearest, unfit
+from gyrodata.base.errors import Diagnostic, InputError, nearest
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.rubric_file import UnfitError, unfit
 from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
@@ -250,9 +250,8 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
                         raise unfit("desk_lines_contradict", line=at, **values)
                     mine[key] = at, one
             except UnfitError as error:
-                faults.append(
-                    Diagnostic.of(error.code, str(error), error.hint, path.name, number)
-                )
+                place = {"file": path.name, "line": number}
+                faults.append(replace(error.diagnostic, **place))
     except (csv.Error, LookupError, ValueError) as error:
         values = {"why": error.args[0], "columns": ",".join(COLUMNS)}
         faults = [Diagnostic.named("desk_not_read", path.name, number + 1, **values)]

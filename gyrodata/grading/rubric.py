@@ -23,10 +23,9 @@ import msgspec
 from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import asdict, force_setattr
 
-from gyrodata.base import diagnostics
-from gyrodata.base.errors import Diagnostic
-from gyrodata.base.toml_table import Number, Text, TomlFile, nearest, unfit
+from gyrodata.base.errors import Diagnostic, nearest
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS, points_of
+from gyrodata.grading.rubric_file import Number, Text, TomlFile, unfit
 from gyrodata.grading.yardsticks import (
     APPARATUS,
     BENCH,
@@ -371,11 +370,11 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         ids = [one.id for one in self.criteria]
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:
-                raise unfit("criterion_twice", ("criterion", at, "id"), id=one.id)
+                raise unfit("criterion_twice", "criterion", at, "id", id=one.id)
             if one.id.casefold() in TABLES["reserved"]:
-                raise unfit("criterion_id_reserved", ("criterion", at, "id"), id=one.id)
+                raise unfit("criterion_id_reserved", "criterion", at, "id", id=one.id)
             if one.check == "reference" and self.reference is None:
-                raise unfit("reference_missing", ("criterion", at), id=one.id)
+                raise unfit("reference_missing", "criterion", at, id=one.id)
         check_bench(self.bench)
         for head, stated in (
             ("reference", self.references),
@@ -383,9 +382,9 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         ):
             source = (getattr(self, head) or {}).get("from")
             if source not in (None, "class"):
-                raise unfit("from_not_class", (head, "from"), source=source)
+                raise unfit("from_not_class", head, "from", source=source)
             if source and stated:
-                raise unfit("class_and_stated", (head, "from"), table=head)
+                raise unfit("class_and_stated", head, "from", table=head)
 
     @cached_property
     def references(self) -> Mapping[str, Reference]:
@@ -447,11 +446,7 @@ def default_rubric_text(kind: str = "full") -> str:
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric; raise InputError with its first mistake."""
-    hint = (
-        "a line is KEY = VALUE, with texts in quotation marks, or a head, [NAME] or "
-        "[[criterion]]; no key twice"
-    )
-    file = TomlFile(data, name, diagnostics.RUBRIC_NO_TOML, hint)
+    file = TomlFile(data, name)
     written = file.values.get("reference")
     stations = written if isinstance(written, dict) else {}
     for station in stations:

@@ -27,8 +27,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.base.toml_table import UnfitError, nearest, unfit
+from gyrodata.base.errors import Diagnostic, InputError, nearest
+from gyrodata.grading.rubric_file import unfit
 from gyrodata.grading.stated import with_usual
 from gyrodata.judging.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.measurements import Measurements
@@ -599,7 +599,8 @@ def check_bench(lines: Mapping[str, str]) -> None:
         if key not in ("from", *BENCH):
             raise unfit(
                 "bench_key_unknown",
-                ("bench", key),
+                "bench",
+                key,
                 key=key,
                 hint=nearest(key, BENCH, "take it out"),
             )
@@ -612,10 +613,13 @@ def check_bench(lines: Mapping[str, str]) -> None:
                 True,
             )
         except InputError as error:
-            raise UnfitError(
-                error.diagnostics[0].message,
-                error.diagnostics[0].hint,
-                path=("bench", key),
+            fault = error.diagnostics[0]
+            raise unfit(
+                "bench_value_unfit",
+                "bench",
+                key,
+                problem=fault.message,
+                hint=fault.hint,
             ) from None
 
 

@@ -283,7 +283,7 @@ class Readings(Struct, frozen=True, dict=True):
     def say(
         self, name: str, place: Text | Place | None = None, /, **values: Any
     ) -> Diagnostic:
-        """Fill in a message of `messages.toml` about a place of this log."""
+        """Fill in a message of a file `messages.toml` about a place of this log."""
         return self._faults.message(name, place, **values)
 
     @cached_property
@@ -310,7 +310,7 @@ class Faults:
     def message(
         self, name: str, place: Text | Place | None = None, /, **values: Any
     ) -> Diagnostic:
-        """Fill in a message of `messages.toml`.
+        """Fill in a message of a file `messages.toml`.
 
         The mark below the line is as wide as a cell, or as the value `text`; a value
         `code` replaces the usual code. A list is one of line numbers, and {cell} is the
@@ -318,7 +318,7 @@ class Faults:
         """
         about = diagnostics.message(name)
         code, text = (
-            values.get("code") or about.code.split()[1],
+            values.get("code") or about.code,
             str(values.get("text", "")),
         )
         where, text = (
@@ -329,10 +329,12 @@ class Faults:
             for key, value in values.items()
         }
         words, hint = (
-            words.format(cell=text, **values) for words in (about.message, about.hint)
+            words.format(cell=text, **values) for words in (about.text, about.hint)
         )
         if where is None:
-            return Diagnostic.of(code, words, hint, self.name, doubt=about.doubt)
+            return Diagnostic(
+                code, about.severity, words, hint, self.name, doubt=about.doubt
+            )
         excerpt = (
             self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
         )
@@ -343,8 +345,9 @@ class Faults:
             if sheet and row
             else sheet
         )
-        return Diagnostic.of(
+        return Diagnostic(
             code,
+            about.severity,
             words,
             hint,
             self.name,
@@ -362,14 +365,14 @@ class Faults:
 
         Of one code, only the first `MOST_OF_ONE_CODE` are made and kept.
         """
-        code = values.get("code") or diagnostics.message(name).code.split()[1]
+        code = values.get("code") or diagnostics.message(name).code
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
             self.found.append(self.message(name, place, **values))
 
     def take_back(self, name: str, lines: Collection[int]) -> None:
         """Remove the messages of one kind about some lines."""
-        code = diagnostics.message(name).code.split()[1]
+        code = diagnostics.message(name).code
         self.found = [
             one for one in self.found if one.code != code or one.line not in lines
         ]
@@ -413,8 +416,14 @@ class Faults:
             for code, count in self._count.items()
             if count > MOST_OF_ONE_CODE
         }
+        severities = {one.code: one.severity for one in self.found}
         told = [
-            Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name)
+            Diagnostic(
+                code,
+                severities[code],
+                f"{n} more of this kind are not shown",
+                file=self.name,
+            )
             for code, n in more.items()
         ]
         return (*self.found, *told)

@@ -168,6 +168,18 @@ TYPED = {
 } | {"G235"}
 
 
+TOO_LARGE = {
+    "G223": LOG + "20,15,400,7,1\n" * 100_001,
+    "G224": "a," * 200 + "b\n1,2\n",
+    "G225": LOG + "x" * 10_001 + "\n",
+    "G416": LOG.splitlines()[0]
+    + "".join(
+        f"\n{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1" for k in range(2600)
+    ),
+}
+"""The logs of examples that are too large to be shown."""
+
+
 def workbook_of(code: str, path: Path) -> None:
     """Write a log as a workbook with a formula that was not calculated (G110), or with
     a hidden row.
@@ -212,10 +224,8 @@ def test_the_example_of_each_code_raises_it(
             Path("eleven-megabytes.csv").write_bytes(b"1" * 11_000_000)
         if code in ("G110", "G111"):
             workbook_of(code, Path(example.split()[1]))
-        if code == "G223":
-            Path("hundred-thousand-rows.csv").write_text(
-                LOG + "20,15,400,7,1\n" * 100_001
-            )
+        if code in TOO_LARGE:
+            Path(example.split()[1]).write_text(TOO_LARGE[code])
         before, done = sorted(tmp_path.iterdir()), gyro(*shlex.split(example))
         assert code in done.output
         assert code[:3] != "G63" or (

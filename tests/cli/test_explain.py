@@ -12,7 +12,7 @@ from places import SAMPLES
 from typer.testing import CliRunner, Result
 
 import gyrodata
-from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.base.diagnostics import explanations, messages
 from gyrodata.cli import app
 from gyrodata.cli.explain_command import COMMANDS
 from gyrodata.readings.roles import KEYS
@@ -30,27 +30,55 @@ def test_every_code_is_explained(code: str) -> None:
     entry, done = explanations()[code], explain(code.lower())
     assert done.exit_code == 0, done.output
     title, *parts = done.stdout.split("\n\n")
-    assert title == f"{code}, {severities()[code]}: {entry.title}"
+    assert title == f"{code}, {entry.severity}: {entry.title}"
     heads = [part.partition(":\n  ")[0] for part in parts]
-    reasons = ["What it means", "Why it matters"] if entry.why else []
-    assert heads[: len(reasons) + 2] == [*reasons, "How to fix it", "Example"]
+    meaning = ["What it means"] if entry.meaning else []
+    assert heads[: len(meaning) + 2] == [*meaning, "How to fix it", "Example"]
     if code < "G5" and entry.example.split(" ")[0] not in COMMANDS:
         assert (
-            f"{severities()[code]} {code}: "
+            f"{entry.severity} {code}: "
             in parts[heads.index("gyro says about this log")]
         )
 
 
-def test_errors_and_warnings_of_a_log_have_a_reason() -> None:
-    reasons = {
-        code for code, entry in explanations().items() if entry.means and entry.why
-    }
-    assert len(reasons) >= 90
-    assert {
-        code
-        for code, severity in severities().items()
-        if code < "G5" and severity != "note"
-    } <= reasons
+def test_each_code_has_one_explanation_and_one_severity() -> None:
+    records = messages().values()
+    explaining = [record.code for record in records if record.title]
+    assert sorted(explaining) == sorted({record.code for record in records})
+    severities = {record.code: record.severity for record in records}
+    assert [one for one in records if one.severity != severities[one.code]] == []
+
+
+def test_only_an_explanation_has_example_and_remedy() -> None:
+    for name, record in messages().items():
+        explanation = record.meaning + record.example + record.remedy
+        assert record.title or not explanation, name
+        # Without a remedy the hint is shown, so it must not contain a value.
+        hint = record.hint.replace("{{", "").replace("}}", "")
+        assert record.remedy or not record.title or (hint and "{" not in hint), name
+
+
+def words(text: str) -> list[str]:
+    return re.findall(r"\w+", text.lower())
+
+
+@pytest.mark.parametrize("code", ["G105", "G202", "G404", "G454", "G702"])
+def test_hint_that_is_the_remedy_is_shown_once(code: str) -> None:
+    entry = explanations()[code]
+    assert words(entry.hint) == words(entry.remedy)
+    shown = " ".join(words(explain(code).stdout))
+    assert shown.count(" ".join(words(entry.hint))) == 1
+
+
+def test_an_explanation_does_not_repeat_its_message() -> None:
+    for name, record in messages().items():
+        parts = [
+            words(part)
+            for text in (record.text, record.hint, record.meaning, record.remedy)
+            for part in re.split(r"[.;:]\s", text)
+        ]
+        long = [tuple(part) for part in parts if len(part) > 3]
+        assert len(long) == len(set(long)), name
 
 
 TURNS = {"1/3": "1", "2/3": "2", "1": "3", "1/12": "1/4"}
@@ -99,7 +127,7 @@ and u(I_zz) [%] if not 0."""
 def test_the_effect_on_the_sample_is_as_stated(
     code: str, words: str, old: str, new: Any, factor: float, u: float
 ) -> None:
-    assert words in " ".join(explanations()[code].why.split())
+    assert words in " ".join(explanations()[code].meaning.split())
     before, after = (
         gyrodata.analyze(log.encode()).inertia
         for log in (SAMPLE, re.sub(old, new, SAMPLE))

@@ -30,7 +30,7 @@ from places import DATA, SAMPLES
 from typer.testing import Result
 
 import gyrodata
-from gyrodata.base.diagnostics import explanations, severities
+from gyrodata.base.diagnostics import explanations
 from gyrodata.base.disk import alone_in
 from gyrodata.base.errors import InputError
 from gyrodata.grading.rubric import read_rubric
@@ -42,7 +42,8 @@ def hint_of(done: Result, code: str) -> str:
     """Give what is below the first message of a code."""
     lines = iter(done.stderr.splitlines())
     assert any(
-        re.search(rf"\b{severities()[code]} {code}: ", line) for line in lines
+        re.search(rf"\b{explanations()[code].severity} {code}: ", line)
+        for line in lines
     ), done.stderr
     return "\n".join(
         line.strip()

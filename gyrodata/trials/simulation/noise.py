@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.base.diagnostics import NOISE_CANNOT_BE_READ
-from gyrodata.base.errors import InputError
-from gyrodata.base.toml_table import TomlFile, nearest
+from gyrodata.base.errors import InputError, nearest
+from gyrodata.base.toml_text import read_toml
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities.notation import parse_uncertainty
@@ -116,45 +115,38 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
         If the file cannot be read, or does not state any uncertainty of a simulated
         log.
     """
-    name, hint = (
-        str(path),
-        'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"',
-    )
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError.named(
-            "noise_not_read", name=name, why=error.strerror or error
-        ) from None
-    lines = re.findall(
-        r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$",
-        data.decode("utf-8-sig", "replace"),
-        re.MULTILINE,
-    )
-    stated: Mapping[str, Any] = (
-        dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
-    )
+    name = str(path)
+    stated = _stated(Path(path), name)
     if not stated:
-        raise InputError.named("noise_states_nothing", name=name, hint=hint)
+        raise InputError.named("noise_states_nothing", name=name)
     noise = dict(TYPICAL)
     for key, value in stated.items():
-        fault, hint = (
-            "a simulated log does not have this uncertainty",
-            nearest(key, NOISE_KEYS),
-        )
-        if key in NOISE_KEYS:
-            try:
-                noise[key] = parse_uncertainty(str(value), kind_of_role(key))
-                fault = (
-                    f'"{value}" is not relative'
-                    if key.endswith("_scale") and noise[key].absolute
-                    else ""
-                )
-                hint = 'write the error of a scale in %, such as "0.1 %"'
-            except UnitError as error:
-                fault, hint = str(error), error.hint
-        if fault:
-            raise InputError.named(
-                "noise_unfit", name=name, key=key, fault=fault, hint=hint
-            )
+        if key not in NOISE_KEYS:
+            fault = "a simulated log does not have this uncertainty"
+            raise _unfit(name, key, fault, nearest(key, NOISE_KEYS))
+        try:
+            noise[key] = parse_uncertainty(str(value), kind_of_role(key))
+        except UnitError as error:
+            raise _unfit(name, key, str(error), error.hint) from None
+        if key.endswith("_scale") and noise[key].absolute:
+            hint = 'write the error of a scale in %, such as "0.1 %"'
+            raise _unfit(name, key, f'"{value}" is not relative', hint)
     return noise
+
+
+def _stated(path: Path, name: str) -> Mapping[str, Any]:
+    """Return the values of a file as they are written, by key."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        why = error.strerror or error
+        raise InputError.named("noise_not_read", name=name, why=why) from None
+    text = data.decode("utf-8-sig", "replace")
+    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE)
+    if lines:
+        return dict(lines)
+    return read_toml(data, name, "noise_not_utf8", "noise_no_toml")[1]
+
+
+def _unfit(name: str, key: str, fault: str, hint: str) -> InputError:
+    return InputError.named("noise_unfit", name=name, key=key, fault=fault, hint=hint)

@@ -17,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.base.errors import InputError, insist_on_type
+from gyrodata.base.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats, motion
 from gyrodata.quantities.units import LIMITS, SI
@@ -208,11 +208,7 @@ def _check(truth: Truth, design: Design) -> None:
     rows = design.repeats * math.prod(map(len, columns))
     if not 1 <= rows <= MAX_ROWS:
         raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
-    known = get_args(Motion)
-    if truth.motion not in known:
-        raise InputError.named(
-            "simulated_motion_unknown", motion=truth.motion, known=", ".join(known)
-        )
+    insist_on_choice("motion", truth.motion, get_args(Motion))
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):

@@ -1,0 +1,45 @@
+"""Read the text of a TOML file; the error of a text that is not TOML has its place."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import Any
+
+from msgspec.structs import replace
+
+from gyrodata.base.errors import Diagnostic, InputError
+
+
+def read_toml(
+    data: bytes, name: str, not_utf8: str, not_toml: str
+) -> tuple[str, dict[str, Any]]:
+    """Return the text of a file and its values.
+
+    Raises
+    ------
+    InputError
+        One of the messages `not_utf8` and `not_toml`.
+    """
+    text = data.decode("utf-8-sig", "surrogateescape").replace("\r\n", "\n")
+    if bad := re.search("[\udc80-\udcff]", text):
+        line = text.count("\n", 0, bad.start()) + 1
+        raise error_at(Diagnostic.named(not_utf8), name, text, line)
+    try:
+        return text, tomllib.loads(text)
+    # A number of more than 4300 digits is a ValueError.
+    except (ValueError, RecursionError) as error:
+        why, _, place = str(error).partition(" (at ")
+        numbers = [int(number) for number in re.findall(r"\d+", place)]
+        last = text.count("\n") + 1
+        fault = Diagnostic.named(not_toml, why=why)
+        raise error_at(fault, name, text, *(numbers or [last])) from None
+
+
+def error_at(
+    fault: Diagnostic, name: str, text: str, line: int, column: int = 1, width: int = 1
+) -> InputError:
+    """Make the error of a fault at a place of a file, which it shows."""
+    excerpt = text.split("\n")[line - 1]
+    place = {"line": line, "column": column, "excerpt": excerpt, "width": width}
+    return InputError([replace(fault, file=name, **place)])

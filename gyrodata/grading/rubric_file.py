@@ -1,0 +1,199 @@
+"""Read the TOML of a rubric into records by msgspec.
+
+msgspec says what is wrong; this module adds the line of the fault, and what to write
+instead.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
+from typing import Annotated, Any, TypeVar
+
+from msgspec import Meta, ValidationError, convert
+from msgspec.json import schema
+
+from gyrodata.base.errors import Diagnostic, nearest
+from gyrodata.base.toml_text import error_at, read_toml
+
+Record = TypeVar("Record")
+
+Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
+Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
+
+Path = tuple[str | int, ...]
+"""Keys from the top; after the name of an array of tables, the number of the table,
+from 0."""
+
+
+class UnfitError(ValueError):
+    """A value that cannot be used, or values that contradict each other.
+
+    `path` leads there from the record.
+    """
+
+    def __init__(self, diagnostic: Diagnostic, path: Path = ()) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic, self.path = diagnostic, path
+
+
+def unfit(message: str, /, *path: str | int, **values: object) -> UnfitError:
+    """Fill in a message about the key at `path`."""
+    return UnfitError(Diagnostic.named(message, **values), path)
+
+
+class TomlFile:
+    """A TOML file: its values, and its text, in which the line of a fault is found.
+
+    Raises InputError.
+    """
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self.name = name
+        self.text, self.values = read_toml(
+            data, name, "rubric_not_utf8", "rubric_no_toml"
+        )
+
+    def record(self, kind: type[Record], path: Path = ()) -> Record:
+        """Read the table at `path` into a record; raise InputError with the first fault."""
+        values: Any = self.values
+        try:
+            return convert(reduce(getitem, path, values), kind)
+        except ValidationError as error:
+            fault, place = _explained(error, kind, path, values)
+            spot = _spot(self.text, place)
+            raise error_at(fault, self.name, self.text, *spot) from None
+
+
+def _explained(
+    error: ValidationError, kind: type, path: Path, values: Any
+) -> tuple[Diagnostic, Path]:
+    """Say what is wrong and what to write, and where.
+
+    The words come from msgspec and from the JSON Schema of the record.
+    """
+    message, _, place = str(error).partition(" - at `$")
+    path = (*path, *_keys(place, reduce(getitem, path, values)))
+    cause = error.__cause__
+    if isinstance(cause, UnfitError):
+        return cause.diagnostic, (*path, *cause.path)
+    value, samples = reduce(getitem, path, values), samples_of(kind)
+    heads = [part for part in path if isinstance(part, str)]
+    kind_of_fault, _, field = message.rstrip("`").partition(" field `")
+    if kind_of_fault == "Object missing required":
+        how = _how([*heads, field], samples)
+        return Diagnostic.named("rubric_key_missing", key=field, how=how), path
+    if kind_of_fault == "Object contains unknown":
+        # A key that is there already is not proposed: it would then be there twice.
+        free = [key for key in samples if key not in value]
+        hint = nearest(field, free, "take it out")
+        where = f" in [{'.'.join(heads)}]" if path else ""
+        fault = Diagnostic.named(
+            "rubric_key_unknown", key=field, where=where, hint=hint
+        )
+        return fault, (*path, field)
+    hint = _how(heads, samples) if place else getattr(kind, "HINT", "")
+    return _unusable((heads or [""])[-1], value, message, samples, hint), path
+
+
+def _unusable(
+    key: str, value: object, message: str, samples: dict[str, list[str]], hint: str
+) -> Diagnostic:
+    """Say that a value cannot be used; propose the nearest word if it is one of few."""
+    if isinstance(value, str) and message.startswith("Invalid enum"):
+        words = [json.loads(sample) for sample in samples[key]]
+        hint = nearest(value, words[0] if isinstance(words[0], list) else words)
+    is_kind = key == "check" and isinstance(value, str)
+    name = "criterion_kind_unknown" if is_kind else "rubric_value_unusable"
+    shown = json.dumps(value, default=str, ensure_ascii=False)
+    return Diagnostic.named(name, key=key, value=shown, hint=hint)
+
+
+def _keys(place: str, value: Any) -> Iterator[str | int]:
+    """Yield the keys of a place as msgspec writes it: ``.criterion[0].points``."""
+    for number, key in re.findall(r"\[(\d+|\.\.\.)\]|\.(\w+)", place):
+        step = int(number) if number.isdigit() else key
+        if number == "...":
+            # Some key of a table of texts: the first one without a text.
+            step = min(value, key=lambda one: _likeness_to_text(value[one]))
+        value = value[step]
+        yield step
+
+
+def _likeness_to_text(value: object) -> int:
+    """Return 0 for a value that is neither a text nor a table, 1 for a table, 2 for a text."""
+    return 2 if isinstance(value, str) else int(isinstance(value, dict))
+
+
+def _spot(text: str, path: Path) -> tuple[int, int, int]:
+    """Find the line, the column and the width of the key at `path`.
+
+    If the key has no line of its own, they are those of the nearest table around it
+    that has a line.
+    """
+    spot, start = (1, 1, 1), 0
+    for name, number in zip(path, (*path, 0)[1:], strict=True):
+        marks = _marks(text[start:], name) if isinstance(name, str) else []
+        if marks:
+            # After the name of an array of tables, the number of the table follows.
+            index = number if isinstance(number, int) else 0
+            mark = marks[min(index, len(marks) - 1)]
+            start += mark.start()
+            line = text.count("\n", 0, start) + 1
+            spot = line, len(mark[1]) + 1, len(mark[2])
+    return spot
+
+
+def _marks(text: str, name: str) -> list[re.Match[str]]:
+    """Find the heads with a name; if there are none, the lines of the first table with this key."""
+    word = re.escape(name)
+    head = rf"(?m)^([ \t]*)(\[++[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)"
+    key = rf"(?m)^([ \t]*)([\"']?{word}[\"']?)(?=[ \t]*=)"
+    own = re.split(r"\n(?=[ \t]*\[)", text, maxsplit=1)[0]
+    return [*re.finditer(head, text)] or [*re.finditer(key, own)]
+
+
+def samples_of(kind: type) -> dict[str, list[str]]:
+    """Return the words or examples that can be written for each key.
+
+    The keys are those of a record and of all records in it.
+
+    A table has its head without a name: "[]", or "[[]]" if there may be several.
+    """
+    samples: dict[str, list[str]] = {}
+    for table in schema(kind)["$defs"].values():
+        for key, shape in table.get("properties", {}).items():
+            found = [
+                sample
+                for part in (shape, *shape.get("anyOf", ()))
+                for sample in _samples(part)
+            ]
+            samples[key] = list(dict.fromkeys([*samples.get(key, ()), *found]))
+    return samples
+
+
+def _samples(shape: dict[str, Any]) -> list[str]:
+    """Return what can be written for one shape of the JSON Schema."""
+    items = shape.get("items", {})
+    if "$ref" in shape or "$ref" in items or shape.get("type") == "object":
+        return ["[[]]" if items else "[]"]
+    if "enum" in items:
+        return [json.dumps(items["enum"])]
+    return [json.dumps(one) for one in shape.get("enum", shape.get("examples", ()))]
+
+
+def _how(keys: list[str], known: dict[str, list[str]]) -> str:
+    """Write how to write the last of the keys that lead to it."""
+    key = keys[-1]
+    samples = known.get(key, ['"class"'] if key == "from" else [])
+    if not samples:
+        return f"write {key} as a text in quotation marks, with its unit if it has one"
+    if samples[0] in ("[]", "[[]]"):
+        head = samples[0].replace("[]", f"[{'.'.join(keys)}]")
+        return f"write a table, headed {head}"
+    # Times have no quotation marks.
+    written = f"write {key} = {' or '.join(samples)}"
+    return re.sub(r'"(\d{4}-\d\d-\d\dT.*?)"', r"\1", written)

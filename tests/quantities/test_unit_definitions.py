@@ -72,7 +72,7 @@ KINDS_BY_POWERS = {
     (0, 1, -2): "acceleration",
     (0, 0, 0): "number",
 }
-SAME_IN_ANY_CASE = {name for name in UNITS if name not in ("mN", "ms", "mg", "mHz")}
+SAME_IN_ANY_CASE = [name for name in UNITS if name not in ("mN", "ms", "mg", "mHz")]
 
 
 def spellings_of(name: str) -> set[str]:

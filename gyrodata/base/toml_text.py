@@ -11,7 +11,9 @@ from msgspec.structs import replace
 from gyrodata.base.errors import Diagnostic, InputError
 
 
-def read_toml(data: bytes, name: str, not_utf8: str, not_toml: str) -> tuple[str, dict[str, Any]]:
+def read_toml(
+    data: bytes, name: str, not_utf8: str, not_toml: str
+) -> tuple[str, dict[str, Any]]:
     """Return the text of a file and its values.
 
     Raises

@@ -292,8 +292,6 @@ def _released(truth: Truth, runs: Runs) -> Runs:
     time = motion.time_to_turn(
         top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
     )
-    for i in np.flatnonzero(~np.isfinite(time))[:1]:
-        raise InputError.named("simulated_turns_never", run=_run(runs, i))
     return replace(runs, time=time)
 
 

@@ -139,9 +139,9 @@ def outcome(table: Table) -> str:
     found = analyze_briefly(write(table))
     # Which of two runs is wrong is only asked where one is left out.
     if any(run.left_out for run in found.run_table):
-        found = analyze(write(table))
-    if any("either" in doubt.words for doubt in found.doubts):
-        return "doubted"
+        whole = analyze(write(table))
+        if any("either" in doubt.words for doubt in whole.doubts):
+            return "doubted"
     return (
         "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
     )

@@ -53,10 +53,11 @@ def analyze(
 ) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
     """Give the result and what is said of a log."""
     try:
-        answer = analyze_briefly(text, **given).to_dict()
+        answer = analyze_briefly(text, **given)
     except LogError as error:
         return None, [asdict(one) for one in error.diagnostics]
-    return answer["result"], answer["diagnostics"]
+    result = {"inertia": asdict(answer.inertia), "runs": answer.run_table}
+    return result, [asdict(one) for one in answer.diagnostics]
 
 
 def hint_of(text: str, code: str) -> str:

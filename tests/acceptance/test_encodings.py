@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from places import ROOT
+from places import ROOT, TESTS
 from processes import started
 from streams import LINES
 
@@ -59,7 +59,7 @@ def written(folder: Path) -> dict[str, list[tuple[str, str]]]:
         running = []
         for name, locale in LOCALES.items():
             (folder / name).mkdir()
-            line = [sys.executable, ROOT / "tests" / "streams.py", folder / name]
+            line = [sys.executable, TESTS / "support" / "streams.py", folder / name]
             running.append(
                 stack.enter_context(started(line, cwd=work, env=kept | locale))
             )

@@ -38,10 +38,10 @@ FLAGS_AT = {"sub": 3, "subn": 3, "split": 2}
 SIZES = 200, 2_000, 10_000
 """Numbers of characters. The longest texts are only tried if the time of the others
 grows faster than their length."""
-SUSPECT, TOO_MUCH = 15, 12
+SUSPECT, TOO_MUCH = 15, 15
 """Ratios of two times, for ten and then for five times as many characters; a square
 takes 100 and 25 times as long."""
-QUICK, NOTICED, ENDLESS = 0.001, 0.03, 0.5
+QUICK, NOTICED, ENDLESS = 0.001, 0.03, 2.0
 """Times [s] of the processor: not worth a look at 2,000 characters, and at 10,000; and
 given up."""
 PIECES = (

@@ -304,6 +304,7 @@ def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
         gyrodata.analyze(log, keep_flagged=True)
 
 
+@pytest.mark.slow
 def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy() -> None:
     # 4.5 turns were written of a weight that was timed for 5, and the fit blames
     # another weight.

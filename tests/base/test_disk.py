@@ -92,6 +92,7 @@ def test_a_second_gyro_in_a_folder_is_refused_with_g609(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
 
 
+@pytest.mark.slow
 @posix
 def test_a_long_or_strange_file_name_costs_no_student(tmp_path: Path) -> None:
     root, out = tmp_path / "class", tmp_path / "g"

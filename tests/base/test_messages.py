@@ -112,11 +112,13 @@ LOGS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("log", "said"), LOGS.values(), ids=LOGS)
 def test_a_seldom_log_gets_its_message(log: str, said: str) -> None:
     assert any(said in one.message for one in found_in(log)), found_in(log)
 
 
+@pytest.mark.slow
 def test_outliers_after_the_first_ones_are_counted() -> None:
     rows = [
         f"{mass}.00,15.00,{spin},{spin * 1.98 / mass * (1.5 if late else 1):.2f},1"

@@ -143,6 +143,7 @@ def test_data_go_into_a_file_whole_or_not_at_all(same_names: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_log_from_standard_input_has_the_name_given(same_names: Path) -> None:
     data, options = Path(LABS[0]).read_bytes(), ("--stdin-filename", LABS[1])
     assert (

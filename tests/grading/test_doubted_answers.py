@@ -174,6 +174,7 @@ def test_answer_that_may_be_hidden_is_a_question(
     assert "may be hidden" in looks or "two answers" in looks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", CUT)
 def test_part_that_is_not_read_is_a_question(
     part: str, students: dict[str, Any]

@@ -88,6 +88,7 @@ def test_copy_in_other_units_and_order_is_found(
     assert flag.p <= flag.expected <= ALLOWED
 
 
+@pytest.mark.slow
 def test_partners_are_not_flagged_but_a_third_who_copies(
     logs: dict[str, Student], prints: Prints
 ) -> None:

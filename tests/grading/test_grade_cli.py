@@ -114,6 +114,7 @@ def bytes_of(folder: Path) -> dict[str, bytes]:
     }
 
 
+@pytest.mark.slow
 def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     before = bytes_of(grades)
     (grades / ".gyro-lock").touch()  # of a run that was killed as it ended

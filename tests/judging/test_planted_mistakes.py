@@ -298,6 +298,7 @@ def test_banner_is_above_the_answer_and_no_run_is_praised() -> None:
     assert [doubt["kind"] for doubt in found["result"]["doubts"]] == ["ball"]
 
 
+@pytest.mark.slow
 def test_hanger_that_the_message_weighs_gives_the_answer() -> None:
     shown, _ = analysed(planted_log("18 a hanger of 5 g forgotten", ball=False))
     missing = float(re.search(r"a hanger of ([\d.]+) g", shown)[1])

@@ -123,6 +123,7 @@ def is_first(words: list[str], cause: str) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_a_good_log_is_not_asked() -> None:
     for seed, turns in enumerate((1 / 3, 2 / 3, 1.0) * 5):
         assert told(lab(turns, seed).text()) == []

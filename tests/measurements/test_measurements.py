@@ -196,6 +196,7 @@ def test_each_source_of_error_has_its_size(
     }
 
 
+@pytest.mark.slow
 def test_a_spin_read_once_is_read_late() -> None:
     # A spin-down shows the decay time: 100 s.
     down = budget(
@@ -250,6 +251,7 @@ def test_a_delay_that_is_stated_is_not_late_on_average() -> None:
         )
 
 
+@pytest.mark.slow
 def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time() -> (
     None
 ):

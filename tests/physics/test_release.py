@@ -124,6 +124,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("torque", "spin", "pitch"), CASES)
 def test_a_nutation_agrees_with_the_series(
     torque: float, spin: float, pitch: float
@@ -221,6 +222,7 @@ def test_published_bias_of_a_released_rod() -> None:
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pitch", "spin"), product([-50.0, 0.0, 25.0], [400 * RPM, -400 * RPM])
 )

@@ -91,6 +91,7 @@ def test_each_unit_of_the_file_is_tested() -> None:
     assert written == [f"{prefix}-" for prefix in PREFIXES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", UNITS)
 def test_each_spelling_of_a_unit_has_its_size(name: str) -> None:
     kind, size = UNITS[name]
@@ -152,6 +153,7 @@ def test_letter_or_word_in_front_of_a_spelling_is_no_prefix(text: str) -> None:
             parse_unit(text, kind)
 
 
+@pytest.mark.slow
 def test_product_of_two_units_has_the_product_of_their_sizes() -> None:
     names = [name for name, (kind, _) in UNITS.items() if kind in POWERS]
     tested = 0
@@ -236,6 +238,7 @@ print("ok")
 """
 
 
+@pytest.mark.slow
 def test_pint_is_loaded_with_the_first_unit_and_without_its_own_definitions() -> None:
     done = subprocess.run(
         [sys.executable, "-c", CODE], capture_output=True, text=True, check=False

@@ -170,6 +170,7 @@ def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
     ]  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> None:
     analysis = analyses["two odd runs"]
     assert [run.run for run in analysis.run_table if run.flagged] == ["5", "8"]

@@ -271,6 +271,7 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 # --- CSV ---
 
 
+@pytest.mark.slow
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=100)
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:

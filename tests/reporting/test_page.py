@@ -71,6 +71,7 @@ def test_headings_images_tables_and_identities(page: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_outside_or_from_the_log_as_code(page: str) -> None:
     for tag, attrs in Structure(page).tags:
         assert all(

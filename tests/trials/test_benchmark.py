@@ -61,6 +61,7 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
         assert min(point.error for point in panel.points[: len(MODELS)]) > 1e-5
 
 
+@pytest.mark.slow
 def test_each_integrator_has_the_order_that_it_is_known_for(done: Benchmark) -> None:
     one = {order.method: order for order in done.orders if order.turns == 1}
     assert {name: order.order for name, order in one.items()} == pytest.approx(
@@ -98,6 +99,7 @@ def test_only_the_recommended_fit_is_honest_in_all_labs(done: Benchmark) -> None
     assert honest == {"recommended fit"}
 
 
+@pytest.mark.slow
 def test_the_full_covariance_with_the_hand_s_bias_ties(done: Benchmark) -> None:
     (usual, full, mine), (_, wrong, right), _ = (
         [

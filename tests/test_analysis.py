@@ -62,6 +62,7 @@ def codes(analysis: gyrodata.Analysis) -> set[str]:
 
 
 class TestPublished:
+    @pytest.mark.slow
     def test_heidelberg(self) -> None:
         a = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
         assert published(a, "through_origin").inertia.value == pytest.approx(
@@ -81,6 +82,7 @@ class TestPublished:
         assert "G433" in codes(a)
         assert not any(run.flagged for run in a.run_table)
 
+    @pytest.mark.slow
     def test_salort_has_one_torque(self) -> None:
         a = gyrodata.analyze(SAMPLES / "salort_one_torque.csv")
         line = published(a, "with_constant")
@@ -92,6 +94,7 @@ class TestPublished:
         assert a.inertia.value == pytest.approx(0.00430, abs=1.5 * a.inertia.u)
         assert "G414" in codes(a)
 
+    @pytest.mark.slow
     def test_seven_arms(self) -> None:
         a = gyrodata.analyze(
             seven_arms().encode(),
@@ -103,6 +106,7 @@ class TestPublished:
         )
         assert [t.runs for t in a.torques] == [3] * 7
 
+    @pytest.mark.slow
     def test_decimal_commas(self) -> None:
         a = gyrodata.analyze(decimal_commas().encode(), settings={"spin": "392 Hz"})
         assert published(a, "through_origin").inertia.value == pytest.approx(
@@ -115,6 +119,7 @@ class TestPublished:
         )
 
 
+@pytest.mark.slow
 def test_the_sample_is_recovered() -> None:
     a = gyrodata.analyze(SAMPLES / "air_gyroscope.csv")
     assert abs(a.inertia.value - 4.44e-3) < 2 * a.inertia.u
@@ -184,6 +189,7 @@ def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
         assert "the runs of one weight agree, but the weights do not" in text
 
 
+@pytest.mark.slow
 def test_a_scatter_that_no_weight_can_show_is_not_said_to_be_in_u() -> None:
     # One run of each weight.
     table = draw(Bench(masses=(20, 30, 40, 50, 60), spins=(400,), hand=2.0), 4)
@@ -222,6 +228,7 @@ def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(
     assert CliRunner().invoke(app, ["check", "-"], input=wrong).exit_code == 1
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_hardly_known_is_no_reason_to_doubt_the_runs() -> None:
     log = write(draw(Bench(), 0, 0.4 * 4.302 * 0.0508**2), BALL).replace(
         ",15.0,", ",14.0,"
@@ -247,6 +254,7 @@ class TestHints:
         assert "G431" not in codes(mended)
         assert abs(mended.inertia.value - 4.44e-3) < 2 * mended.inertia.u
 
+    @pytest.mark.slow
     def test_a_ball_that_is_said_not_to_be_balanced_is_not_warned_of(self) -> None:
         silent = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
         assert "# balanced: no" in next(
@@ -262,6 +270,7 @@ class TestHints:
             silent.inertia.value - line.value
         )
 
+    @pytest.mark.slow
     def test_an_interval_that_holds_zero_is_no_measurement(self) -> None:
         log = explanations()["G435"].example
         with pytest.raises(
@@ -277,6 +286,7 @@ class TestHints:
         )
 
 
+@pytest.mark.slow
 def test_advice_is_computed_and_in_order_of_gain() -> None:
     advice = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv").advice
     gains = [float(line.split(" to ")[-1].removesuffix(" %")) for line in advice]

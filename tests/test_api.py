@@ -56,6 +56,7 @@ def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
     assert lab._repr_markdown_().startswith("# Gyroscope lab report")
 
 
+@pytest.mark.slow
 def test_a_result_is_text_and_a_number(lab: Analysis) -> None:
     assert f"{lab.inertia:.2u}" == "0.004420+/-0.000032 kg*m^2"
     assert f"{lab.inertia:.1uS}" == "0.00442(3) kg*m^2"
@@ -228,6 +229,7 @@ def test_page_describes_every_public_name_and_attribute() -> None:
     assert all(len(text) > 5 for _, _, text in section(Analysis, "Attributes"))
 
 
+@pytest.mark.slow
 def test_warnings_name_each_code_once_with_python_remedies() -> None:
     log = (
         b"mass [g],position [cm],spin [rpm],time [s],foo,bar\n20,15,200,19.6,1,2\n"

@@ -50,6 +50,7 @@ class TestCheck:
             "clean"
         ]
 
+    @pytest.mark.slow
     def test_reasons_are_numbers(self) -> None:
         told = found(
             HEAD
@@ -84,6 +85,7 @@ class TestCheck:
 
 
 class TestTemplate:
+    @pytest.mark.slow
     @pytest.mark.parametrize(("weights", "spins"), [(1, 1), (3, 2), (5, 4)])
     def test_each_weight_is_hung_at_each_spin_and_the_first_once_more(
         self, weights: int, spins: int

@@ -143,6 +143,7 @@ def test_every_key_of_a_log_is_explained(key: str) -> None:
     assert f" {key}" in explain(key.upper()).stdout.partition(":\n")[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "found"),
     [

@@ -46,6 +46,7 @@ def help_of(name: str) -> str:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("width", [60, 80])
 def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:

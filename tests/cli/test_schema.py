@@ -75,6 +75,7 @@ def test_analysis_that_keeps_what_is_flagged() -> None:
     check(document, schema.json_schema("analysis"))
 
 
+@pytest.mark.slow
 def test_selfcheck() -> None:
     check(
         json.loads(gyro("selfcheck", LOGS[0], "--labs", "5", "--format", "json")),

@@ -58,6 +58,7 @@ def latent_least_squares(measured: Measurements) -> tuple[float, float]:
     return solution.x[0] * 1e-3, math.sqrt(cov[0, 0]) * 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_agrees_with_least_squares_in_all_true_readings(seed: int) -> None:
     measured = lab(np.random.default_rng(seed), repeats=2, imbalance=2e-3, bias=0.04)
@@ -150,6 +151,7 @@ def test_the_mean_of_ratios_has_the_standard_error_of_a_mean(
         assert TEXTBOOK["mean_of_ratios"](x, y) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_budget_adds_up_to_u() -> None:
     result = gyrodata.analyze(write(draw(Bench(repeats=2), 2)).encode())
     assert math.fsum(share.share for share in result.budget) == pytest.approx(1)
@@ -261,6 +263,7 @@ def without(table: Table, run: int) -> gyrodata.Analysis:
     )
 
 
+@pytest.mark.slow
 def test_influence_is_what_leaving_the_run_out_does() -> None:
     table = draw(Bench(repeats=2), 12)
     whole = gyrodata.analyze(write(table).encode())

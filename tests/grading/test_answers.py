@@ -29,6 +29,7 @@ def test_answer_in_the_log_goes_before_one_beside_it() -> None:
     assert answers.diagnostics == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [*(f"# I_zz = {one}" for one in PROSE["values"]), *PROSE["below"]]
 )

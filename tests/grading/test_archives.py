@@ -119,6 +119,7 @@ def test_zip_that_is_not_safe_or_damaged_is_refused(
     assert told in refusal(tmp_path / "class.zip")
 
 
+@pytest.mark.slow
 def test_ten_gigabytes_of_zeros_are_not_read(tmp_path: Path) -> None:
     # 12 MB are enough of them: the zip says of itself that it has four thousand
     # million.

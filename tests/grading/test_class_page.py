@@ -173,6 +173,7 @@ def test_structure_is_sound_and_nothing_comes_from_outside(full: Lab) -> None:
     assert not re.search(r"https?://|url\(|@import", page)
 
 
+@pytest.mark.slow
 def test_names_and_reasons_stay_text(full: Lab) -> None:
     page = full.read("class.html")
     assert not any(bad in page for bad in ("<script>alert", "\u202e", " 49 "))
@@ -204,6 +205,7 @@ def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
     assert '<a href="../class/s1_1_1_report.pdf">' in full.read("class.html")
 
 
+@pytest.mark.slow
 def test_counts_of_full_and_of_no_points_are_those_of_the_marks(tmp_path: Path) -> None:
     logs = three_logs()
     logs["wrong"] = re.sub(

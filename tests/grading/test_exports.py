@@ -300,6 +300,7 @@ ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", WRONG)
 def test_gradescope_hides_the_right_value_from_a_wrong_report(
     kind: str, tmp_path: Path
@@ -383,6 +384,7 @@ def autograde(root: Path, files: dict[str, str], rubric: str = STATED) -> str:
     return (root / "results" / "results.json").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["no log at all", "\x00", None])
 def test_the_autograder_never_fails_for_what_is_submitted(
     content: str | None, tmp_path: Path

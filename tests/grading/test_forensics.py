@@ -141,6 +141,7 @@ def test_thousands_of_equal_logs_are_one_flag_in_little_memory(
     assert peak < 100e6
 
 
+@pytest.mark.slow
 def test_copies_are_joined_but_for_partners(
     logs: dict[str, Student], prints: Prints
 ) -> None:
@@ -210,6 +211,7 @@ def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> No
     )
 
 
+@pytest.mark.slow
 def test_chance_of_a_small_scatter_agrees_with_chi_square(prints: Prints) -> None:
     """Times worked out from the formula, as is, and with a scatter of few milliseconds:
     no hand does that.

@@ -84,6 +84,7 @@ def says(text: str) -> str:
     return ROWS.log(f"# reported_inertia: {text}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fit", FITS)
 def test_value_of_any_accepted_fit_earns_all_points(fit: str) -> None:
     found = grade(report(fit=fit))
@@ -237,6 +238,7 @@ def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
         assert points(found) == {**ALL, "inertia": pytest.approx(3, abs=1.2)}
 
 
+@pytest.mark.slow
 def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     found = grade(ROWS.log(reported_line(3.7e5 * VALUE, 3.7e5 * U)))
     assert points(found) == {**ALL, "inertia": 0, "uncertainty": 0}
@@ -365,6 +367,7 @@ def test_station_without_a_reference_waits_for_a_person() -> None:
     assert grade("# Station: Bench  A\n" + report(), elsewhere).points == 20
 
 
+@pytest.mark.slow
 def test_outsider_is_far_from_the_class_in_any_order() -> None:
     random = np.random.default_rng(1)
     labs = [sheet(random) for _ in range(8)]

@@ -170,6 +170,7 @@ def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something
         )
 
 
+@pytest.mark.slow
 def test_pages_of_a_student_who_left_the_class_are_moved(
     grades: Path, tmp_path: Path
 ) -> None:
@@ -192,6 +193,7 @@ def test_pages_of_a_student_who_left_the_class_are_moved(
     assert list(grades.glob("feedback/bakertom*")) == []
 
 
+@pytest.mark.slow
 def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) -> None:
     desk = (
         "student,what,value,by,why\n101,bonus,-1,TA,see my mail\n102,late,2,TA,a day\n"

@@ -489,6 +489,7 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     assert code not in done.stderr
 
 
+@pytest.mark.slow
 def test_built_in_rubric_is_given_by_its_name(home: Path) -> None:
     put({"r.toml": gyro("grade", "--print-rubric", "simple").stdout})
     assert (
@@ -530,6 +531,7 @@ def test_an_answer_beside_the_log() -> None:
         )
 
 
+@pytest.mark.slow
 def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     grade("class -o grades")
     journal = home / "grades" / "journal.ndjson"

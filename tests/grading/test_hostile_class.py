@@ -136,6 +136,7 @@ def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(
     assert "roebob_3_4_lab.zip" in rows["3"]["why_not_graded"]
 
 
+@pytest.mark.slow
 def test_the_log_that_a_person_corrected_is_graded_with_the_other_files(
     tmp_path: Path,
 ) -> None:

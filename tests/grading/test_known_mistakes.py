@@ -29,6 +29,7 @@ def kinds(analysis: Analysis, *values: float, step: float) -> list[str]:
     return [slip.kind for slips in found for slip in slips]
 
 
+@pytest.mark.slow
 def test_own_fits_agree_with_least_squares_by_numpy() -> None:
     own = {
         value.name: value for value in own_runs(analyzed(ROWS.log()), ACCEPTED).values

@@ -74,6 +74,7 @@ def test_newest_attempt_of_a_brightspace_download_is_graded(tmp_path: Path) -> N
     assert [note.code for note in found.diagnostics] == ["G708"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "row",
     [
@@ -153,6 +154,7 @@ def room(tmp_path: Path) -> Room:
     return Room(tmp_path)
 
 
+@pytest.mark.slow
 def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     rows = room.grade()
     assert [rows[key]["flags"] for key in ("p1", "p2", "p3")] == [""] * 3
@@ -377,6 +379,7 @@ def test_turns_that_are_not_stated_are_one_if_the_answer_agrees(
     )
 
 
+@pytest.mark.slow
 def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) -> None:
     book, out = openpyxl.Workbook(), io.BytesIO()
     for row in (
@@ -473,6 +476,7 @@ def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None
         ) == (None, [] if len(kept) == 2 else ["G301"])
 
 
+@pytest.mark.slow
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
     full = room.grade()["p1"]["total"]
     make_folder(room.out, {"mended.csv": a_log(5)})
@@ -513,6 +517,7 @@ def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
     ] == []
 
 
+@pytest.mark.slow
 def test_sheet_with_a_column_for_each_decision_is_read(room: Room) -> None:
     rows = room.grade("student;total;comment\nPatel, Dev;12,5;fine\np2;;\n")
     assert (rows["p1"]["total"], rows["p2"]["by_hand"]) == ("12.50", "")

@@ -479,6 +479,7 @@ def with_turns(factor: float) -> str:
     return with_columns(TITLES, lambda c: [*c[:4], f"{factor * Fraction(c[4]):.4f}"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.8547, 0.93, 1.17])
 def test_unusual_number_of_turns_is_a_question(factor: float) -> None:
     """Such a number makes a wrong answer agree with the runs."""
@@ -533,6 +534,7 @@ def test_refusal_is_not_switched_off() -> None:
     assert constancy[0] == constancy[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bench", "stated_u", "asks"),
     [
@@ -610,6 +612,7 @@ def renamed(log: str, remark: str) -> str:
     return "\n".join([remark, *rows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "remark",
     [
@@ -708,6 +711,7 @@ def test_fewer_digits_never_give_more_points(factor: float) -> None:
         assert one["points"] <= fine["points"]
 
 
+@pytest.mark.slow
 def test_zero_has_no_digits() -> None:
     for student in answered("0.00 ± 0.01", "0 ± 0.001", "0.0"):
         assert (points(student)["units"], points(student)["own_data"]) == (0, 0)
@@ -718,6 +722,7 @@ def test_rounded_answers_keep_all_points() -> None:
     assert points(student)["own_data"] == 6
 
 
+@pytest.mark.slow
 def test_mistake_without_a_name_costs_points_once() -> None:
     """The log is right, so that only the arithmetic costs points; a person is asked."""
     for student in answered(

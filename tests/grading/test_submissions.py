@@ -35,6 +35,7 @@ def stored(value: object) -> object:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "make"),
     [
@@ -78,6 +79,7 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
     assert (oldest.submitted, oldest.log_file) == ("2026-03-09T14:05:59", "lab.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("files", "log", "problem"),
     [

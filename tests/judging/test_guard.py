@@ -81,6 +81,7 @@ def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -
     )
 
 
+@pytest.mark.slow
 def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
     text = (CORPUS / "all-uncertainties-zero-one-run.csv").read_text()
     found = gyrodata.analyze(f"# motion: steady\n# u_spin_delay: 0 s\n{text}".encode())

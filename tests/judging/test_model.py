@@ -153,6 +153,7 @@ def test_a_silent_log_of_a_released_rod_is_fitted_as_released_if_it_matters(
     )
 
 
+@pytest.mark.slow
 def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin() -> (
     None
 ):

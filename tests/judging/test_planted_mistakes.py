@@ -289,6 +289,7 @@ def test_check_shows_every_doubt_of_analyze(name: str) -> None:
     assert done.exit_code == 1 or not doubts
 
 
+@pytest.mark.slow
 def test_banner_is_above_the_answer_and_no_run_is_praised() -> None:
     shown, found = analysed(planted_log("08 rpm under Hz", ball=True))
     order = ("Do not rely on this answer", "I_zz = (", "agree with one straight line")

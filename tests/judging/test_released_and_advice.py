@@ -84,6 +84,7 @@ class TestReleased:
                 )
                 assert off(released(f"{rpm},{2 * rpm},{3 * rpm}", seed)) < 3
 
+    @pytest.mark.slow
     def test_tachometer_line_of_the_hint_is_answered(self) -> None:
         head, *rows = [
             line.split(",")
@@ -137,6 +138,7 @@ class TestReleased:
         )
         assert off(log) < 3
 
+    @pytest.mark.slow
     def test_rod_up_that_cannot_precess_steadily_is_named(self) -> None:
         for seed in range(1, 5):
             assert (
@@ -334,6 +336,7 @@ class TestTemplate:
         assert (found.ball is not None) == bool(lines)
         assert "complete" in gyro("check", "-", stdin=log).stdout
 
+    @pytest.mark.slow
     def test_it_asks_for_the_ball_and_its_example_row_is_read(self) -> None:
         text = gyro("template").stdout
         assert {

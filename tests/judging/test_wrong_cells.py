@@ -125,6 +125,7 @@ def test_the_cell_that_is_wrong_is_named_in_its_own_way(text: str, words: str) -
     assert all(words in reason for reason in reasons)
 
 
+@pytest.mark.slow
 def test_check_says_the_same_of_an_odd_run() -> None:
     shown = (
         CliRunner().invoke(app, ["check", "-"], input=log((5, "time", "130.9"))).output

@@ -338,6 +338,7 @@ def test_equal_values_share_their_error(second: str, source: str, shared: bool) 
     assert share == pytest.approx(0.01, rel=1e-3) if shared else share < 0.008
 
 
+@pytest.mark.slow
 def test_report_says_where_an_uncertainty_is_from() -> None:
     told = result(
         "# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33")
@@ -657,6 +658,7 @@ def test_digits_that_decide_u_are_named_with_u_before_and_after() -> None:
         assert 100 * (after.inertia.relative_u or 0) == pytest.approx(then, rel=0.25)
 
 
+@pytest.mark.slow
 def test_torque_is_used_if_a_mass_has_no_position() -> None:
     rows = "10.1,0.0161,703,119.9,1\n20.0,0.0318,500,43.13,1\n50.3,0.0799,605,20.6,1\n"
     lab = gyrodata.analyze(

@@ -17,6 +17,7 @@ ITHACA = math.radians(42.5)
 QUARTER = physics.SIDEREAL_DAY / 4
 
 
+@pytest.mark.slow
 @given(
     st.floats(-1.5, 1.5), st.floats(0, 6.28), st.floats(-1.5, 1.5), st.floats(0, 1e5)
 )

@@ -250,6 +250,7 @@ def test_any_rod_has_numbers_or_a_reason(
         assert all(name in found["reason"] for name in lacking)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spin", [200, -200])
 @pytest.mark.parametrize("way", ["turn_left", "right_end_up"])
 def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:

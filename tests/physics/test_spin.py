@@ -43,6 +43,7 @@ def integral(start: float, end: float, exponent: float) -> float:
     return math.copysign(float(1 / inverse), start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", EXPONENTS)
 @pytest.mark.parametrize(("start", "end"), ENDS)
 def test_harmonic_mean_is_the_integral(

@@ -27,6 +27,7 @@ def energy(top: Top, state: State) -> float:
     return float(kinetic / 2 + top.torque * state.axis[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "order", "steps"), [("strang", 2, 200), ("aba84", 4, 100)]
 )
@@ -45,6 +46,7 @@ def test_a_weak_torque_brings_out_the_eighth_order() -> None:
     assert np.log2(far(weak, 12, "aba84") / far(weak, 24, "aba84")) > 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> None:
     state = released(TOP, 200 * np.pi / 30, 0.3)

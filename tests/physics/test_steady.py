@@ -41,6 +41,7 @@ sizes = st.floats(-3, 3).map(lambda x: 10.0**x)
 signs = st.sampled_from([1.0, -1.0])
 
 
+@pytest.mark.slow
 @given(sizes, sizes, sizes, signs, signs, st.floats(-1.5, 1.5))
 def test_any_top_to_what_its_condition_allows(
     scale: float, shape: float, load: float, side: float, sense: float, pitch: float

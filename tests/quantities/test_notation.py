@@ -89,6 +89,7 @@ def test_quantity_is_the_same_wherever_it_is_written(
         assert spread == (u and pytest.approx(u, rel=1e-12))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -124,6 +124,7 @@ def test_mega_is_not_read_as_milli(text: str) -> None:
     assert kinds_of(text) == frozenset()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prefix", PREFIXES)
 def test_prefix_in_words_stands_before_an_english_word(prefix: str) -> None:
     words = {name: words[0] for name, words in LINES.items() if words[0] != "_"}

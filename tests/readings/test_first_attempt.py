@@ -360,6 +360,7 @@ WITHOUT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "missing"),
     [

@@ -337,6 +337,7 @@ def test_digit_of_another_alphabet_is_corrected_as_the_hint_says() -> None:
     assert "did you mean 40.3?" in hint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["x/cm from centre", "r / cm from the centre", "distance / cm (from centre)"],
@@ -345,6 +346,7 @@ def test_words_may_follow_the_unit_of_a_header(name: str) -> None:
     assert gives_truth(GOOD.replace("position [cm]", name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "title", ["tid for en omdreining i s", "Zeit für einen Umlauf in s"]
 )
@@ -422,6 +424,7 @@ def test_note_about_a_factor_makes_an_answer_unsafe(note: str) -> None:
     assert doubts_of(f"{GOOD}\n{note}\n") == ["note"]
 
 
+@pytest.mark.slow
 def test_angles_in_a_column_of_turns_are_asked_about_and_mended_in_both_ways() -> None:
     text = log(HEAD, lambda m, s, t: f"{m},14.8,{s},{t / 3:.2f},120")
     hint = hint_of(text, "G215")

@@ -58,6 +58,7 @@ def test_it_is_read_as_it_is_meant(case: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CELLS["asked"], ids=lambda case: case["says"])
 def test_what_may_mean_two_things_is_asked_about(case: dict[str, str]) -> None:
     told = read_log(log(case["log"])).diagnostics

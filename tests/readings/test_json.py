@@ -69,6 +69,7 @@ EXACT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", EXACT.values(), ids=list(EXACT))
 def test_json_gives_the_same_answer_as_csv(text: str) -> None:
     expected, inertia = (
@@ -78,6 +79,7 @@ def test_json_gives_the_same_answer_as_csv(text: str) -> None:
     assert (inertia.value, inertia.u) == (expected.value, expected.u)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "orient", ["list", "dict", "records", "index of pandas", "table"]
 )

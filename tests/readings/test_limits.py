@@ -263,6 +263,7 @@ def test_file_over_a_limit_is_refused_in_words(
     assert not re.search("Traceback|G901", said)
 
 
+@pytest.mark.slow
 def test_blank_cells_that_are_repeated_are_free() -> None:
     blank = ods_row(ods_cell("", 16_384), 1_048_000) + ods_row(ods_cell("", 1024))
     readings = read_log(ods_log(blank))

@@ -111,6 +111,7 @@ class TestGravity:
 
 
 class TestColons:
+    @pytest.mark.slow
     def test_a_colon_below_seconds_is_asked_about(self) -> None:
         value, told = answer(written(rows=timed()))
         assert math.isnan(value)
@@ -218,6 +219,7 @@ class TestFloats:
 
 
 class TestIdenticalRows:
+    @pytest.mark.slow
     def test_a_copied_row_is_named_and_deleted(self) -> None:
         value, told = answer(written(rows=[*ROWS, ROWS[4]]), "G408")
         assert "warning G408: lines 7 and 12 are identical" in told

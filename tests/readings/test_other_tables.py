@@ -84,6 +84,7 @@ def test_file_without_a_table_is_refused(data: bytes, said: str) -> None:
         gyrodata.analyze(data)
 
 
+@pytest.mark.slow
 def test_wrong_cell_of_an_opendocument_sheet_is_named() -> None:
     rows = [HEAD, ["20.1", "15.0", "2I2", "6.95", "1/3"], *RUNS[1:]]
     with pytest.raises(gyrodata.LogError) as refused:

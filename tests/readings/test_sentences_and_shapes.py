@@ -748,6 +748,7 @@ HINTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", HINTS)
 def test_hint_about_one_wrong_row_leads_to_the_answer(case: str) -> None:
     wrong, hint, right = HINTS[case]
@@ -798,6 +799,7 @@ def test_period_of_one_turn_is_asked_about_if_a_note_counts_more(note: str) -> N
     ) == (OTHER_TURNS[note], [] if OTHER_TURNS[note] else ["G207"])
 
 
+@pytest.mark.slow
 def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
     log = (
         HEAD
@@ -818,6 +820,7 @@ def test_column_that_was_taken_as_the_number_of_the_run_can_be_named_by_map() ->
     )
 
 
+@pytest.mark.slow
 def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     log = HEAD.replace("r (cm)", "hole no.") + runs("{m};1;{s};{t};1\n")
     assert 'such as "# hole no. 1: 9.0 cm"' in str(read_log(log).diagnostics)
@@ -923,6 +926,7 @@ def test_rounding_of_a_position_is_printed_as_it_was_typed() -> None:
     assert [hint for hint in hints if "such as 10.0" in hint] == hints != []
 
 
+@pytest.mark.slow
 def test_warning_about_a_run_marks_the_cell_that_may_be_wrong() -> None:
     log = HEAD + runs(ROW).replace(
         f"40.3;14.8;407;{t('40.3', 407)}", f"40.3;148;407;{t('40.3', 407)}"
@@ -1078,6 +1082,7 @@ def test_times_of_a_running_stopwatch_are_asked_about() -> None:
     assert is_right("# turns: 3\n" + last + rows)
 
 
+@pytest.mark.slow
 def test_header_with_other_delimiters_than_the_rows_is_split() -> None:
     rows = runs("{m}  14.8  {s}  {t}  1\n")
     assert is_right("mass [g], position [cm], spin [rpm], time [s], turns\n" + rows)
@@ -1113,6 +1118,7 @@ def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
     assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["rpm1;rpm2", "spin1 (rpm);spin2 (rpm)"])
 def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
     rows = "".join(

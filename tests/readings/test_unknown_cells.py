@@ -211,6 +211,7 @@ def test_impossible_number_of_turns_is_no_fault_of_the_tool(count: str) -> None:
             assert all(value and 0 < value < 100 for value in turns.values), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", IMPOSSIBLE)
 @pytest.mark.parametrize("words", ["time for {} turns", "Zeit für {} Umdrehungen"])
 def test_line_with_an_impossible_number_of_turns_is_an_error_with_its_line(
@@ -247,6 +248,7 @@ def power(number: str, form: str) -> str:
     return forms[form]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["E+", "e", "e+", "comma", "E0", "blank"])
 def test_powers_of_ten_are_numbers_in_every_column(form: str) -> None:
     rows = [

@@ -76,6 +76,7 @@ def test_a_note_of_other_turns_than_one_is_asked_for(top: str, turns: float) -> 
     assert "G207" in {one.code for one in caught.value.diagnostics}
 
 
+@pytest.mark.slow
 def test_a_legend_states_the_periods() -> None:
     found = gyrodata.analyze(log("T: time of 5 periods", turns=5).encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -135,6 +136,7 @@ def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_footnote_states_the_origin() -> None:
     text = log(
         "", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE
@@ -230,6 +232,7 @@ def test_a_column_that_does_not_change_the_mass_is_no_doubt(
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_mass_of_all_weights_beside_their_number_is_no_doubt() -> None:
     head, *rows = log("").splitlines()
     rows = [f"{round(float(row.partition(';')[0]) / 20)};{row}" for row in rows]

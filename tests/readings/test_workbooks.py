@@ -298,6 +298,7 @@ def shared(table: Rows, value: str) -> bytes:
     return xlsx(table, cell=cell)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["", "<v></v>", "<v/>", "<v>0</v>"])
 def test_shared_formula_without_values_is_an_error(value: str) -> None:
     data = shared(rows(lambda row: 14.5 if row == 2 else Written("=B2+0.3")), value)
@@ -321,6 +322,7 @@ def test_line_with_a_formula_without_a_value_is_an_error() -> None:
     assert "Sheet!B7: G110" in refusal(xlsx(rows(lambda row: 14.8) + below))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "write",
     [xlsx, ods, lambda table: shared(table, "<v>14.8</v>")],
@@ -342,6 +344,7 @@ LEGITIMATE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formula", LEGITIMATE.values(), ids=list(LEGITIMATE))
 @pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
 def test_zeros_among_other_results_are_read(

@@ -168,6 +168,7 @@ def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
 # --- LaTeX ---
 
 
+@pytest.mark.slow
 def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
     written = {
         "Łódź façade, Пётр 中": "Łódź façade, Пётр 中",
@@ -357,6 +358,7 @@ def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
         assert most == 12 or command[0] in ("check", "grade"), command
 
 
+@pytest.mark.slow
 def test_objects_have_all_digits_and_their_json_is_rounded() -> None:
     lab = analyze(SAMPLE)
     told = lab.to_dict()["result"]

@@ -194,6 +194,7 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     assert runs.time[0] == pytest.approx(float(expected), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_three_spin_readings_find_any_law_of_decay() -> None:
     """Dry friction: the spin falls evenly by 30 %, so that a run takes 2π I_zz ψ̇ 0.3 /
     (M ln(1/0.7)).
@@ -257,6 +258,7 @@ def test_errors_have_the_stated_size_and_are_shared(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [EXACT, TYPICAL], ids=["exact", "typical"])
 @pytest.mark.parametrize("scene", ["both, tilted", "without a weight"])
 def test_a_simulated_log_is_canonical_and_states_its_noise(
@@ -269,6 +271,7 @@ def test_a_simulated_log_is_canonical_and_states_its_noise(
     assert again.uncertainties == done.noise
 
 
+@pytest.mark.slow
 def test_the_default_log_raises_no_diagnostic_and_same_bytes() -> None:
     log = gyro("simulate").stdout
     analysis = found(log)

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from documents import ROOT
+from places import ACCEPTANCE, ROOT
 
 from gates.__main__ import GATES
 from gates.stored import agree, compare
@@ -41,7 +41,7 @@ def test_texts_agree_if_words_and_seven_digits_do() -> None:
 
 
 def test_fuzz_command_tries_logs() -> None:
-    line = [sys.executable, str(ROOT / "tests" / "fuzz"), "--count", "3", "--seed", "1"]
+    line = [sys.executable, str(ACCEPTANCE / "fuzz"), "--count", "3", "--seed", "1"]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.returncode, "3 analysis answered" in done.stdout) == (0, True), (
         done.stdout + done.stderr

@@ -24,6 +24,9 @@ from gyrodata.trials.benchmark.estimators import (
 )
 from gyrodata.trials.benchmark.motions import METHODS, MODELS
 
+# All tests use the same benchmark, which takes more than a moment.
+pytestmark = pytest.mark.slow
+
 TINY = Effort(motion_labs=4, turns=16, evaluations=8_000, labs=40, repeats=1)
 CHARTS = ("motion", "motion_order", "estimators", "failures")
 
@@ -41,7 +44,6 @@ def done() -> Benchmark:
     return run_benchmark(TINY, ticking(), progress=lambda _: None, machine="a machine")
 
 
-@pytest.mark.slow
 def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> None:
     good = {
         panel.scene.name: next(
@@ -61,7 +63,6 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
         assert min(point.error for point in panel.points[: len(MODELS)]) > 1e-5
 
 
-@pytest.mark.slow
 def test_each_integrator_has_the_order_that_it_is_known_for(done: Benchmark) -> None:
     one = {order.method: order for order in done.orders if order.turns == 1}
     assert {name: order.order for name, order in one.items()} == pytest.approx(
@@ -99,7 +100,6 @@ def test_only_the_recommended_fit_is_honest_in_all_labs(done: Benchmark) -> None
     assert honest == {"recommended fit"}
 
 
-@pytest.mark.slow
 def test_the_full_covariance_with_the_hand_s_bias_ties(done: Benchmark) -> None:
     (usual, full, mine), (_, wrong, right), _ = (
         [
@@ -144,7 +144,6 @@ def test_each_failure_has_a_solution(done: Benchmark) -> None:
             assert one.wrong < 0.85 <= one.right, one.case
 
 
-@pytest.mark.slow
 def test_the_command_writes_every_chart_and_the_reading(
     done: Benchmark, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,7 +19,7 @@ from msgspec.structs import asdict
 
 from gyrodata.base.errors import Diagnostic, DiagnosticJson
 from gyrodata.base.tool import Tool
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
+from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.judging.changes import Effect, Lab, Sensitivity
 from gyrodata.judging.tables import (
     Ball,
@@ -32,6 +32,7 @@ from gyrodata.judging.tables import (
     Torque,
 )
 from gyrodata.measurements import Measurements
+from gyrodata.physics.models import AUTO, Model, Motion
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Options(Struct, frozen=True):
     """Headers of roles that were given in addition to the log."""
     config: str | None = None
     """Name of the TOML file with constants and headers, without its folder."""
-    model: Model = "auto"
+    model: Model = AUTO
     keep_flagged: bool = False
     worksheet: bool = False
     """Whether the report asks questions instead of giving conclusions."""
@@ -167,8 +168,8 @@ class Analysis(Struct, frozen=True, eq=False):
     fit : FitResult
         The recommended fit: adjusted times, residuals, covariance and posterior
         distribution.
-    model : ChosenModel
-        The model that was fitted to the runs, with the reason.
+    model : Motion
+        How the rods moved: the models that were fitted to the runs.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     inertia : Result
@@ -223,7 +224,7 @@ class Analysis(Struct, frozen=True, eq=False):
     readings: Readings
     measurements: Measurements
     fit: FitResult
-    model: ChosenModel
+    model: Motion
     outliers: tuple[Outlier, ...]
     inertia: Result
     residual_torque: Result
@@ -257,6 +258,7 @@ class Analysis(Struct, frozen=True, eq=False):
             self.model,
             left_out,
             self.effects,
+            self.options.model != AUTO,
         )
 
     @property
@@ -455,7 +457,7 @@ class AnalysisResult(Struct, eq=False):
     """I_zz if one reading, setting or assumption were different."""
     constants: Mapping[str, float]
     """By name: g, and the mass and diameter of the ball if the log gives them."""
-    model: Literal["horizontal", "steady", "released"]
+    model: str
     effects: tuple[Effect, ...]
     """The size of every approximation in this log."""
     power_law: tuple[PowerLaw, ...]

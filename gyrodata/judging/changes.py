@@ -24,7 +24,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, physics
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Widths
+from gyrodata.fitting import Estimate, FitResult, Widths
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import (
     SOURCES,
@@ -34,6 +34,8 @@ from gyrodata.measurements import (
     select,
     total_spin_excess,
 )
+from gyrodata.physics import Floats, models
+from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
 from gyrodata.readings import Readings
 
 WATCHED = 180.0
@@ -45,10 +47,6 @@ at 400 rpm."""
 
 LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
-
-LEVEL_TO = math.radians(2.0)
-"""How far from level [rad] a rod may be if nobody measured it: the default standard
-uncertainty of a pitch."""
 
 MOST_WEIGHTS = 12
 """With more torques than this, none is left out."""
@@ -65,10 +63,13 @@ class Lab(Struct, frozen=True):
     measured: Measurements
     """Its n runs, as they were fitted."""
     fit: FitResult
-    chosen: ChosenModel
+    chosen: Motion
+    """How the rods moved, according to this fit."""
     left_out: tuple[int, ...] = ()
     effects: tuple[Effect, ...] = ()
     """Effects whose sizes in this fit are known."""
+    asked: bool = False
+    """True if the user chose the model."""
 
     def change(
         self,
@@ -94,7 +95,7 @@ class Change(Struct, frozen=True):
     """What is different, for users; of an effect, why it is kept or dropped."""
     measured: Measurements | None
     """None: there is nothing to fit."""
-    chosen: ChosenModel
+    chosen: Motion
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
@@ -108,6 +109,8 @@ class Change(Struct, frozen=True):
     """Of an effect: whether its size decides if it is kept."""
     in_u: bool = False
     """Of an effect: whether u of I_zz contains the doubt about it."""
+    model: MotionModel | None = None
+    """Of an effect of the motion: the model that takes it into account."""
 
 
 # --- effects: each simplification ---
@@ -118,13 +121,16 @@ EFFECTS = {
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
     "spin_delay": "spin read late",
-    "tilt": "tilted rod, eq. (9) for eq. (8)",
     "tachometer": "tilted rod, total spin taken for ψ̇",
-    "release": "nutation after letting go",
-    "earth": "the Earth's rotation",
 }
-"""The simplifications by their name in the JSON, in words, in the order of the table.
-"""
+"""The simplifications that do not belong to a model of motion, by their name in the
+JSON, in words."""
+
+
+def effect_words(name: str) -> str:
+    """Return an effect for users, by its name in the JSON."""
+    model = models.of_effects().get(name)
+    return EFFECTS.get(name, name) if model is None else model.effect_words
 
 
 def _effects(lab: Lab) -> Iterator[Change]:
@@ -233,71 +239,45 @@ def _delay_of_spin(lab: Lab) -> Change:
 
 
 def _effects_of_motion(lab: Lab) -> Iterator[Change]:
-    """List the effects of a tilted rod, of its release and of the turning Earth.
+    """List the effects of the models of motion.
 
-    Each effect is in the model once, and is left out once.
+    Each effect is in the model of the log once, and is left out once.
     """
-    measured, chosen = lab.measured, lab.chosen
-    as_asked, tilted = ", as asked" if chosen.asked else "", chosen.tilted
-    other = replace(chosen, tilted=not tilted)
-    if measured.pitch.any():
-        words = f"{'eq. (8)' if tilted else 'eq. (9)'} is used{as_asked}"
-        yield lab.change("tilt", words, kept=tilted, without=tilted, chosen=other)
-        if measured.tachometer is None:
-            words = (
-                'it follows the rod; this is for one that stands still ("# tachometer: '
-                'still" in the log)'
-            )
-            spin = measured.spin - total_spin_excess(
-                lab.fit.sense, measured.turns, measured.time, measured.pitch
-            )
-            yield lab.change("tachometer", words, {"spin": spin}, without=False)
-    else:
-        words, pitch = (
-            "no pitch in the log; this is for 2° off level",
-            np.full(len(measured.runs), LEVEL_TO),
+    for model in models.of_effects().values():
+        yield _effect_of_model(lab, model)
+        if model.tilted:
+            yield from _total_spin_read(lab)
+
+
+def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
+    """Leave out the effect of a model of motion, or add it to a log without it."""
+    runs = fitting.timed_runs(lab.measured)
+    supposed, used = model.supposed(runs), lab.chosen.of_effect(model.effect)
+    as_asked = ", as asked" if lab.asked else ""
+    if used is None or supposed:
+        words = model.reason(runs, False, as_asked)
+        other = lab.chosen.including(model)
+        return lab.change(
+            model.effect, words, supposed, without=False, chosen=other, model=model
         )
-        yield lab.change("tilt", words, {"pitch": pitch}, without=False, chosen=other)
-    released, told = chosen.released, measured.motion
-    if told == "steady":
-        words = "steady, as the log says; this is for a rod released from rest"
-    elif told is None and released and not chosen.asked:
-        words = (
-            "a release with a light push is assumed, because the log does not say how "
-            "the rod was started"
-        )
-    elif told is None and not released:
-        words = (
-            'assumed steady; this is for a rod released from rest ("# motion: '
-            'released" in the log)'
-        )
-    else:
-        words = (
-            "the mean rate of a rod released from rest is used"
-            if released
-            else "assumed steady"
-        ) + as_asked
-    motion, other = (
-        {} if released else {"motion": "released"},
-        replace(chosen, released=not released),
+    words = used.reason(runs, True, as_asked)
+    other = lab.chosen.without(model.effect)
+    return lab.change(model.effect, words, kept=True, chosen=other, model=used)
+
+
+def _total_spin_read(lab: Lab) -> Iterator[Change]:
+    """Suppose that the tachometer of a tilted rod stands still, and reads the total spin."""
+    measured = lab.measured
+    if not measured.pitch.any() or measured.tachometer is not None:
+        return
+    words = (
+        'it follows the rod; this is for one that stands still ("# tachometer: '
+        'still" in the log)'
     )
-    yield lab.change(
-        "release", words, motion, kept=released, without=released, chosen=other
+    spin = measured.spin - total_spin_excess(
+        lab.fit.sense, measured.turns, measured.time, measured.pitch
     )
-    earth, other = chosen.earth, replace(chosen, earth=not chosen.earth)
-    if fitting.earth_is_told(measured):
-        words = (
-            "the angles are counted against the stars"
-            if earth
-            else "at the log's latitude"
-        )
-    else:
-        words = (
-            "at most, at a pole"
-            if measured.latitude is None
-            else "at the log's latitude, its sign unknown"
-        )
-    yield lab.change("earth", words, kept=earth, without=earth, chosen=other)
+    yield lab.change("tachometer", words, {"spin": spin}, without=False)
 
 
 # --- sensitivity: what the answer depends on ---
@@ -564,7 +544,8 @@ def _sample(lab: Lab) -> Lab:
         return lab
     # Without a posterior the sizes are those at the widths of this fit, however large
     # they are.
-    return Lab(None, measured, replace(fit, posterior=None), lab.chosen)
+    without_posterior = replace(fit, posterior=None)
+    return Lab(None, measured, without_posterior, lab.chosen, asked=lab.asked)
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
@@ -572,11 +553,8 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
     If `names` are given, only the simplifications with these names are listed.
     """
-    u, effects, told = (
-        fitting.relative_u(lab.fit.inertia),
-        [],
-        fitting.earth_is_told(lab.measured),
-    )
+    u, effects = fitting.relative_u(lab.fit.inertia), []
+    runs = fitting.timed_runs(lab.measured)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
     known = {one.effect: one for one in lab.effects}
@@ -586,8 +564,9 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         if change.name in known:
             effects.append(known[change.name])
             continue
-        bias = _bias(lab, change)
-        if change.name == "earth" and bias is not None and not told:
+        bias, model = _bias(lab, change), change.model
+        if bias is not None and model and model.always and not model.is_stated(runs):
+            # Nobody knows its sign.
             bias = abs(bias)
         size, reason = None if bias is None or not u else abs(bias) / u, change.words
         if change.sized and bias is None:
@@ -595,7 +574,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         elif change.sized and size is not None:
             verdict = ", small enough"
             if change.kept:
-                is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                is_seen = size < DROP_ONE and _has_formula(lab, model)
                 verdict = "; kept because the single runs show it" if is_seen else ""
             elif size >= DROP_ONE:
                 verdict = (
@@ -613,24 +592,38 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     return tuple(effects)
 
 
-def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
-    """Return whether a release may change I_zz by `least` standard uncertainties.
+def _has_formula(lab: Lab, model: MotionModel | None) -> bool:
+    """Return whether a model of motion tells the bias of each run alone."""
+    return model is not None and _biases(lab, model) is not None
+
+
+def _biases(lab: Lab, model: MotionModel) -> Floats | None:
+    """Compute the relative bias of I_zz of each run alone without a model [1]."""
+    top = fitting.top_of(lab.measured, lab.fit)
+    return model.biases(top, fitting.timed_runs(lab.measured))
+
+
+def may_matter(lab: Lab, model: MotionModel, least: float = 0.7 * DROP_ONE) -> bool:
+    """Return whether a model may change I_zz by `least` standard uncertainties.
 
     If this is true, only a fit can show how large the change is.
     """
-    measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
-    if measured.pitch.any() or lab.chosen.released or not u:
+    u, biases = fitting.relative_u(lab.fit.inertia), _biases(lab, model)
+    is_used = lab.chosen.of_effect(model.effect) is not None
+    # The formulas are those of a level rod.
+    if biases is None or lab.measured.pitch.any() or is_used or not u:
         return True
-    total, across = (
-        measured.torque + fit.residual_torque.value,
-        fitting.transverse_inertia(measured),
-    )
-    biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    # Runs that scatter more than stated may do so because of the release, which then
+    # Runs that scatter more than stated may do so because of the motion, which then
     # widens u.
-    return (
-        not abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u < least
-    )
+    widened = max(1.0, lab.fit.widths.scatter)
+    return not abs(float(lab.fit.response @ biases)) * widened / u < least
+
+
+def assumed_effects(lab: Lab) -> tuple[str, ...]:
+    """Return the effects that may matter, and about which the log is silent."""
+    runs = fitting.timed_runs(lab.measured)
+    silent = [model for model in MODELS if model.is_assumed(runs)]
+    return tuple([model.effect for model in silent if may_matter(lab, model)])
 
 
 # --- answers ---
@@ -664,25 +657,9 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
     if len(lab.measured.runs) > MOST_RUNS:
         return []
-    answer, found, limit = lab.fit.inertia, [], DROP_ONE / FAR_FROM_LIMIT
+    answer, found = lab.fit.inertia, []
     # Then all changes need the model of the log itself.
-    is_clear = not (
-        lab.chosen.tilted
-        or lab.measured.pitch.any()
-        or fitting.earth_is_told(lab.measured)
-    )
-    if is_clear and lab.measured.motion != "steady":
-        release = next(
-            (one.size for one in lab.effects if one.effect == "release"), None
-        )
-        small = (
-            not release_may_matter(lab, limit) if release is None else release < limit
-        )
-        is_clear = (
-            (release or 0.0) > FAR_FROM_LIMIT * DROP_ONE
-            if lab.chosen.released
-            else small
-        )
+    is_clear = _is_far_from_limit(lab)
     for change in CHANGES[table](lab):
         measured, chosen, inertia, whole = (
             change.measured or lab.measured,
@@ -691,10 +668,10 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
             None,
         )
         if not (
-            chosen.asked
+            lab.asked
             or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))
         ):
-            chosen, whole = choose_model(measured, "auto")
+            chosen, whole = choose_model(measured)
         with suppress(fitting.NoFit):
             if whole is None or change.left_out or change.widths:
                 _, fit = fitting.fit_model(
@@ -714,94 +691,112 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     return found
 
 
+def _is_far_from_limit(lab: Lab) -> bool:
+    """Return whether each changed log certainly needs the model of the log itself."""
+    runs = fitting.timed_runs(lab.measured)
+    stated = [model for model in MODELS if model.is_stated(runs)]
+    assumed = [model for model in MODELS if model.is_assumed(runs)]
+    if any(not model.sags for model in stated) or lab.chosen.tilted:
+        return False
+    sizes = {effect.effect: effect.size for effect in lab.effects}
+    for model in (*stated, *assumed):
+        size = sizes.get(model.effect)
+        if lab.chosen.of_effect(model.effect):
+            if not (size or 0.0) > FAR_FROM_LIMIT * DROP_ONE:
+                return False
+        elif size is None:
+            if may_matter(lab, model, DROP_ONE / FAR_FROM_LIMIT):
+                return False
+        elif size >= DROP_ONE / FAR_FROM_LIMIT:
+            return False
+    return True
+
+
 # --- the model of a log ---
 
-STEEP, FALLEN = math.radians(45), math.radians(52)
-"""A released rod that sags by more than the first angle hits the cup of the ball. No
-answer is given from the second angle on: without a fit the sag is known to some degrees
-only."""
-
-
-ALWAYS_OUT = ("decay_law", "earth")
-"""Effects that are left out if the log lacks the readings for them, and that count
-towards the sum."""
+NEVER_MODELLED = "decay_law"
+"""An effect that is always left out, and that counts towards the sum."""
 
 
 def choose_model(
-    measured: Measurements, model: Model
-) -> tuple[ChosenModel, Lab | None]:
-    """Choose the requested model, or the simplest model that is good enough for a log.
+    measured: Measurements, model: str = AUTO
+) -> tuple[Motion, Lab | None]:
+    """Choose the requested model, or the simplest models that are good enough for a log.
 
-    The sizes of the effects determine which model is good enough.
+    The sizes of the effects determine which models are good enough.
 
-    If the log does not say how the rod was started, a release from rest is assumed if
-    it matters. The second value contains the fit of all runs with this model and its
-    effects, if the choice needed them.
+    If the log does not say how the rod was started, the model for a silent log is
+    assumed if it matters. The second value contains the fit of all runs with the chosen
+    model and its effects, if the choice needed them.
     """
-    tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
-    if model != "auto":
-        tilted = model == "steady" or (model == "released" and tilts)
-        return ChosenModel(tilted, released=model == "released", asked=True), None
-    simplest = ChosenModel(tilted=False, released=False, asked=False)
-    fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
-    if simplest == fullest and measured.motion == "steady":
-        return simplest, None
+    runs = fitting.timed_runs(measured)
+    known = models.known(model, runs)
+    if model != AUTO:
+        return known, None
+    stated = known.models
+    assumed = [one for one in MODELS if one.is_assumed(runs)]
+    if not stated and not assumed:
+        return Motion(), None
     try:
-        runs, fit = fitting.fit_model(
-            measured,
-            simplest,
-            widths=None if measured.motion is None else fitting.AS_STATED,
-        )
-        lab = Lab(None, runs, fit, simplest)
+        lab = _simplest_lab(measured, None if assumed else fitting.AS_STATED)
+        assumed = [one for one in assumed if _may_have_happened(lab, one)]
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return fullest, None
-    whole = None if fit.posterior is None else lab
-    released = fullest.released or (measured.motion is None and release_may_matter(lab))
-    if released and not fullest.released:
-        # A rod that would sag steeply in a run was not released.
-        loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
-        total = measured.torque + fit.residual_torque.value
-        sag = physics.greatest_sag(
-            total, measured.spin, fit.inertia.value, across, measured.pitch
-        )
-        released = bool(np.max(sag[loaded]) < FALLEN)
-    if simplest == fullest and not released:
-        return simplest, whole
-    named = {"tilt": tilts, "release": released, "earth": told}
-    lab = replace(lab, effects=list_effects(lab, (*named, *ALWAYS_OUT)))
-    sizes = {effect.effect: effect for effect in lab.effects}
-    may = {name: sizes[name].bias for name, has in named.items() if has}
-    rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
-    dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
-    kept, u = set(may), fitting.relative_u(lab.fit.inertia)
-    # Leave out the smallest first. If the fit without an effect fails, the effect
-    # cannot be left out.
-    for size, name in sorted(
-        (abs(bias), name) for name, bias in may.items() if bias is not None
-    ):
-        dropped += size
-        if size > DROP_ONE * u or dropped > DROP_ALL * u:
-            break
-        kept.discard(name)
-    # A release that the log does not state is assumed for its effect on I_zz only.
-    kept |= {
-        name
-        for name in may
-        if _seen_in_scatter(measured, lab.fit, name)
-        and (name != "release" or fullest.released)
-    }
-    chosen = ChosenModel(
-        "tilt" in kept, "release" in kept, asked=False, earth="earth" in kept
+        return known, None
+    whole = None if lab.fit.posterior is None else lab
+    offered = [one for one in MODELS if one in stated or one in assumed]
+    if not offered:
+        return Motion(), whole
+    always = [one.effect for one in MODELS if one.always]
+    names = {NEVER_MODELLED, *always, *(one.effect for one in offered)}
+    lab = replace(lab, effects=list_effects(lab, names))
+    kept = needed_effects(lab, [one.effect for one in offered])
+    # What the log does not state is assumed for its effect on I_zz only.
+    kept |= {one.effect for one in stated if _seen_in_scatter(lab, one)}
+    chosen = Motion(tuple([one for one in offered if one.effect in kept]))
+    for one in assumed:
+        without = chosen.without(one.effect)
+        if one in chosen.models and _agrees_better(measured, without, chosen):
+            chosen = without
+    return chosen, lab if whole and chosen == Motion() else None
+
+
+def _simplest_lab(measured: Measurements, widths: Widths | None) -> Lab:
+    """Fit a log without any model of motion beyond steady, level precession."""
+    runs, fit = fitting.fit_model(measured, Motion(), widths=widths)
+    return Lab(None, runs, fit, Motion())
+
+
+def _may_have_happened(lab: Lab, model: MotionModel) -> bool:
+    """Return whether a motion about which the log is silent is possible, and may matter."""
+    top, runs = (
+        fitting.top_of(lab.measured, lab.fit),
+        fitting.timed_runs(lab.measured),
     )
-    steady = replace(chosen, released=False)
-    if (
-        chosen.released
-        and measured.motion is None
-        and _agrees_better(measured, steady, chosen)
-    ):
-        chosen = steady
-    return chosen, lab if whole and chosen == simplest else None
+    return may_matter(lab, model) and model.is_possible(top, runs)
+
+
+def needed_effects(lab: Lab, offered: Collection[str]) -> set[str]:
+    """Return those of the offered effects that are too large to be left out.
+
+    The smallest is left out first, as long as it and the sum of all that are left out
+    stay below their limits. If the fit with an effect fails, the effect cannot be left
+    out. Effects that are not offered, because the log lacks their readings, count
+    towards the sum.
+    """
+    u, sizes = fitting.relative_u(lab.fit.inertia), {}
+    dropped, needed = 0.0, set(offered)
+    for effect in lab.effects:
+        if effect.effect not in needed:
+            dropped += 0.0 if effect.in_u else abs(effect.bias or 0.0)
+        elif effect.bias is not None:
+            sizes[effect.effect] = abs(effect.bias)
+    for name in sorted(sizes, key=lambda name: (sizes[name], name)):
+        dropped += sizes[name]
+        if sizes[name] > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        needed.discard(name)
+    return needed
 
 
 CLEARLY = math.log(200.0)
@@ -809,9 +804,7 @@ CLEARLY = math.log(200.0)
 likely."""
 
 
-def _agrees_better(
-    measured: Measurements, one: ChosenModel, other: ChosenModel
-) -> bool:
+def _agrees_better(measured: Measurements, one: Motion, other: Motion) -> bool:
     """Return whether the runs agree clearly better with one model than with another.
 
     If there are very many runs, a sample of them is used.
@@ -827,22 +820,13 @@ def _agrees_better(
     return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
 
 
-def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
+def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
     """Return whether an effect that cancels in I_zz is visible in the single runs.
 
     An example is the effect of a rod that is tilted up and down.
     """
-    if name not in ("tilt", "release"):
+    biases = _biases(lab, model)
+    if biases is None:
         return False
-    across = fitting.transverse_inertia(measured)
-    if name == "release":
-        total = measured.torque + fit.residual_torque.value
-        biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    else:
-        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
-        biases = physics.tilt_bias(
-            rate, measured.spin, measured.pitch, fit.inertia.value, across
-        )
-    return (
-        float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
-    )
+    in_u = biases * lab.measured.time / lab.fit.time_u
+    return float(np.sqrt(np.mean(in_u**2))) > DROP_ALL

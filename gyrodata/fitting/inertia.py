@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import cast
 
@@ -263,6 +263,19 @@ def fit(
     NoFit
         If there is no credible solution.
     """
+    begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
+    if widths is not None:
+        return min(begun, key=attrgetter("chi2"))
+    return _integrated(measured, begun)
+
+
+def _fits_at_widths(
+    measured: Measurements, tilted: bool, left_out: Collection[int], widths: Widths
+) -> list[FitResult]:
+    """Fit the runs at fixed widths, with each possible sign of M0.
+
+    A sign that contradicts its own result is left out, if another one does not.
+    """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
@@ -270,14 +283,9 @@ def fit(
     begun: list[FitResult] = []
     agree: list[FitResult] = []
     for sign in signs:
+        sense = adjustment.assume_sense(measured, sign)
         try:
-            result = _at_widths(
-                measured,
-                adjustment.assume_sense(measured, sign),
-                tilted,
-                kept,
-                widths or AS_STATED,
-            )
+            result = _at_widths(measured, sense, tilted, kept, widths)
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
@@ -285,9 +293,12 @@ def fit(
         begun.append(result)
         if len(signs) > 1 and result.residual_torque.value * sign > 0:
             agree.append(result)
-    begun = agree or begun
-    if widths is not None:
-        return min(begun, key=attrgetter("chi2"))
+    return agree or begun
+
+
+def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
+    """Integrate over the widths, from the fits at the stated ones."""
+    kept = begun[0].adjusted.kept
     found = []
     for result in begun:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
@@ -506,6 +517,9 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
 MAX_ROUNDS = 20
 """Largest number of rounds; corrections and fit agree after a few."""
 
+ALIKE = 1e-3
+"""Corrections agree if they differ by less than this part of the relative u of I_zz."""
+
 
 def timed_runs(measured: Measurements) -> TimedRuns:
     """Return the readings of a log that a model of motion needs."""
@@ -618,6 +632,7 @@ def fit_model(
     chosen: Motion,
     left_out: Collection[int] = (),
     widths: Widths | None = None,
+    near: FitResult | None = None,
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a motion: correct the runs with the result of the fit, until both agree.
 
@@ -629,6 +644,8 @@ def fit_model(
         How the rods moved.
     left_out, widths
         As for `fit`.
+    near : FitResult, optional
+        A fit of nearly the same log, from which the corrections start.
 
     Returns
     -------
@@ -643,17 +660,34 @@ def fit_model(
     """
     sources = tuple([one for one in measured.sources if not one.of_motion])
     bare = runs = replace(measured, slowing=None, sources=sources)
-    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
-    if not chosen.is_corrected(timed_runs(runs)):
-        return runs, fitted(runs, widths)
-    result = fitted(runs, AS_STATED)
+    if not chosen.is_corrected(timed_runs(bare)):
+        return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
+    result = near
+    if result is None:
+        result = fit(bare, AS_STATED, tilted=chosen.tilted, left_out=left_out)
+    begun = [result]
     for _round in range(MAX_ROUNDS):
         new = corrected(bare, result, chosen)
-        if (
-            runs.slowing is not None
-            and new.slowing is not None
-            and np.allclose(runs.slowing, new.slowing, rtol=1e-8)
-        ):
+        if runs is not bare and _correct_alike(runs, new, result):
             break
-        runs, result = new, fitted(new, AS_STATED)
-    return runs, result if widths == AS_STATED else fitted(runs, widths)
+        runs = new
+        begun = _fits_at_widths(runs, chosen.tilted, left_out, AS_STATED)
+        result = min(begun, key=attrgetter("chi2"))
+    if widths is None:
+        return runs, _integrated(runs, begun)
+    if widths == AS_STATED:
+        return runs, result
+    return runs, fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
+
+
+def _correct_alike(one: Measurements, other: Measurements, result: FitResult) -> bool:
+    """Return whether two corrections of the same runs give the same I_zz.
+
+    They do if they differ by a small part of u of I_zz.
+    """
+    assert one.slowing is not None
+    assert other.slowing is not None
+    differ = np.abs(one.slowing - other.slowing)
+    # A run without a steady precession has no correction.
+    worst = float(np.max(differ[np.isfinite(differ)], initial=0.0))
+    return worst <= ALIKE * relative_u(result.inertia)

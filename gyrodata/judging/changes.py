@@ -523,12 +523,15 @@ def _bias(lab: Lab, change: Change) -> float | None:
             change.chosen,
             change.left_out,
             change.widths or lab.fit.widths,
+            lab.fit,
         )
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
         is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
         if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
-            _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out)
+            _, fit = fitting.fit_model(
+                change.measured, change.chosen, change.left_out, near=fit
+            )
             ratio = fit.inertia.value / lab.fit.inertia.value
     except fitting.NoFit:
         return None
@@ -675,7 +678,7 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
         with suppress(fitting.NoFit):
             if whole is None or change.left_out or change.widths:
                 _, fit = fitting.fit_model(
-                    measured, chosen, change.left_out, change.widths
+                    measured, chosen, change.left_out, change.widths, lab.fit
                 )
             else:
                 fit = whole.fit

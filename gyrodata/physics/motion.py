@@ -422,9 +422,12 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     for _round in range(6):
         # A rod that falls far has no such motion; half of the spin is a limit for the
         # steps.
+        before = total
         total = np.maximum(
             spin + _nod(top, total, pitch).excess(), np.multiply(0.5, spin)
         )
+        if np.allclose(total, before, rtol=1e-12, atol=0.0):
+            break
     return total
 
 

@@ -182,6 +182,7 @@ def analyze_readings(
         measurements=measured,
         fit=fit,
         model=lab.chosen,
+        choice=lab.choice,
         outliers=outliers,
         inertia=_result(fit.inertia),
         residual_torque=_result(fit.residual_torque),
@@ -320,7 +321,8 @@ def fit_runs(
         if fallen:
             raise LogError(fallen)
     try:
-        runs, (chosen, whole) = measured, changes.choose_model(measured, model)
+        runs, (choice, whole) = measured, changes.choose_model(measured, model)
+        chosen = choice.motion
         fit, effects = (whole.fit, whole.effects) if whole else (None, ())
         outliers, screened = fitting.screen(runs, chosen.tilted, fit and fit.as_stated)
         if chosen.is_corrected(timed):
@@ -375,7 +377,7 @@ def fit_runs(
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    lab = Lab(readings, runs, fit, chosen, left_out, effects, model != AUTO)
+    lab = Lab(readings, runs, fit, chosen, left_out, effects, model != AUTO, choice)
     return (
         lab,
         wrong_cells.explain(readings, lab, outliers, screened or fit)

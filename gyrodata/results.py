@@ -20,7 +20,7 @@ from msgspec.structs import asdict
 from gyrodata.base.errors import Diagnostic, DiagnosticJson
 from gyrodata.base.tool import Tool
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
-from gyrodata.judging.changes import Effect, Lab, Sensitivity
+from gyrodata.judging.changes import Choice, Effect, Lab, Sensitivity
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -170,6 +170,8 @@ class Analysis(Struct, frozen=True, eq=False):
         distribution.
     model : Motion
         How the rods moved: the models that were fitted to the runs.
+    choice : Choice or None
+        The sizes of the effects by which these models were chosen.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     inertia : Result
@@ -225,6 +227,7 @@ class Analysis(Struct, frozen=True, eq=False):
     measurements: Measurements
     fit: FitResult
     model: Motion
+    choice: Choice | None
     outliers: tuple[Outlier, ...]
     inertia: Result
     residual_torque: Result
@@ -259,6 +262,7 @@ class Analysis(Struct, frozen=True, eq=False):
             left_out,
             self.effects,
             self.options.model != AUTO,
+            self.choice,
         )
 
     @property

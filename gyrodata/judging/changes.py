@@ -70,6 +70,8 @@ class Lab(Struct, frozen=True):
     """Effects whose sizes in this fit are known."""
     asked: bool = False
     """True if the user chose the model."""
+    choice: Choice | None = None
+    """How the model was chosen; None: without the sizes of the effects."""
 
     def change(
         self,
@@ -606,7 +608,12 @@ def _biases(lab: Lab, model: MotionModel) -> Floats | None:
     return model.biases(top, fitting.timed_runs(lab.measured))
 
 
-def may_matter(lab: Lab, model: MotionModel, least: float = 0.7 * DROP_ONE) -> bool:
+OFFERED = 0.7
+"""If the formula for an effect about which the log is silent is above this part of
+`DROP_ONE`, its size is fitted."""
+
+
+def may_matter(lab: Lab, model: MotionModel, least: float = OFFERED * DROP_ONE) -> bool:
     """Return whether a model may change I_zz by `least` standard uncertainties.
 
     If this is true, only a fit can show how large the change is.
@@ -647,10 +654,6 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-FAR_FROM_LIMIT = 2.0
-"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so
-in each changed log too."""
-
 FEW = 50
 """Of a log with more runs, a changed log has the model of the log itself: another
 choice takes a second."""
@@ -661,58 +664,75 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     if len(lab.measured.runs) > MOST_RUNS:
         return []
     answer, found = lab.fit.inertia, []
-    # Then all changes need the model of the log itself.
-    is_clear = _is_far_from_limit(lab)
     for change in CHANGES[table](lab):
-        measured, chosen, inertia, whole = (
-            change.measured or lab.measured,
-            change.chosen,
-            None,
-            None,
-        )
-        if not (
-            lab.asked
-            or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))
-        ):
-            chosen, whole = choose_model(measured)
+        fit = None
         with suppress(fitting.NoFit):
-            if whole is None or change.left_out or change.widths:
-                _, fit = fitting.fit_model(
-                    measured, chosen, change.left_out, change.widths, lab.fit
-                )
-            else:
-                fit = whole.fit
-            # An interval that includes zero is not an answer.
-            if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
-                inertia = fit.inertia
-        deviation = (
-            (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-        )
-        found.append(
-            (change, Sensitivity(change.name, change.words, inertia, deviation))
-        )
+            fit = _fit_of(lab, change)
+        # An interval that includes zero is not an answer.
+        if fit is None or (fit.inertia.interval_95 or (1.0, 1.0))[0] <= 0:
+            answered = Sensitivity(change.name, change.words, None, None)
+        else:
+            off = fit.inertia.value - answer.value
+            deviation = off / answer.u if answer.u else None
+            answered = Sensitivity(change.name, change.words, fit.inertia, deviation)
+        found.append((change, answered))
     return found
 
 
-def _is_far_from_limit(lab: Lab) -> bool:
-    """Return whether each changed log certainly needs the model of the log itself."""
-    runs = fitting.timed_runs(lab.measured)
-    stated = [model for model in MODELS if model.is_stated(runs)]
-    assumed = [model for model in MODELS if model.is_assumed(runs)]
-    if any(not model.sags for model in stated) or lab.chosen.tilted:
-        return False
-    sizes = {effect.effect: effect.size for effect in lab.effects}
-    for model in (*stated, *assumed):
-        size = sizes.get(model.effect)
-        if lab.chosen.of_effect(model.effect):
-            if not (size or 0.0) > FAR_FROM_LIMIT * DROP_ONE:
-                return False
-        elif size is None:
-            if may_matter(lab, model, DROP_ONE / FAR_FROM_LIMIT):
-                return False
-        elif size >= DROP_ONE / FAR_FROM_LIMIT:
-            return False
-    return True
+class Fits:
+    """The fits of one log with several motions, each made once.
+
+    The corrections start from those of `like`, which is nearly the same log.
+    """
+
+    def __init__(
+        self,
+        measured: Measurements,
+        left_out: tuple[int, ...] = (),
+        like: Lab | None = None,
+    ) -> None:
+        self.measured, self.left_out = measured, left_out
+        self.near = None if like is None else like.fit
+        # Effects that every lab has are as large as in nearly the same log.
+        always = counting(())
+        effects = () if like is None else like.effects
+        self.effects = tuple([one for one in effects if one.effect in always])
+        self.known: list[Lab] = []
+
+    def lab(self, motion: Motion) -> Lab:
+        """Return the log, fitted with a motion.
+
+        Raises
+        ------
+        NoFit
+            If there is no credible solution.
+        """
+        for lab in self.known:
+            if lab.chosen == motion:
+                return lab
+        runs, fit = fitting.fit_model(
+            self.measured, motion, self.left_out, near=self.near
+        )
+        self.known.append(Lab(None, runs, fit, motion, self.left_out))
+        return self.known[-1]
+
+
+def _fit_of(lab: Lab, change: Change) -> FitResult:
+    """Fit a changed log with the model that it needs.
+
+    This is the model of the log itself, unless the sizes of the effects change so much
+    that another one is needed.
+    """
+    measured = change.measured or lab.measured
+    fits = Fits(measured, change.left_out, lab)
+    if lab.asked or len(measured.runs) > FEW:
+        return fits.lab(change.chosen).fit
+    with suppress(fitting.NoFit):
+        changed = fits.lab(change.chosen)
+        if _is_chosen_alike(lab, changed):
+            return changed.fit
+    choice, _ = choose_model(measured, fits=None if change.left_out else fits)
+    return fits.lab(choice.motion).fit
 
 
 # --- the model of a log ---
@@ -721,52 +741,66 @@ NEVER_MODELLED = "decay_law"
 """An effect that is always left out, and that counts towards the sum."""
 
 
+class Choice(Struct, frozen=True):
+    """The models of motion that a log needs, and the sizes of the effects that led to them."""
+
+    motion: Motion
+    needed: Motion
+    """The models that are needed by the sizes of their effects; the runs may contradict
+    one that is only assumed."""
+    effects: tuple[Effect, ...] = ()
+    """The effects of these models, and those that count towards the sum."""
+    u: float = 0.0
+    """Relative u of I_zz of the fit to which the effects were compared [1]."""
+    preference: float | None = None
+    """Logarithm of how much more likely the runs are without an assumed model than with
+    it; None if they were not compared."""
+
+
 def choose_model(
-    measured: Measurements, model: str = AUTO
-) -> tuple[Motion, Lab | None]:
+    measured: Measurements, model: str = AUTO, fits: Fits | None = None
+) -> tuple[Choice, Lab | None]:
     """Choose the requested model, or the simplest models that are good enough for a log.
 
     The sizes of the effects determine which models are good enough.
 
     If the log does not say how the rod was started, the model for a silent log is
     assumed if it matters. The second value contains the fit of all runs with the chosen
-    model and its effects, if the choice needed them.
+    model and its effects, if the choice needed them. `fits` contains fits of this log
+    that are known.
     """
+    fits = fits or Fits(measured)
     runs = fitting.timed_runs(measured)
     known = models.known(model, runs)
-    if model != AUTO:
-        return known, None
-    stated = known.models
     assumed = [one for one in MODELS if one.is_assumed(runs)]
-    if not stated and not assumed:
-        return Motion(), None
+    if model != AUTO or not (known.models or assumed):
+        return Choice(known, known), None
     try:
-        lab = _simplest_lab(measured, None if assumed else fitting.AS_STATED)
+        lab = fits.lab(Motion()) if assumed else _simplest_lab(measured)
         assumed = [one for one in assumed if _may_have_happened(lab, one)]
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return known, None
+        return Choice(known, known), None
     whole = None if lab.fit.posterior is None else lab
-    offered = [one for one in MODELS if one in stated or one in assumed]
+    offered = tuple([one for one in MODELS if one in known.models or one in assumed])
     if not offered:
-        return Motion(), whole
-    always = [one.effect for one in MODELS if one.always]
-    names = {NEVER_MODELLED, *always, *(one.effect for one in offered)}
-    lab = replace(lab, effects=list_effects(lab, names))
-    kept = needed_effects(lab, [one.effect for one in offered])
-    # What the log does not state is assumed for its effect on I_zz only.
-    kept |= {one.effect for one in stated if _seen_in_scatter(lab, one)}
-    chosen = Motion(tuple([one for one in offered if one.effect in kept]))
+        return Choice(Motion(), Motion()), whole
+    lab = replace(lab, effects=fits.effects)
+    lab = replace(lab, effects=list_effects(lab, counting(offered)))
+    u = fitting.relative_u(lab.fit.inertia)
+    needed = needed_models(lab, offered, lab.effects, u)
+    choice = Choice(needed, needed, lab.effects, u)
     for one in assumed:
-        without = chosen.without(one.effect)
-        if one in chosen.models and _agrees_better(measured, without, chosen):
-            chosen = without
-    return chosen, lab if whole and chosen == Motion() else None
+        if one in needed.models:
+            preference = _preference(fits, needed, one)
+            motion = needed.without(one.effect) if preference > CLEARLY else needed
+            choice = replace(choice, motion=motion, preference=preference)
+    return choice, lab if whole and choice.motion == Motion() else None
 
 
-def _simplest_lab(measured: Measurements, widths: Widths | None) -> Lab:
-    """Fit a log without any model of motion beyond steady, level precession."""
-    runs, fit = fitting.fit_model(measured, Motion(), widths=widths)
+def _simplest_lab(measured: Measurements) -> Lab:
+    """Fit a log as steady, level precession, with the stated widths."""
+    runs, fit = fitting.fit_model(measured, Motion(), widths=fitting.AS_STATED)
     return Lab(None, runs, fit, Motion())
 
 
@@ -779,17 +813,30 @@ def _may_have_happened(lab: Lab, model: MotionModel) -> bool:
     return may_matter(lab, model) and model.is_possible(top, runs)
 
 
-def needed_effects(lab: Lab, offered: Collection[str]) -> set[str]:
-    """Return those of the offered effects that are too large to be left out.
+def counting(offered: Collection[MotionModel]) -> set[str]:
+    """Return the effects that count in the choice among the offered models."""
+    always = {one.effect for one in MODELS if one.always}
+    return {NEVER_MODELLED, *always, *(one.effect for one in offered)}
+
+
+def needed_models(
+    lab: Lab,
+    offered: Collection[MotionModel],
+    effects: Collection[Effect],
+    u: float,
+) -> Motion:
+    """Return those of the offered models whose effects are too large to be left out.
+
+    `u` is the relative standard uncertainty of I_zz [1].
 
     The smallest is left out first, as long as it and the sum of all that are left out
     stay below their limits. If the fit with an effect fails, the effect cannot be left
     out. Effects that are not offered, because the log lacks their readings, count
-    towards the sum.
+    towards the sum. What the log states is also needed if the single runs show it; what
+    it does not state is assumed for its effect on I_zz only.
     """
-    u, sizes = fitting.relative_u(lab.fit.inertia), {}
-    dropped, needed = 0.0, set(offered)
-    for effect in lab.effects:
+    needed, sizes, dropped = {one.effect for one in offered}, {}, 0.0
+    for effect in effects:
         if effect.effect not in needed:
             dropped += 0.0 if effect.in_u else abs(effect.bias or 0.0)
         elif effect.bias is not None:
@@ -799,7 +846,68 @@ def needed_effects(lab: Lab, offered: Collection[str]) -> set[str]:
         if sizes[name] > DROP_ONE * u or dropped > DROP_ALL * u:
             break
         needed.discard(name)
-    return needed
+    runs = fitting.timed_runs(lab.measured)
+    stated = [one for one in offered if one.is_stated(runs)]
+    needed |= {one.effect for one in stated if _seen_in_scatter(lab, one)}
+    return Motion(tuple([one for one in offered if one.effect in needed]))
+
+
+MARGIN = 0.15
+"""Relative doubt about the size of an effect in a changed log [1], if the size was not
+fitted."""
+
+
+def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
+    """Return whether a changed log certainly needs the models of the log itself.
+
+    The sizes of the effects are those in the log, changed by as much as their formulas
+    change.
+    """
+    choice = lab.choice
+    if choice is None or not _is_decided(choice):
+        return False
+    top = fitting.top_of(changed.measured, changed.fit)
+    runs = fitting.timed_runs(changed.measured)
+    stated = models.known(AUTO, runs).models
+    offered = [
+        one
+        for one in MODELS
+        if one in stated or (one.is_assumed(runs) and one.is_possible(top, runs))
+    ]
+    sizes = {one.effect: one for one in (*lab.effects, *choice.effects)}
+    if not {one.effect for one in offered} <= set(sizes):
+        return False
+    effects = [
+        _resized(lab, changed, sizes[name])
+        for name in sorted(counting(offered) & set(sizes))
+    ]
+    u = choice.u or fitting.relative_u(lab.fit.inertia)
+    u *= _relative_change_of_u(lab, changed)
+    return all(
+        needed_models(changed, offered, effects, u * doubt) == choice.needed
+        for doubt in (1 + MARGIN, 1 - MARGIN)
+    )
+
+
+def _resized(lab: Lab, changed: Lab, effect: Effect) -> Effect:
+    """Estimate an effect in a changed log, from its size in the log."""
+    model = models.of_effects().get(effect.effect)
+    if effect.bias is None or model is None:
+        return effect
+    before, after = (_expected_bias(one, model) for one in (lab, changed))
+    return replace(effect, bias=effect.bias + after - before)
+
+
+def _expected_bias(lab: Lab, model: MotionModel) -> float:
+    """Compute the relative bias of I_zz without a model by its formula [1]; 0 without one."""
+    biases = _biases(lab, model)
+    return 0.0 if biases is None else float(lab.fit.response @ biases)
+
+
+def _relative_change_of_u(lab: Lab, changed: Lab) -> float:
+    """Return the relative u of I_zz of a changed log over that of the log [1]."""
+    before = fitting.relative_u(lab.fit.inertia)
+    return fitting.relative_u(changed.fit.inertia) / before if before else 1.0
 
 
 CLEARLY = math.log(200.0)
@@ -807,20 +915,26 @@ CLEARLY = math.log(200.0)
 likely."""
 
 
-def _agrees_better(measured: Measurements, one: Motion, other: Motion) -> bool:
-    """Return whether the runs agree clearly better with one model than with another.
+def _preference(fits: Fits, motion: Motion, model: MotionModel) -> float:
+    """Return how much more likely the runs are without a model than with it, as a logarithm.
 
-    If there are very many runs, a sample of them is used.
+    If there are very many runs, a sample of them is used. The result is −∞ if one of
+    the fits fails.
     """
-    if len(measured.runs) > fitting.MANY:
-        measured = select(
-            measured, fitting.sample(measured, np.ones(len(measured.runs)))
-        )
+    if len(fits.measured.runs) > fitting.MANY:
+        every = np.ones(len(fits.measured.runs))
+        fits = Fits(select(fits.measured, fitting.sample(fits.measured, every)))
     try:
-        fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
+        without = fits.lab(motion.without(model.effect)).fit
+        return without.log_evidence - fits.lab(motion).fit.log_evidence
     except fitting.NoFit:
-        return False
-    return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
+        return -math.inf
+
+
+def _is_decided(choice: Choice) -> bool:
+    """Return whether a small change of the runs does not decide about an assumed model."""
+    likelier = choice.preference
+    return likelier is None or not CLEARLY / 2 < likelier < 2 * CLEARLY
 
 
 def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:

@@ -864,7 +864,8 @@ def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
     change.
     """
     choice = lab.choice
-    if choice is None or not _is_decided(choice):
+    # The formulas are those of a level rod.
+    if choice is None or changed.measured.pitch.any() or not _is_decided(choice):
         return False
     top = fitting.top_of(changed.measured, changed.fit)
     runs = fitting.timed_runs(changed.measured)
@@ -876,6 +877,8 @@ def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
     ]
     sizes = {one.effect: one for one in (*lab.effects, *choice.effects)}
     if not {one.effect for one in offered} <= set(sizes):
+        return False
+    if any(_may_be_seen_in_scatter(changed, one) for one in stated):
         return False
     effects = [
         _resized(lab, changed, sizes[name])
@@ -942,8 +945,23 @@ def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
 
     An example is the effect of a rod that is tilted up and down.
     """
+    return _size_in_runs(lab, model) > DROP_ALL
+
+
+def _size_in_runs(lab: Lab, model: MotionModel) -> float:
+    """Compute an effect on the single times, in their standard uncertainties [1]."""
     biases = _biases(lab, model)
     if biases is None:
-        return False
+        return 0.0
     in_u = biases * lab.measured.time / lab.fit.time_u
-    return float(np.sqrt(np.mean(in_u**2))) > DROP_ALL
+    return float(np.sqrt(np.mean(in_u**2)))
+
+
+def _may_be_seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
+    """Return whether it is in doubt that the single runs show an effect.
+
+    The doubt is that of the factor by which the runs scatter.
+    """
+    size, factor = _size_in_runs(lab, model), lab.fit.widths.scatter
+    low, high = size * min(factor, 1.0), size * max(factor, 1.0)
+    return low * (1 - MARGIN) < DROP_ALL < high * (1 + MARGIN)

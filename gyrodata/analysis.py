@@ -10,18 +10,20 @@ import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 import numpy as np
 from msgspec.structs import asdict, replace
 
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic, LogError, insist_on_choice, insist_on_type
-from gyrodata.fitting import Estimate, Model, NoFit, Outlier
+from gyrodata.fitting import Estimate, NoFit, Outlier
 from gyrodata.judging import changes, findings, refusals, tables, wrong_cells
 from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import what_lacks
 from gyrodata.measurements import Measurements, checks, measure
+from gyrodata.physics import models
+from gyrodata.physics.models import AUTO, Model
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
@@ -44,7 +46,7 @@ def analyze(
     settings: Mapping[str, Any] | None = None,
     mapping: Mapping[str, str] | None = None,
     config: str | os.PathLike[str] | None = None,
-    model: Model = "auto",
+    model: Model = AUTO,
     keep_flagged: bool = False,
 ) -> Analysis:
     """Compute I_zz with its uncertainty from a log, and everything that the report shows.
@@ -83,7 +85,7 @@ def analyze(
     TypeError, ValueError
         If an argument has the wrong type or value.
     """
-    insist_on_choice("model", model, get_args(Model))
+    insist_on_choice("model", model, (AUTO, *models.names()))
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
     readings = read_log(
         log, name=name, settings=settings or {}, mapping=mapping or {}, config=config
@@ -149,6 +151,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         measurements=measured,
         fit=fit,
         model=lab.chosen,
+        choice=lab.choice,
         outliers=outliers,
         without_outliers=without_outliers,
         inertia=_result(fit.inertia),
@@ -200,10 +203,9 @@ def judge(log: FittedLog) -> Analysis:
 
 def check_fit(log: FittedLog) -> FittedLog:
     """Add to a fit the findings that need no other fit: those that a grade shows."""
-    if log.measurements.motion is None and changes.release_may_matter(log.lab):
-        log = replace(log, effects=changes.list_effects(log.lab, ("release",)))
-    else:
-        log = replace(log, effects=())
+    assumed = changes.assumed_effects(log.lab)
+    effects = changes.list_effects(log.lab, assumed) if assumed else ()
+    log = replace(log, effects=effects)
     found = _findings(log, findings.OF_FIT, None)
     return replace(log, diagnostics=(*log.diagnostics, *found))
 
@@ -339,7 +341,7 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
 def fit_runs(
     readings: Readings,
     measured: Measurements,
-    model: Model = "auto",
+    model: Model = AUTO,
     keep_flagged: bool = False,
 ) -> tuple[Lab, tuple[Outlier, ...], Estimate | None]:
     """Choose the model, find the outliers, and fit the other runs.
@@ -375,15 +377,17 @@ def fit_runs(
         raise LogError(
             [readings.say("too_many_shared_readings", runs=count, shared=shared)]
         )
-    if model == "released" or (model == "auto" and measured.motion == "released"):
+    timed = fitting.timed_runs(measured)
+    if models.known(model, timed).sags:
         fallen = refusals.fall_findings(readings, measured)
         if fallen:
             raise LogError(fallen)
     try:
-        runs, (chosen, whole) = measured, changes.choose_model(measured, model)
+        runs, (choice, whole) = measured, changes.choose_model(measured, model)
+        chosen = choice.motion
         fit, effects = (whole.fit, whole.effects) if whole else (None, ())
         outliers, screened = fitting.screen(runs, chosen.tilted, fit and fit.as_stated)
-        if fitting.is_corrected(measured, chosen):
+        if chosen.is_corrected(timed):
             odd = tuple([outlier.index for outlier in outliers])
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
@@ -435,7 +439,7 @@ def fit_runs(
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    lab = Lab(readings, runs, fit, chosen, left_out, effects)
+    lab = Lab(readings, runs, fit, chosen, left_out, effects, model != AUTO, choice)
     return (
         lab,
         wrong_cells.explain(readings, lab, outliers, screened or fit)

@@ -19,8 +19,8 @@ from msgspec.structs import asdict
 
 from gyrodata.base.errors import Diagnostic, DiagnosticJson
 from gyrodata.base.tool import Tool
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
-from gyrodata.judging.changes import Effect, Lab, Sensitivity
+from gyrodata.fitting import Estimate, FitResult, Outlier, Share
+from gyrodata.judging.changes import Choice, Effect, Lab, Sensitivity
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -32,6 +32,7 @@ from gyrodata.judging.tables import (
     Torque,
 )
 from gyrodata.measurements import Measurements
+from gyrodata.physics.models import AUTO, Model, Motion
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Options(Struct, frozen=True):
     """Headers of roles that were given in addition to the log."""
     config: str | None = None
     """Name of the TOML file with constants and headers, without its folder."""
-    model: Model = "auto"
+    model: Model = AUTO
     keep_flagged: bool = False
     worksheet: bool = False
     """Whether the report asks questions instead of giving conclusions."""
@@ -167,8 +168,10 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     fit : FitResult
         The recommended fit: adjusted times, residuals, covariance and posterior
         distribution.
-    model : ChosenModel
-        The model that was fitted to the runs, with the reason.
+    model : Motion
+        How the rods moved: the models that were fitted to the runs.
+    choice : Choice or None
+        The sizes of the effects by which these models were chosen.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
@@ -208,7 +211,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     readings: Readings
     measurements: Measurements
     fit: FitResult
-    model: ChosenModel
+    model: Motion
+    choice: Choice | None
     outliers: tuple[Outlier, ...]
     without_outliers: Estimate | None
     inertia: Result
@@ -236,6 +240,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
             self.model,
             left_out,
             self.effects,
+            self.options.model != AUTO,
+            self.choice,
         )
 
 
@@ -470,7 +476,7 @@ class AnalysisResult(Struct, eq=False):
     """I_zz if one reading, setting or assumption were different."""
     constants: Mapping[str, float]
     """By name: g, and the mass and diameter of the ball if the log gives them."""
-    model: Literal["horizontal", "steady", "released"]
+    model: str
     effects: tuple[Effect, ...]
     """The size of every approximation in this log."""
     power_law: tuple[PowerLaw, ...]

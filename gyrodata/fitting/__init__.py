@@ -19,23 +19,21 @@ from gyrodata.fitting.adjustment import (
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
     AS_STATED,
-    ChosenModel,
     Estimate,
     FitResult,
-    Model,
     Outlier,
     Share,
     Widths,
     balance_scale,
     conserved_spin,
     corrected,
-    earth_is_told,
     fit,
     fit_model,
-    is_corrected,
     lightest_torque,
     relative_u,
+    timed_runs,
     times_stated,
+    top_of,
 )
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.posterior import (

@@ -2,11 +2,9 @@
 
 `fit` first adjusts the runs with the stated uncertainties; then it integrates over the
 widths that the log does not know (`posterior`), and adjusts the runs again at the
-typical widths. `fit_model` corrects the runs for a model of the motion: a rod that is
-released from rest nutates and has a slightly smaller mean rate; for a tilted rod whose
-spin falls, the mean rate is not the rate at the mean spin; and the floor turns with the
-Earth. These corrections depend on I_zz and M0 a little, so that fit and correction are
-iterated.
+typical widths. `fit_model` corrects the runs for the models of their motion
+(`physics.models`). These corrections depend on I_zz and M0 a little, so that fit and
+correction are iterated.
 """
 
 from __future__ import annotations
@@ -14,9 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
 from operator import attrgetter, itemgetter
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -44,6 +42,8 @@ from gyrodata.measurements import (
     total_spin_excess,
 )
 from gyrodata.physics import Floats, motion
+from gyrodata.physics.models import ModelError, Motion, TimedRuns
+from gyrodata.physics.motion import Top
 
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
@@ -263,6 +263,19 @@ def fit(
     NoFit
         If there is no credible solution.
     """
+    begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
+    if widths is not None:
+        return min(begun, key=attrgetter("chi2"))
+    return _integrated(measured, begun)
+
+
+def _fits_at_widths(
+    measured: Measurements, tilted: bool, left_out: Collection[int], widths: Widths
+) -> list[FitResult]:
+    """Fit the runs at fixed widths, with each possible sign of M0.
+
+    A sign that contradicts its own result is left out, if another one does not.
+    """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
@@ -270,14 +283,9 @@ def fit(
     begun: list[FitResult] = []
     agree: list[FitResult] = []
     for sign in signs:
+        sense = adjustment.assume_sense(measured, sign)
         try:
-            result = _at_widths(
-                measured,
-                adjustment.assume_sense(measured, sign),
-                tilted,
-                kept,
-                widths or AS_STATED,
-            )
+            result = _at_widths(measured, sense, tilted, kept, widths)
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
@@ -285,9 +293,12 @@ def fit(
         begun.append(result)
         if len(signs) > 1 and result.residual_torque.value * sign > 0:
             agree.append(result)
-    begun = agree or begun
-    if widths is not None:
-        return min(begun, key=attrgetter("chi2"))
+    return agree or begun
+
+
+def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
+    """Integrate over the widths, from the fits at the stated ones."""
+    kept = begun[0].adjusted.kept
     found = []
     for result in begun:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
@@ -503,245 +514,144 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
 
 # --- corrections for the model of the motion ---
 
-Model = Literal["auto", "horizontal", "steady", "released"]
-
 MAX_ROUNDS = 20
 """Largest number of rounds; corrections and fit agree after a few."""
 
-
-class ChosenModel(Struct, frozen=True):
-    """The model that a log is fitted with."""
-
-    tilted: bool
-    """Eq. (8) with each run's pitch, not eq. (9)."""
-    released: bool
-    """The mean rate of a rod that is released from rest, not that of steady precession.
-    """
-    asked: bool
-    """True if the user chose the model."""
-    earth: bool = False
-    """The precession relative to the stars, not relative to the turning floor."""
-
-    @property
-    def name(self) -> Literal["horizontal", "steady", "released"]:
-        """Name of the model in the option ``--model``."""
-        if self.released:
-            return "released"
-        return "steady" if self.tilted else "horizontal"
+ALIKE = 0.02
+"""Corrections agree if they differ by less than this part of the relative u of I_zz. The
+last ones are at least ten times as good, because the differences shrink fast."""
 
 
-def is_corrected(measured: Measurements, chosen: ChosenModel) -> bool:
-    """Return whether a model corrects the runs with the result of a fit."""
-    return (
-        chosen.earth
-        or chosen.released
-        or (chosen.tilted and measured.spin_start is not None)
+def timed_runs(measured: Measurements) -> TimedRuns:
+    """Return the readings of a log that a model of motion needs."""
+    return TimedRuns(
+        time=measured.time,
+        turns=measured.turns,
+        spin=measured.corrected_spin,
+        pitch=measured.pitch,
+        sense=measured.sense,
+        transverse_u=_transverse_u(measured),
+        spin_start=measured.spin_start,
+        spin_end=measured.spin_end,
+        total_spin=_total_spin_read(measured),
+        direction=measured.precession_sense,
+        latitude=measured.latitude,
+        start=measured.motion,
+        lines=measured.metadata,
     )
 
 
-def corrected(
-    measured: Measurements, near: FitResult, chosen: ChosenModel
-) -> Measurements:
-    """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
-
-    Runs of a released rod also get sources of error: the phase of the nutation at the
-    last button press, and I. If the log does not say how the rod was started, a push of
-    the hand is a source as well.
-    """
-    inertia, residual_torque = near.inertia.value, near.residual_torque.value
-    across = adjustment.transverse_inertia(measured)
-    total = measured.torque + residual_torque
-    # The weight spins as well.
-    runs, whole = measured, inertia + measured.added
-    lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steady = physics.precession_rate(total, measured.corrected_spin, whole, *lean)
-        if chosen.released:
-            top = motion.Top(whole, across, total)
-            mean = motion.mean_precession_rate(
-                top, conserved_spin(measured, top), measured.pitch
-            )
-            click = physics.click_error(measured.corrected_spin, whole, across)
-            runs = _released(measured, steady, mean, click, chosen.asked)
-        elif chosen.tilted and measured.spin_start is not None:
-            runs = replace(
-                measured,
-                slowing=steady / _mean_rate_of_decay(measured, total, whole, across),
-            )
-    if not chosen.earth:
-        return runs
-    # The floor turns while a run is timed; at a pole if the latitude is unknown.
-    # Counterclockwise is positive.
-    vertical = physics.EARTH_ROTATION * math.sin(
-        math.pi / 2 if measured.latitude is None else measured.latitude
-    )
-    usual = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
-    sense = usual if measured.precession_sense is None else measured.precession_sense
-    floor = (
-        np.where(sense == 0, usual, sense)
-        * vertical
-        * measured.time
-        / (2 * np.pi * measured.turns)
-    )
-    return replace(
-        runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor)
-    )
-
-
-OF_RELEASE = ("nutation", "release", "habit", "push")
-"""Sources that a released rod adds."""
-
-PART_RELEASED, PART_U = 0.5, 0.4
-"""Part of the effect of a release, and its standard uncertainty, if the log does not
-say how the rod was started: a rod that gets a push of the share k of the steady rate
-shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to second order in I
-φ̇/(I_zz ψ̇)."""
-
-
-def _released(
-    measured: Measurements, steady: Floats, mean: Floats, click: Floats, asked: bool
-) -> Measurements:
-    """Correct runs of a released rod by the ratio of the steady rate and the mean rate [rad/s].
-
-    `click` is the largest error of a time by the phase of the nutation [s].
-    """
-    is_stated = asked or measured.motion is not None
-    # Without a torque both rates are zero.
-    effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
-    part = 1.0 if is_stated else PART_RELEASED
-    own, every, nothing = (
-        np.arange(len(mean)),
-        np.zeros(len(mean), dtype=int),
-        np.zeros(len(mean)),
-    )
+def _transverse_u(measured: Measurements) -> float:
+    """Return the relative standard uncertainty of I [1], the largest of all runs."""
+    for source in measured.sources:
+        if source.quantity == "transverse":
+            return float(source.relative.max())
     # A log without a pitch and without the word "released" has no source for I, though
     # it may state I.
     given = (
         measured.transverse_inertia is not None or measured.nutation_ratio is not None
     )
-    default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
-    for source in measured.sources:
-        if source.quantity == "transverse":
-            default = float(source.relative.max())
-    # The reduction of the mean rate is proportional to the square of I.
-    doubt = 2 * default * part * np.abs(effect)
-    more = [
-        Source(
-            "nutation",
-            "time",
-            own,
-            click / math.sqrt(2),
-            nothing,
-            "",
-            True,
-            "its phase at the last click",
-        ),
-        Source(
-            "release",
-            "turns",
-            every,
-            nothing,
-            doubt,
-            "all runs",
-            True,
-            "the doubt about I in the mean rate",
-        ),
-    ]
-    if not is_stated:
-        push = PART_U * np.abs(effect)
-        # One half of the variance is the habit of the hand, the other half differs from
-        # run to run.
-        more += [
-            Source(
-                name,
-                "turns",
-                groups,
-                nothing,
-                push / math.sqrt(2),
-                shared_by,
-                True,
-                "half of the effect ± 40 %",
-            )
-            for name, groups, shared_by in (
-                ("habit", every, "all runs (the same hand)"),
-                ("push", own, ""),
-            )
-        ]
-    return replace(
-        measured, slowing=1 + part * effect, sources=(*measured.sources, *more)
-    )
+    return SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
 
 
-def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
-    """Return the total spin of each run if the rod was released from rest [rad/s], shape (n,).
+def _total_spin_read(measured: Measurements) -> Floats | None:
+    """Return the total spin of each run [rad/s], shape (n,); None if it was not read.
 
-    A tachometer that follows the rod reads more than it while the rod sags. Spins at
-    the start and the end are read before the rod sags.
+    A tachometer that stands still reads it. Spins at the start and the end are read
+    before a released rod sags.
     """
     if measured.tachometer == "still":
         excess = total_spin_excess(
             measured.sense, measured.turns, measured.time, measured.pitch
         )
         return measured.corrected_spin + excess
-    if measured.spin_start is not None:
-        return measured.spin
+    return None if measured.spin_start is None else measured.spin
+
+
+def conserved_spin(measured: Measurements, top: Top) -> Floats:
+    """Return the total spin of each run if the rod was released from rest [rad/s], shape (n,).
+
+    A tachometer that follows the rod reads more than it while the rod sags.
+    """
+    read = _total_spin_read(measured)
+    if read is not None:
+        return read
     return cast(Floats, motion.total_spin(top, measured.corrected_spin, measured.pitch))
 
 
-def _mean_rate_of_decay(
-    measured: Measurements, total: Floats, inertia: Floats | float, across: Floats
-) -> Floats:
-    """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s].
+def top_of(measured: Measurements, near: FitResult) -> Top:
+    """Return the tops of n runs with the I_zz and M0 of a fit.
 
-    The method is Gauss-Legendre quadrature.
+    The weight spins as well.
+
+    Raises
+    ------
+    NoFit
+        If these are not the numbers of a top.
     """
-    assert measured.spin_start is not None
-    assert measured.spin_end is not None
-    points, weights = np.polynomial.legendre.leggauss(8)
-    decay = np.log(measured.spin_end / measured.spin_start)
-    spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
-    # A third reading of the spin can give a harmonic mean that differs from that of a
-    # viscous decay.
-    spins *= measured.spin / physics.harmonic_mean_spin(
-        measured.spin_start, measured.spin_end
-    )
-    return np.asarray(
-        0.5
-        * weights
-        @ physics.precession_rate(total, spins, inertia, across, measured.pitch)
-    )
+    torque = measured.torque + near.residual_torque.value
+    inertia = near.inertia.value + measured.added
+    try:
+        return Top(inertia, adjustment.transverse_inertia(measured), torque)
+    except ValueError as error:
+        raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 
 
-def earth_is_told(measured: Measurements) -> bool:
-    """Return whether the log states the latitude and the direction of each run.
+def corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
+    """Correct the angles of the runs for the motion, with the I_zz and M0 of a fit of them.
 
-    The correction for the Earth needs both.
+    The runs also get the sources of error that exist only with this motion.
     """
-    sense = measured.precession_sense
-    return measured.latitude is not None and sense is not None and bool(sense.all())
+    runs = timed_runs(measured)
+    if not chosen.is_corrected(runs):
+        return measured
+    slowing, errors = chosen.correction(top_of(measured, near), runs)
+    sources = (*measured.sources, *map(_source_of, errors))
+    return replace(measured, slowing=slowing, sources=sources)
+
+
+def _source_of(error: ModelError) -> Source:
+    """Return an error of a model of motion as a source of error of the log."""
+    nothing = np.zeros(len(error.size))
+    every, own = np.zeros(len(nothing), dtype=int), np.arange(len(nothing))
+    is_time = error.quantity == "time"
+    return Source(
+        error.name,
+        error.quantity,
+        every if error.shared_by else own,
+        error.size if is_time else nothing,
+        nothing if is_time else error.size,
+        error.shared_by,
+        True,
+        error.described,
+        of_motion=True,
+    )
 
 
 def fit_model(
     measured: Measurements,
-    chosen: ChosenModel,
+    chosen: Motion,
     left_out: Collection[int] = (),
     widths: Widths | None = None,
+    near: FitResult | None = None,
 ) -> tuple[Measurements, FitResult]:
-    """Fit a log with a model: correct the runs with the result of the fit, until both agree.
+    """Fit a log with a motion: correct the runs with the result of the fit, until both agree.
 
     Parameters
     ----------
     measured : Measurements
         The runs; earlier corrections are removed first.
-    chosen : ChosenModel
-        The model.
+    chosen : Motion
+        How the rods moved.
     left_out, widths
         As for `fit`.
+    near : FitResult, optional
+        A fit of nearly the same log, from which the corrections start.
 
     Returns
     -------
     Measurements
-        The corrected runs; of a released rod, with more sources of error.
+        The corrected runs, with the sources of error of this motion.
     FitResult
 
     Raises
@@ -749,21 +659,29 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = measured.sources
-    while sources and sources[-1].name in OF_RELEASE:
-        sources = sources[:-1]
+    sources = tuple([one for one in measured.sources if not one.of_motion])
     bare = runs = replace(measured, slowing=None, sources=sources)
-    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
-    if not is_corrected(runs, chosen):
-        return runs, fitted(runs, widths)
-    result = fitted(runs, AS_STATED)
+    if not chosen.is_corrected(timed_runs(bare)):
+        return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
+    result = near
+    if result is None:
+        result = fit(bare, AS_STATED, tilted=chosen.tilted, left_out=left_out)
     for _round in range(MAX_ROUNDS):
-        new = corrected(bare, result, chosen)
-        if (
-            runs.slowing is not None
-            and new.slowing is not None
-            and np.allclose(runs.slowing, new.slowing, rtol=1e-8)
-        ):
+        before, runs = runs, corrected(bare, result, chosen)
+        if before is not bare and _correct_alike(before, runs, result):
             break
-        runs, result = new, fitted(new, AS_STATED)
-    return runs, result if widths == AS_STATED else fitted(runs, widths)
+        result = fit(runs, AS_STATED, tilted=chosen.tilted, left_out=left_out)
+    return runs, fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
+
+
+def _correct_alike(one: Measurements, other: Measurements, result: FitResult) -> bool:
+    """Return whether two corrections of the same runs give the same I_zz.
+
+    They do if they differ by a small part of u of I_zz.
+    """
+    assert one.slowing is not None
+    assert other.slowing is not None
+    differ = np.abs(one.slowing - other.slowing)
+    # A run without a steady precession has no correction.
+    worst = float(np.max(differ[np.isfinite(differ)], initial=0.0))
+    return worst <= ALIKE * relative_u(result.inertia)

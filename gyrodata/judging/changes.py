@@ -24,7 +24,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, physics
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Widths
+from gyrodata.fitting import Estimate, FitResult, Widths
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import (
     SOURCES,
@@ -34,6 +34,8 @@ from gyrodata.measurements import (
     select,
     total_spin_excess,
 )
+from gyrodata.physics import Floats, models
+from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
 from gyrodata.readings import Readings
 
 WATCHED = 180.0
@@ -45,10 +47,6 @@ at 400 rpm."""
 
 LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
-
-LEVEL_TO = math.radians(2.0)
-"""How far from level [rad] a rod may be if nobody measured it: the default standard
-uncertainty of a pitch."""
 
 MOST_WEIGHTS = 12
 """With more torques than this, none is left out."""
@@ -65,10 +63,15 @@ class Lab(Struct, frozen=True):
     measured: Measurements
     """Its n runs, as they were fitted."""
     fit: FitResult
-    chosen: ChosenModel
+    chosen: Motion
+    """How the rods moved, according to this fit."""
     left_out: tuple[int, ...] = ()
     effects: tuple[Effect, ...] = ()
     """Effects whose sizes in this fit are known."""
+    asked: bool = False
+    """True if the user chose the model."""
+    choice: Choice | None = None
+    """How the model was chosen; None: without the sizes of the effects."""
 
     def change(
         self,
@@ -94,7 +97,7 @@ class Change(Struct, frozen=True):
     """What is different, for users; of an effect, why it is kept or dropped."""
     measured: Measurements | None
     """None: there is nothing to fit."""
-    chosen: ChosenModel
+    chosen: Motion
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
@@ -108,6 +111,8 @@ class Change(Struct, frozen=True):
     """Of an effect: whether its size decides if it is kept."""
     in_u: bool = False
     """Of an effect: whether u of I_zz contains the doubt about it."""
+    model: MotionModel | None = None
+    """Of an effect of the motion: the model that takes it into account."""
 
 
 # --- effects: each simplification ---
@@ -118,13 +123,16 @@ EFFECTS = {
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
     "spin_delay": "spin read late",
-    "tilt": "tilted rod, eq. (9) for eq. (8)",
     "tachometer": "tilted rod, total spin taken for ψ̇",
-    "release": "nutation after letting go",
-    "earth": "the Earth's rotation",
 }
-"""The simplifications by their name in the JSON, in words, in the order of the table.
-"""
+"""The simplifications that do not belong to a model of motion, by their name in the
+JSON, in words."""
+
+
+def effect_words(name: str) -> str:
+    """Return an effect for users, by its name in the JSON."""
+    model = models.of_effects().get(name)
+    return EFFECTS.get(name, name) if model is None else model.effect_words
 
 
 def _effects(lab: Lab) -> Iterator[Change]:
@@ -233,71 +241,45 @@ def _delay_of_spin(lab: Lab) -> Change:
 
 
 def _effects_of_motion(lab: Lab) -> Iterator[Change]:
-    """List the effects of a tilted rod, of its release and of the turning Earth.
+    """List the effects of the models of motion.
 
-    Each effect is in the model once, and is left out once.
+    Each effect is in the model of the log once, and is left out once.
     """
-    measured, chosen = lab.measured, lab.chosen
-    as_asked, tilted = ", as asked" if chosen.asked else "", chosen.tilted
-    other = replace(chosen, tilted=not tilted)
-    if measured.pitch.any():
-        words = f"{'eq. (8)' if tilted else 'eq. (9)'} is used{as_asked}"
-        yield lab.change("tilt", words, kept=tilted, without=tilted, chosen=other)
-        if measured.tachometer is None:
-            words = (
-                'it follows the rod; this is for one that stands still ("# tachometer: '
-                'still" in the log)'
-            )
-            spin = measured.spin - total_spin_excess(
-                lab.fit.sense, measured.turns, measured.time, measured.pitch
-            )
-            yield lab.change("tachometer", words, {"spin": spin}, without=False)
-    else:
-        words, pitch = (
-            "no pitch in the log; this is for 2° off level",
-            np.full(len(measured.runs), LEVEL_TO),
+    for model in models.of_effects().values():
+        yield _effect_of_model(lab, model)
+        if model.tilted:
+            yield from _total_spin_read(lab)
+
+
+def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
+    """Leave out the effect of a model of motion, or add it to a log without it."""
+    runs = fitting.timed_runs(lab.measured)
+    supposed, used = model.supposed(runs), lab.chosen.of_effect(model.effect)
+    as_asked = ", as asked" if lab.asked else ""
+    if used is None or supposed:
+        words = model.reason(runs, False, as_asked)
+        other = lab.chosen.including(model)
+        return lab.change(
+            model.effect, words, supposed, without=False, chosen=other, model=model
         )
-        yield lab.change("tilt", words, {"pitch": pitch}, without=False, chosen=other)
-    released, told = chosen.released, measured.motion
-    if told == "steady":
-        words = "steady, as the log says; this is for a rod released from rest"
-    elif told is None and released and not chosen.asked:
-        words = (
-            "a release with a light push is assumed, because the log does not say how "
-            "the rod was started"
-        )
-    elif told is None and not released:
-        words = (
-            'assumed steady; this is for a rod released from rest ("# motion: '
-            'released" in the log)'
-        )
-    else:
-        words = (
-            "the mean rate of a rod released from rest is used"
-            if released
-            else "assumed steady"
-        ) + as_asked
-    motion, other = (
-        {} if released else {"motion": "released"},
-        replace(chosen, released=not released),
+    words = used.reason(runs, True, as_asked)
+    other = lab.chosen.without(model.effect)
+    return lab.change(model.effect, words, kept=True, chosen=other, model=used)
+
+
+def _total_spin_read(lab: Lab) -> Iterator[Change]:
+    """Suppose that the tachometer of a tilted rod stands still, and reads the total spin."""
+    measured = lab.measured
+    if not measured.pitch.any() or measured.tachometer is not None:
+        return
+    words = (
+        'it follows the rod; this is for one that stands still ("# tachometer: '
+        'still" in the log)'
     )
-    yield lab.change(
-        "release", words, motion, kept=released, without=released, chosen=other
+    spin = measured.spin - total_spin_excess(
+        lab.fit.sense, measured.turns, measured.time, measured.pitch
     )
-    earth, other = chosen.earth, replace(chosen, earth=not chosen.earth)
-    if fitting.earth_is_told(measured):
-        words = (
-            "the angles are counted against the stars"
-            if earth
-            else "at the log's latitude"
-        )
-    else:
-        words = (
-            "at most, at a pole"
-            if measured.latitude is None
-            else "at the log's latitude, its sign unknown"
-        )
-    yield lab.change("earth", words, kept=earth, without=earth, chosen=other)
+    yield lab.change("tachometer", words, {"spin": spin}, without=False)
 
 
 # --- sensitivity: what the answer depends on ---
@@ -543,12 +525,15 @@ def _bias(lab: Lab, change: Change) -> float | None:
             change.chosen,
             change.left_out,
             change.widths or lab.fit.widths,
+            lab.fit,
         )
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
         is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
         if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
-            _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out)
+            _, fit = fitting.fit_model(
+                change.measured, change.chosen, change.left_out, near=fit
+            )
             ratio = fit.inertia.value / lab.fit.inertia.value
     except fitting.NoFit:
         return None
@@ -564,7 +549,8 @@ def _sample(lab: Lab) -> Lab:
         return lab
     # Without a posterior the sizes are those at the widths of this fit, however large
     # they are.
-    return Lab(None, measured, replace(fit, posterior=None), lab.chosen)
+    without_posterior = replace(fit, posterior=None)
+    return Lab(None, measured, without_posterior, lab.chosen, asked=lab.asked)
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
@@ -572,11 +558,8 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
     If `names` are given, only the simplifications with these names are listed.
     """
-    u, effects, told = (
-        fitting.relative_u(lab.fit.inertia),
-        [],
-        fitting.earth_is_told(lab.measured),
-    )
+    u, effects = fitting.relative_u(lab.fit.inertia), []
+    runs = fitting.timed_runs(lab.measured)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
     known = {one.effect: one for one in lab.effects}
@@ -586,8 +569,9 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         if change.name in known:
             effects.append(known[change.name])
             continue
-        bias = _bias(lab, change)
-        if change.name == "earth" and bias is not None and not told:
+        bias, model = _bias(lab, change), change.model
+        if bias is not None and model and model.always and not model.is_stated(runs):
+            # Nobody knows its sign.
             bias = abs(bias)
         size, reason = None if bias is None or not u else abs(bias) / u, change.words
         if change.sized and bias is None:
@@ -595,7 +579,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         elif change.sized and size is not None:
             verdict = ", small enough"
             if change.kept:
-                is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                is_seen = size < DROP_ONE and _has_formula(lab, model)
                 verdict = "; kept because the single runs show it" if is_seen else ""
             elif size >= DROP_ONE:
                 verdict = (
@@ -613,24 +597,43 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     return tuple(effects)
 
 
-def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
-    """Return whether a release may change I_zz by `least` standard uncertainties.
+def _has_formula(lab: Lab, model: MotionModel | None) -> bool:
+    """Return whether a model of motion tells the bias of each run alone."""
+    return model is not None and _biases(lab, model) is not None
+
+
+def _biases(lab: Lab, model: MotionModel) -> Floats | None:
+    """Compute the relative bias of I_zz of each run alone without a model [1]."""
+    top = fitting.top_of(lab.measured, lab.fit)
+    return model.biases(top, fitting.timed_runs(lab.measured))
+
+
+OFFERED = 0.7
+"""If the formula for an effect about which the log is silent is above this part of
+`DROP_ONE`, its size is fitted."""
+
+
+def may_matter(lab: Lab, model: MotionModel, least: float = OFFERED * DROP_ONE) -> bool:
+    """Return whether a model may change I_zz by `least` standard uncertainties.
 
     If this is true, only a fit can show how large the change is.
     """
-    measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
-    if measured.pitch.any() or lab.chosen.released or not u:
+    u, biases = fitting.relative_u(lab.fit.inertia), _biases(lab, model)
+    is_used = lab.chosen.of_effect(model.effect) is not None
+    # The formulas are those of a level rod.
+    if biases is None or lab.measured.pitch.any() or is_used or not u:
         return True
-    total, across = (
-        measured.torque + fit.residual_torque.value,
-        fitting.transverse_inertia(measured),
-    )
-    biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    # Runs that scatter more than stated may do so because of the release, which then
+    # Runs that scatter more than stated may do so because of the motion, which then
     # widens u.
-    return (
-        not abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u < least
-    )
+    widened = max(1.0, lab.fit.widths.scatter)
+    return not abs(float(lab.fit.response @ biases)) * widened / u < least
+
+
+def assumed_effects(lab: Lab) -> tuple[str, ...]:
+    """Return the effects that may matter, and about which the log is silent."""
+    runs = fitting.timed_runs(lab.measured)
+    silent = [model for model in MODELS if model.is_assumed(runs)]
+    return tuple([model.effect for model in silent if may_matter(lab, model)])
 
 
 # --- answers ---
@@ -651,10 +654,6 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-FAR_FROM_LIMIT = 2.0
-"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so
-in each changed log too."""
-
 FEW = 50
 """Of a log with more runs, a changed log has the model of the log itself: another
 choice takes a second."""
@@ -664,144 +663,254 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
     if len(lab.measured.runs) > MOST_RUNS:
         return []
-    answer, found, limit = lab.fit.inertia, [], DROP_ONE / FAR_FROM_LIMIT
-    # Then all changes need the model of the log itself.
-    is_clear = not (
-        lab.chosen.tilted
-        or lab.measured.pitch.any()
-        or fitting.earth_is_told(lab.measured)
-    )
-    if is_clear and lab.measured.motion != "steady":
-        release = next(
-            (one.size for one in lab.effects if one.effect == "release"), None
-        )
-        small = (
-            not release_may_matter(lab, limit) if release is None else release < limit
-        )
-        is_clear = (
-            (release or 0.0) > FAR_FROM_LIMIT * DROP_ONE
-            if lab.chosen.released
-            else small
-        )
+    answer, found = lab.fit.inertia, []
     for change in CHANGES[table](lab):
-        measured, chosen, inertia, whole = (
-            change.measured or lab.measured,
-            change.chosen,
-            None,
-            None,
-        )
-        if not (
-            chosen.asked
-            or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))
-        ):
-            chosen, whole = choose_model(measured, "auto")
+        fit = None
         with suppress(fitting.NoFit):
-            if whole is None or change.left_out or change.widths:
-                _, fit = fitting.fit_model(
-                    measured, chosen, change.left_out, change.widths
-                )
-            else:
-                fit = whole.fit
-            # An interval that includes zero is not an answer.
-            if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
-                inertia = fit.inertia
-        deviation = (
-            (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-        )
-        found.append(
-            (change, Sensitivity(change.name, change.words, inertia, deviation))
-        )
+            fit = _fit_of(lab, change)
+        # An interval that includes zero is not an answer.
+        if fit is None or (fit.inertia.interval_95 or (1.0, 1.0))[0] <= 0:
+            answered = Sensitivity(change.name, change.words, None, None)
+        else:
+            off = fit.inertia.value - answer.value
+            deviation = off / answer.u if answer.u else None
+            answered = Sensitivity(change.name, change.words, fit.inertia, deviation)
+        found.append((change, answered))
     return found
+
+
+class Fits:
+    """The fits of one log with several motions, each made once.
+
+    The corrections start from those of `like`, which is nearly the same log.
+    """
+
+    def __init__(
+        self,
+        measured: Measurements,
+        left_out: tuple[int, ...] = (),
+        like: Lab | None = None,
+    ) -> None:
+        self.measured, self.left_out = measured, left_out
+        self.near = None if like is None else like.fit
+        # Effects that every lab has are as large as in nearly the same log.
+        always = counting(())
+        effects = () if like is None else like.effects
+        self.effects = tuple([one for one in effects if one.effect in always])
+        self.known: list[Lab] = []
+
+    def lab(self, motion: Motion) -> Lab:
+        """Return the log, fitted with a motion.
+
+        Raises
+        ------
+        NoFit
+            If there is no credible solution.
+        """
+        for lab in self.known:
+            if lab.chosen == motion:
+                return lab
+        runs, fit = fitting.fit_model(
+            self.measured, motion, self.left_out, near=self.near
+        )
+        self.known.append(Lab(None, runs, fit, motion, self.left_out))
+        return self.known[-1]
+
+
+def _fit_of(lab: Lab, change: Change) -> FitResult:
+    """Fit a changed log with the model that it needs.
+
+    This is the model of the log itself, unless the sizes of the effects change so much
+    that another one is needed.
+    """
+    measured = change.measured or lab.measured
+    fits = Fits(measured, change.left_out, lab)
+    if lab.asked or len(measured.runs) > FEW:
+        return fits.lab(change.chosen).fit
+    with suppress(fitting.NoFit):
+        changed = fits.lab(change.chosen)
+        if _is_chosen_alike(lab, changed):
+            return changed.fit
+    choice, _ = choose_model(measured, fits=None if change.left_out else fits)
+    return fits.lab(choice.motion).fit
 
 
 # --- the model of a log ---
 
-STEEP, FALLEN = math.radians(45), math.radians(52)
-"""A released rod that sags by more than the first angle hits the cup of the ball. No
-answer is given from the second angle on: without a fit the sag is known to some degrees
-only."""
+NEVER_MODELLED = "decay_law"
+"""An effect that is always left out, and that counts towards the sum."""
 
 
-ALWAYS_OUT = ("decay_law", "earth")
-"""Effects that are left out if the log lacks the readings for them, and that count
-towards the sum."""
+class Choice(Struct, frozen=True):
+    """The models of motion that a log needs, and the sizes of the effects that led to them."""
+
+    motion: Motion
+    needed: Motion
+    """The models that are needed by the sizes of their effects; the runs may contradict
+    one that is only assumed."""
+    effects: tuple[Effect, ...] = ()
+    """The effects of these models, and those that count towards the sum."""
+    u: float = 0.0
+    """Relative u of I_zz of the fit to which the effects were compared [1]."""
+    preference: float | None = None
+    """Logarithm of how much more likely the runs are without an assumed model than with
+    it; None if they were not compared."""
 
 
 def choose_model(
-    measured: Measurements, model: Model
-) -> tuple[ChosenModel, Lab | None]:
-    """Choose the requested model, or the simplest model that is good enough for a log.
+    measured: Measurements, model: str = AUTO, fits: Fits | None = None
+) -> tuple[Choice, Lab | None]:
+    """Choose the requested model, or the simplest models that are good enough for a log.
 
-    The sizes of the effects determine which model is good enough.
+    The sizes of the effects determine which models are good enough.
 
-    If the log does not say how the rod was started, a release from rest is assumed if
-    it matters. The second value contains the fit of all runs with this model and its
-    effects, if the choice needed them.
+    If the log does not say how the rod was started, the model for a silent log is
+    assumed if it matters. The second value contains the fit of all runs with the chosen
+    model and its effects, if the choice needed them. `fits` contains fits of this log
+    that are known.
     """
-    tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
-    if model != "auto":
-        tilted = model == "steady" or (model == "released" and tilts)
-        return ChosenModel(tilted, released=model == "released", asked=True), None
-    simplest = ChosenModel(tilted=False, released=False, asked=False)
-    fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
-    if simplest == fullest and measured.motion == "steady":
-        return simplest, None
+    fits = fits or Fits(measured)
+    runs = fitting.timed_runs(measured)
+    known = models.known(model, runs)
+    assumed = [one for one in MODELS if one.is_assumed(runs)]
+    if model != AUTO or not (known.models or assumed):
+        return Choice(known, known), None
     try:
-        runs, fit = fitting.fit_model(
-            measured,
-            simplest,
-            widths=None if measured.motion is None else fitting.AS_STATED,
-        )
-        lab = Lab(None, runs, fit, simplest)
+        lab = fits.lab(Motion()) if assumed else _simplest_lab(measured)
+        assumed = [one for one in assumed if _may_have_happened(lab, one)]
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return fullest, None
-    whole = None if fit.posterior is None else lab
-    released = fullest.released or (measured.motion is None and release_may_matter(lab))
-    if released and not fullest.released:
-        # A rod that would sag steeply in a run was not released.
-        loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
-        total = measured.torque + fit.residual_torque.value
-        sag = physics.greatest_sag(
-            total, measured.spin, fit.inertia.value, across, measured.pitch
-        )
-        released = bool(np.max(sag[loaded]) < FALLEN)
-    if simplest == fullest and not released:
-        return simplest, whole
-    named = {"tilt": tilts, "release": released, "earth": told}
-    lab = replace(lab, effects=list_effects(lab, (*named, *ALWAYS_OUT)))
-    sizes = {effect.effect: effect for effect in lab.effects}
-    may = {name: sizes[name].bias for name, has in named.items() if has}
-    rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
-    dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
-    kept, u = set(may), fitting.relative_u(lab.fit.inertia)
-    # Leave out the smallest first. If the fit without an effect fails, the effect
-    # cannot be left out.
-    for size, name in sorted(
-        (abs(bias), name) for name, bias in may.items() if bias is not None
-    ):
-        dropped += size
-        if size > DROP_ONE * u or dropped > DROP_ALL * u:
-            break
-        kept.discard(name)
-    # A release that the log does not state is assumed for its effect on I_zz only.
-    kept |= {
-        name
-        for name in may
-        if _seen_in_scatter(measured, lab.fit, name)
-        and (name != "release" or fullest.released)
-    }
-    chosen = ChosenModel(
-        "tilt" in kept, "release" in kept, asked=False, earth="earth" in kept
+        return Choice(known, known), None
+    whole = None if lab.fit.posterior is None else lab
+    offered = tuple([one for one in MODELS if one in known.models or one in assumed])
+    if not offered:
+        return Choice(Motion(), Motion()), whole
+    lab = replace(lab, effects=fits.effects)
+    lab = replace(lab, effects=list_effects(lab, counting(offered)))
+    u = fitting.relative_u(lab.fit.inertia)
+    needed = needed_models(lab, offered, lab.effects, u)
+    choice = Choice(needed, needed, lab.effects, u)
+    for one in assumed:
+        if one in needed.models:
+            preference = _preference(fits, needed, one)
+            motion = needed.without(one.effect) if preference > CLEARLY else needed
+            choice = replace(choice, motion=motion, preference=preference)
+    return choice, lab if whole and choice.motion == Motion() else None
+
+
+def _simplest_lab(measured: Measurements) -> Lab:
+    """Fit a log as steady, level precession, with the stated widths."""
+    runs, fit = fitting.fit_model(measured, Motion(), widths=fitting.AS_STATED)
+    return Lab(None, runs, fit, Motion())
+
+
+def _may_have_happened(lab: Lab, model: MotionModel) -> bool:
+    """Return whether a motion about which the log is silent is possible, and may matter."""
+    top, runs = (
+        fitting.top_of(lab.measured, lab.fit),
+        fitting.timed_runs(lab.measured),
     )
-    steady = replace(chosen, released=False)
-    if (
-        chosen.released
-        and measured.motion is None
-        and _agrees_better(measured, steady, chosen)
-    ):
-        chosen = steady
-    return chosen, lab if whole and chosen == simplest else None
+    return may_matter(lab, model) and model.is_possible(top, runs)
+
+
+def counting(offered: Collection[MotionModel]) -> set[str]:
+    """Return the effects that count in the choice among the offered models."""
+    always = {one.effect for one in MODELS if one.always}
+    return {NEVER_MODELLED, *always, *(one.effect for one in offered)}
+
+
+def needed_models(
+    lab: Lab,
+    offered: Collection[MotionModel],
+    effects: Collection[Effect],
+    u: float,
+) -> Motion:
+    """Return those of the offered models whose effects are too large to be left out.
+
+    `u` is the relative standard uncertainty of I_zz [1].
+
+    The smallest is left out first, as long as it and the sum of all that are left out
+    stay below their limits. If the fit with an effect fails, the effect cannot be left
+    out. Effects that are not offered, because the log lacks their readings, count
+    towards the sum. What the log states is also needed if the single runs show it; what
+    it does not state is assumed for its effect on I_zz only.
+    """
+    needed, sizes, dropped = {one.effect for one in offered}, {}, 0.0
+    for effect in effects:
+        if effect.effect not in needed:
+            dropped += 0.0 if effect.in_u else abs(effect.bias or 0.0)
+        elif effect.bias is not None:
+            sizes[effect.effect] = abs(effect.bias)
+    for name in sorted(sizes, key=lambda name: (sizes[name], name)):
+        dropped += sizes[name]
+        if sizes[name] > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        needed.discard(name)
+    runs = fitting.timed_runs(lab.measured)
+    stated = [one for one in offered if one.is_stated(runs)]
+    needed |= {one.effect for one in stated if _seen_in_scatter(lab, one)}
+    return Motion(tuple([one for one in offered if one.effect in needed]))
+
+
+MARGIN = 0.15
+"""Relative doubt about the size of an effect in a changed log [1], if the size was not
+fitted."""
+
+
+def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
+    """Return whether a changed log certainly needs the models of the log itself.
+
+    The sizes of the effects are those in the log, changed by as much as their formulas
+    change.
+    """
+    choice = lab.choice
+    # The formulas are those of a level rod.
+    if choice is None or changed.measured.pitch.any() or not _is_decided(choice):
+        return False
+    top = fitting.top_of(changed.measured, changed.fit)
+    runs = fitting.timed_runs(changed.measured)
+    stated = models.known(AUTO, runs).models
+    offered = [
+        one
+        for one in MODELS
+        if one in stated or (one.is_assumed(runs) and one.is_possible(top, runs))
+    ]
+    sizes = {one.effect: one for one in (*lab.effects, *choice.effects)}
+    if not {one.effect for one in offered} <= set(sizes):
+        return False
+    if any(_may_be_seen_in_scatter(changed, one) for one in stated):
+        return False
+    effects = [
+        _resized(lab, changed, sizes[name])
+        for name in sorted(counting(offered) & set(sizes))
+    ]
+    u = choice.u or fitting.relative_u(lab.fit.inertia)
+    u *= _relative_change_of_u(lab, changed)
+    return all(
+        needed_models(changed, offered, effects, u * doubt) == choice.needed
+        for doubt in (1 + MARGIN, 1 - MARGIN)
+    )
+
+
+def _resized(lab: Lab, changed: Lab, effect: Effect) -> Effect:
+    """Estimate an effect in a changed log, from its size in the log."""
+    model = models.of_effects().get(effect.effect)
+    if effect.bias is None or model is None:
+        return effect
+    before, after = (_expected_bias(one, model) for one in (lab, changed))
+    return replace(effect, bias=effect.bias + after - before)
+
+
+def _expected_bias(lab: Lab, model: MotionModel) -> float:
+    """Compute the relative bias of I_zz without a model by its formula [1]; 0 without one."""
+    biases = _biases(lab, model)
+    return 0.0 if biases is None else float(lab.fit.response @ biases)
+
+
+def _relative_change_of_u(lab: Lab, changed: Lab) -> float:
+    """Return the relative u of I_zz of a changed log over that of the log [1]."""
+    before = fitting.relative_u(lab.fit.inertia)
+    return fitting.relative_u(changed.fit.inertia) / before if before else 1.0
 
 
 CLEARLY = math.log(200.0)
@@ -809,40 +918,50 @@ CLEARLY = math.log(200.0)
 likely."""
 
 
-def _agrees_better(
-    measured: Measurements, one: ChosenModel, other: ChosenModel
-) -> bool:
-    """Return whether the runs agree clearly better with one model than with another.
+def _preference(fits: Fits, motion: Motion, model: MotionModel) -> float:
+    """Return how much more likely the runs are without a model than with it, as a logarithm.
 
-    If there are very many runs, a sample of them is used.
+    If there are very many runs, a sample of them is used. The result is −∞ if one of
+    the fits fails.
     """
-    if len(measured.runs) > fitting.MANY:
-        measured = select(
-            measured, fitting.sample(measured, np.ones(len(measured.runs)))
-        )
+    if len(fits.measured.runs) > fitting.MANY:
+        every = np.ones(len(fits.measured.runs))
+        fits = Fits(select(fits.measured, fitting.sample(fits.measured, every)))
     try:
-        fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
+        without = fits.lab(motion.without(model.effect)).fit
+        return without.log_evidence - fits.lab(motion).fit.log_evidence
     except fitting.NoFit:
-        return False
-    return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
+        return -math.inf
 
 
-def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
+def _is_decided(choice: Choice) -> bool:
+    """Return whether a small change of the runs does not decide about an assumed model."""
+    likelier = choice.preference
+    return likelier is None or not CLEARLY / 2 < likelier < 2 * CLEARLY
+
+
+def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
     """Return whether an effect that cancels in I_zz is visible in the single runs.
 
     An example is the effect of a rod that is tilted up and down.
     """
-    if name not in ("tilt", "release"):
-        return False
-    across = fitting.transverse_inertia(measured)
-    if name == "release":
-        total = measured.torque + fit.residual_torque.value
-        biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
-    else:
-        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
-        biases = physics.tilt_bias(
-            rate, measured.spin, measured.pitch, fit.inertia.value, across
-        )
-    return (
-        float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL
-    )
+    return _size_in_runs(lab, model) > DROP_ALL
+
+
+def _size_in_runs(lab: Lab, model: MotionModel) -> float:
+    """Compute an effect on the single times, in their standard uncertainties [1]."""
+    biases = _biases(lab, model)
+    if biases is None:
+        return 0.0
+    in_u = biases * lab.measured.time / lab.fit.time_u
+    return float(np.sqrt(np.mean(in_u**2)))
+
+
+def _may_be_seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
+    """Return whether it is in doubt that the single runs show an effect.
+
+    The doubt is that of the factor by which the runs scatter.
+    """
+    size, factor = _size_in_runs(lab, model), lab.fit.widths.scatter
+    low, high = size * min(factor, 1.0), size * max(factor, 1.0)
+    return low * (1 - MARGIN) < DROP_ALL < high * (1 + MARGIN)

@@ -33,7 +33,8 @@ from gyrodata.judging.tables import (
 from gyrodata.judging.wrong_cells import exchanged_digits
 from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
-from gyrodata.physics import RPM
+from gyrodata.physics import RPM, models
+from gyrodata.physics.models import MODELS
 from gyrodata.quantities.notation import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Readings, kind_of_role, to_display
@@ -122,23 +123,21 @@ def _other_motion(seen: Seen) -> str:
     The result is "" unless this motion explains how the runs deviate.
     """
     measured, chosen = seen.measured, seen.chosen
-    if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
+    if seen.p is None or seen.p > NO_ACCIDENT or seen.asked:
         return ""
-    for motion, words in (
-        ("released", "was released from rest"),
-        ("steady", "was guided until it precessed steadily"),
-    ):
-        model, other = (
-            replace(chosen, released=motion == "released"),
-            replace(measured, motion=motion),
-        )
+    for model in models.starts():
+        if measured.motion == model.start:
+            continue
         with suppress(fitting.NoFit):
-            _, fit = fitting.fit_model(other, model, seen.left_out, fitting.AS_STATED)
+            other = chosen.started_as(model)
+            _, fit = fitting.fit_model(
+                measured, other, seen.left_out, fitting.AS_STATED
+            )
             p = fitting.chi2_tail(fit.chi2, fit.dof)
-            if measured.motion != motion and p > EXPLAINED:
+            if p > EXPLAINED:
                 return (
-                    f'if the rod {words}, the runs agree (p = {p:.1g}): write "# '
-                    f'motion: {motion}". If not, '
+                    f"if the rod {model.start_words}, the runs agree (p = {p:.1g}): "
+                    f'write "# motion: {model.start}". If not, '
                 )
     return ""
 
@@ -579,19 +578,16 @@ def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Report what the log does not contain for the choice of the model, and how much it matters."""
-    readings, measured, fit = seen.readings, seen.measured, seen.fit
+    readings, measured = seen.readings, seen.measured
     if measured.transverse_inertia is None:
         yield from _transverse_inertia(seen)
-    unused = (
-        ("u_pitch",) if seen.chosen.released else ("u_pitch", "u_transverse_inertia")
-    )
+    unused = {key for model in MODELS for key in model.uncertainties}
+    unused -= {key for model in seen.chosen.models for key in model.uncertainties}
     for key, place in readings.stated_at.items():
-        if (
-            key in unused
-            and "pitch" in readings.columns
-            and not fit.adjusted.problem.tilted
-        ):
+        if key in unused and "pitch" in readings.columns:
             yield readings.say("u_of_pitch_not_used", place, key=key)
+    runs = fitting.timed_runs(measured)
+    silent = {model.effect: model for model in MODELS if model.is_assumed(runs)}
     for effect in seen.effects:
         off, high = 100 * abs(effect.bias or 0.0), (effect.bias or 0.0) > 0
         matters = (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
@@ -599,13 +595,10 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
             yield readings.say(
                 "tachometer_not_told", off=off, direction="lower" if high else "higher"
             )
-        elif effect.effect == "release" and effect.bias is not None:
-            name = "release_assumed" if effect.kept else "release_not_told"
-            if (
-                measured.motion is None
-                and not seen.chosen.asked
-                and (effect.kept or matters)
-            ):
+        elif effect.effect in silent and effect.bias is not None and not seen.asked:
+            is_assumed, is_not_used = silent[effect.effect].messages or ("", "")
+            name = is_assumed if effect.kept else is_not_used
+            if name and (effect.kept or matters):
                 yield readings.say(name, off=off, direction="high" if high else "low")
 
 

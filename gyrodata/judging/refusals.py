@@ -15,10 +15,11 @@ from msgspec.structs import replace
 from gyrodata import fitting, physics
 from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import FitResult
-from gyrodata.judging.changes import CLEARLY, FALLEN, STEEP
+from gyrodata.judging.changes import CLEARLY
 from gyrodata.judging.tables import load_words, turn_words
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import RPM, motion
+from gyrodata.physics.models import FALLEN, STEEP
 from gyrodata.readings import Readings
 
 

@@ -113,6 +113,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
 
+    metadata: Mapping[str, str] = {}
+    """Every line ``# key: value`` of the log."""
+
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
 
@@ -295,6 +298,7 @@ def measure(readings: Readings) -> Measurements:
         else None,
         drag=drag,
         delay_factor=spins.delay_factor,
+        metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )
 

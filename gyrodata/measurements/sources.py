@@ -55,6 +55,8 @@ class Source(Struct, frozen=True):
     """True if the log does not state it."""
     usual: str
     """The default in words: "0.2 %"."""
+    of_motion: bool = False
+    """True if it comes from a model of the motion, and not from a reading."""
 
     @property
     def described(self) -> str:

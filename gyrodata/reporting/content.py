@@ -12,6 +12,7 @@ from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
+from gyrodata.physics import models
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
 from gyrodata.reporting.elements import (
@@ -49,6 +50,11 @@ FIT_NAMES = questions.WORDS["fits"]
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
     "sources"
 ]
+
+
+def source_words(name: str) -> str:
+    """Return a source of uncertainty for users, by its name in the JSON."""
+    return SOURCE_NAMES.get(name) or models.source_words().get(name, name)
 
 
 BYLINE = (
@@ -313,7 +319,7 @@ def _largest_part(n: Numbers) -> Sentence:
             )
             said = say(words, said, largest, part)
         elif i == 0:
-            name = SOURCE_NAMES.get(share.source, share.source)
+            name = source_words(share.source)
             shares = {one.source: one.share for one in n.analysis.budget}
             if (
                 share.source in ("time", "unexplained_scatter")
@@ -443,7 +449,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
     rows = [
         (
-            say("{}", SOURCE_NAMES.get(one.source, one.source)),
+            say("{}", source_words(one.source)),
             n.number(
                 f"budget.{i}.share",
                 f"{100 * one.share:.1f}" if one.share >= 5e-4 else "< 0.1",
@@ -592,7 +598,7 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
         else:
             verdict = "left out"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
-        name = changes.EFFECTS.get(effect.effect, effect.effect)
+        name = changes.effect_words(effect.effect)
         rows.append(
             (say("{}", name), change, size, say(verdict), say("{}", effect.reason))
         )
@@ -604,9 +610,11 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
         Head("why", wrap=0.3, page_only=True),
     )
     choice = (
-        ", as asked" if model.asked else ", the simplest model that is sufficient here"
+        ", as asked"
+        if n.analysis.lab.asked
+        else ", the simplest model that is sufficient here"
     )
-    words = say(f"Model: {questions.MODEL_NAMES[model.name]}{choice}.")
+    words = say(f"Model: {model.words}{choice}.")
     return (
         Text((words,)),
         table(
@@ -646,7 +654,7 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     fitted = say(
         "I_zz, the residual torque M0 and the timing bias b were fitted to all "
         "readings of the {}{} at once, by "
-        f"{questions.MODEL_NAMES[n.analysis.model.name]}: least squares with errors in "
+        f"{n.analysis.model.words}: least squares with errors in "
         f"every reading (Gauss-Helmert "
         "model). An error that runs share, for example of the ruler, is one unknown "
         "for all of them. Unknown sizes of "

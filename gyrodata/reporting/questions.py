@@ -41,8 +41,6 @@ WORDS = tomllib.loads(
 )
 """Names and questions in the report, by section and key."""
 
-MODEL_NAMES = WORDS["models"]
-
 
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
@@ -518,6 +516,6 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     last = (
         "A single run is affected by its reading errors, by M0 and by b. The fit uses "
         "all runs together, by "
-        f"{MODEL_NAMES[analysis.model.name]}, and determines M0 and b together with I_zz = {{}}."
+        f"{analysis.model.words}, and determines M0 and b together with I_zz = {{}}."
     )
     yield paragraph(last, n.value("inertia.value", n.inertia))

@@ -34,6 +34,7 @@ from gyrodata.measurements import (
     measure,
 )
 from gyrodata.physics import motion
+from gyrodata.physics.models import MODELS
 from gyrodata.readings import read_log
 from gyrodata.readings.roles import parse_header
 
@@ -272,11 +273,15 @@ def test_a_closed_form_is_that_of_the_code(
         assert value_of(SIZES[name][0], lab) == pytest.approx(found(lab), rel=5e-3)
 
 
+def effects() -> list[str]:
+    return [*changes.EFFECTS, *(one.effect for one in MODELS if one.effect)]
+
+
 def test_approximations_are_complete() -> None:
     assert set(BY_CODE) <= set(SIZES)
     assert [
         one
-        for one in changes.EFFECTS.values()
+        for one in map(changes.effect_words, effects())
         if not any(name.startswith(one) for name in SIZES)
     ] == []
     assert [name for name, _, _ in PROOFS] == list(SIZES)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from gyrodata.analysis import check_fit, fit_log
-from gyrodata.fitting import Model
 from gyrodata.measurements import Measurements, Source
+from gyrodata.physics.models import Model
 from gyrodata.readings import read_log
 from gyrodata.results import FittedLog, Options
 

@@ -1,0 +1,531 @@
+"""The models of how a rod moves while it is timed, one class for each.
+
+The fit contains the equation of steady precession: eq. (9), or eq. (8) with a pitch. A
+model gives the mean rate of a rod that moves in another way, the errors that exist only
+then, and the words for users. A log needs a model if it states the motion, or if it is
+silent about it, and if the motion changes I_zz by enough. `MODELS` is the list of all
+models, the simplest first. A new model is a subclass in this list; nothing else in the
+package asks for a model by its name.
+
+A `Motion` contains the models of one fit. Their corrections multiply.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+from msgspec import Struct
+
+from gyrodata import physics
+from gyrodata.physics import Floats, motion
+from gyrodata.physics.motion import Top
+
+Model = Literal["auto", "horizontal", "steady", "released"]
+"""The names that a user can choose from, for type checkers; `names` lists them."""
+
+LEVEL_TO = math.radians(2.0)
+"""How far from level [rad] a rod may be if nobody measured it: the default standard
+uncertainty of a pitch."""
+
+STEEP, FALLEN = math.radians(45), math.radians(52)
+"""A released rod that sags by more than the first angle hits the cup of the ball. No
+answer is given from the second angle on: without a fit the sag is known to some degrees
+only."""
+
+
+class TimedRuns(Struct, frozen=True, eq=False):
+    """The readings of n runs, as a model of motion needs them; arrays have shape (n,)."""
+
+    time: Floats
+    """Timed interval [s]."""
+    turns: Floats
+    """Revolutions of precession in that time [1]."""
+    spin: Floats
+    """Mean spin relative to the rod's frame [rad/s]."""
+    pitch: Floats
+    """Rod above the horizontal [rad]; 0 if the log does not say."""
+    sense: Floats
+    """Sign of the rate of precession times the spin; 0 if it is unknown."""
+    transverse_u: float
+    """Relative standard uncertainty of I [1]."""
+    spin_start: Floats | None = None
+    """[rad/s]; None if it was not read."""
+    spin_end: Floats | None = None
+    """[rad/s]; None if it was not read."""
+    total_spin: Floats | None = None
+    """Total spin [rad/s]; None if the tachometer follows the rod."""
+    direction: Floats | None = None
+    """+1 counterclockwise, −1 clockwise seen from above, 0 if it is unknown; None if no
+    run has a direction."""
+    latitude: float | None = None
+    """[rad]; None if the log does not say."""
+    start: str | None = None
+    """The line ``# motion:`` of the log; None if the log does not say."""
+    lines: Mapping[str, str] = {}
+    """Every line ``# key: value`` of the log."""
+
+
+class ModelError(Struct, frozen=True, eq=False):
+    """An error of the readings that exists only with one model of motion."""
+
+    name: str
+    """Its line in the budget."""
+    quantity: Literal["time", "turns"]
+    size: Floats
+    """Standard uncertainty: of a time [s], of turns over the turns [1]; shape (n,)."""
+    described: str
+    """Where the size comes from, in words."""
+    shared_by: str = ""
+    """In words; "" if every run has its own error."""
+
+
+class MotionModel(Struct, frozen=True):
+    """How a rod may move, and what this changes.
+
+    The attributes are its names and words; the methods are its physics. A subclass
+    replaces what differs.
+    """
+
+    name: ClassVar[str] = ""
+    """Its name in the JSON and in the option ``--model``; "" if the name of a fit is
+    that of another model in it."""
+    words: ClassVar[str] = ""
+    """The model for users, after "by": "eq. (8), a tilted rod"."""
+    effect: ClassVar[str] = ""
+    """Name in the JSON of the effect that it takes into account."""
+    effect_words: ClassVar[str] = ""
+    """The effect for users."""
+    start: ClassVar[str] = ""
+    """What the line ``# motion:`` says of such a rod."""
+    start_words: ClassVar[str] = ""
+    """How the rod was started, after "the rod"."""
+    tilted: ClassVar[bool] = False
+    """True if the fit uses eq. (8) with each run's pitch, not eq. (9)."""
+    sags: ClassVar[bool] = False
+    """True if the rod starts from rest, and sags before it precesses."""
+    always: ClassVar[bool] = False
+    """True if the effect exists in every lab, whether the log states it or not."""
+    uncertainties: ClassVar[tuple[str, ...]] = ()
+    """Keys of a log, such as "u_pitch", that only some models use: this one does."""
+    source_words: ClassVar[Mapping[str, str]] = {}
+    """Names for users of the errors that it adds."""
+    messages: ClassVar[tuple[str, str] | None] = None
+    """The messages for a log that is silent about the motion: if the model is assumed,
+    and if it is not used."""
+
+    def is_stated(self, runs: TimedRuns) -> bool:
+        """Return whether a log states that its rods moved in this way."""
+        return False
+
+    def is_assumed(self, runs: TimedRuns) -> bool:
+        """Return whether a log is silent about its rods, so that they may have moved in this way.
+
+        The model is then assumed if the motion changes I_zz by enough.
+        """
+        return False
+
+    def is_possible(self, top: Top, runs: TimedRuns) -> bool:
+        """Return whether the rods can have moved in this way if the log is silent."""
+        return True
+
+    def supposed(self, runs: TimedRuns) -> dict[str, Any]:
+        """Return readings of a typical rod that moves so, for a log without them."""
+        return {}
+
+    def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
+        """Say why the effect is in the model of a log, or is left out.
+
+        `as_asked` is ", as asked" if the user chose the model, else "".
+        """
+        raise NotImplementedError
+
+    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
+        """Compute the relative bias of I_zz without this model [1], to lowest order.
+
+        One value for each run alone, shape (n,); None if there is no formula.
+        """
+        return None
+
+    def is_corrected(self, runs: TimedRuns) -> bool:
+        """Return whether the mean rate differs from that of the equation in the fit."""
+        return True
+
+    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+        """Compute the mean rate of precession [rad/s], shape (n,).
+
+        `steady` is the rate by the equation in the fit [rad/s].
+        """
+        return steady
+
+    def errors(
+        self, top: Top, runs: TimedRuns, slowing: Floats
+    ) -> Iterator[ModelError]:
+        """Yield the errors that exist only with this model.
+
+        `slowing` is the rate by the equation over the mean rate [1].
+        """
+        return iter(())
+
+
+class Horizontal(MotionModel, frozen=True):
+    """Steady precession of a level rod, eq. (9): no correction."""
+
+    name = "horizontal"
+    words = "eq. (9), a level rod"
+    start = "steady"
+    start_words = "was guided until it precessed steadily"
+
+
+class Steady(MotionModel, frozen=True):
+    """Steady precession of a tilted rod, eq. (8)."""
+
+    name = "steady"
+    words = "eq. (8), a tilted rod"
+    effect = "tilt"
+    effect_words = "tilted rod, eq. (9) for eq. (8)"
+    tilted = True
+    uncertainties = ("u_pitch", "u_transverse_inertia")
+
+    def is_stated(self, runs: TimedRuns) -> bool:
+        """Return whether a rod of the log is not level."""
+        return bool(runs.pitch.any())
+
+    def supposed(self, runs: TimedRuns) -> dict[str, Any]:
+        """Return a typical pitch for a log without one."""
+        return {} if runs.pitch.any() else {"pitch": np.full(len(runs.time), LEVEL_TO)}
+
+    def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
+        """Say which equation is used."""
+        if not runs.pitch.any():
+            return "no pitch in the log; this is for 2° off level"
+        return f"{'eq. (8)' if kept else 'eq. (9)'} is used{as_asked}"
+
+    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
+        """Compute the bias of eq. (9) [1], shape (n,)."""
+        sense = np.where(runs.sense == 0, 1.0, runs.sense)
+        rate = sense * 2 * np.pi * runs.turns / runs.time
+        across = top.transverse_inertia
+        bias = physics.tilt_bias(rate, runs.spin, runs.pitch, top.inertia, across)
+        return np.asarray(bias)
+
+    def is_corrected(self, runs: TimedRuns) -> bool:
+        """Return whether the spin falls; else eq. (8) is the whole model."""
+        return runs.spin_start is not None
+
+    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+        """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s].
+
+        The method is Gauss-Legendre quadrature.
+        """
+        if runs.spin_start is None or runs.spin_end is None:
+            return steady
+        points, weights = np.polynomial.legendre.leggauss(8)
+        decay = np.log(runs.spin_end / runs.spin_start)
+        spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
+        # A third reading of the spin can give a harmonic mean that differs from that of
+        # a viscous decay.
+        spins *= runs.spin / physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
+        rates = physics.precession_rate(
+            top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
+        )
+        return np.asarray(0.5 * weights @ rates)
+
+
+class Released(MotionModel, frozen=True):
+    """A rod that is released from rest, by the exact motion.
+
+    It sags, nutates, and has a smaller mean rate than in steady precession.
+    """
+
+    name = "released"
+    words = "the mean rate of a rod released from rest"
+    effect = "release"
+    effect_words = "nutation after letting go"
+    start = "released"
+    start_words = "was released from rest"
+    sags = True
+    uncertainties = ("u_transverse_inertia",)
+    source_words = {
+        "nutation": "nutation at the last button press",
+        "release": "transverse inertia, in the nutation",
+    }
+
+    def is_stated(self, runs: TimedRuns) -> bool:
+        """Return whether the log says that the rod was released."""
+        return runs.start == self.start
+
+    def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
+        """Say whether the rod counts as released."""
+        if runs.start == "steady":
+            return "steady, as the log says; this is for a rod released from rest"
+        if kept:
+            return f"the mean rate of a rod released from rest is used{as_asked}"
+        if runs.start is None:
+            return (
+                'assumed steady; this is for a rod released from rest ("# motion: '
+                'released" in the log)'
+            )
+        return f"assumed steady{as_asked}"
+
+    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
+        """Compute the bias of steady precession [1], for level rods, shape (n,)."""
+        across = top.transverse_inertia
+        bias = physics.release_bias(top.torque, runs.spin, top.inertia, across)
+        return np.asarray(bias)
+
+    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+        """Compute the mean rate by the exact motion [rad/s], shape (n,)."""
+        total = runs.total_spin
+        if total is None:
+            total = motion.total_spin(top, runs.spin, runs.pitch)
+        return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
+
+    def errors(
+        self, top: Top, runs: TimedRuns, slowing: Floats
+    ) -> Iterator[ModelError]:
+        """Yield the unknown phase of the nutation, and the doubt about I."""
+        click = physics.click_error(runs.spin, top.inertia, top.transverse_inertia)
+        yield ModelError(
+            "nutation",
+            "time",
+            click / math.sqrt(2),
+            "its phase at the last click",
+        )
+        # The reduction of the mean rate is proportional to the square of I.
+        yield ModelError(
+            "release",
+            "turns",
+            2 * runs.transverse_u * np.abs(slowing - 1),
+            "the doubt about I in the mean rate",
+            "all runs",
+        )
+
+
+PART_RELEASED, PART_U = 0.5, 0.4
+"""Part of the effect of a release, and its standard uncertainty, if the log does not
+say how the rod was started: a rod that gets a push of the share k of the steady rate
+shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to second order in I
+φ̇/(I_zz ψ̇)."""
+
+
+class Pushed(Released, frozen=True):
+    """A rod that is released with a push of unknown size: the start if the log is silent."""
+
+    start = ""
+    start_words = ""
+    source_words = {
+        "habit": "push of the hand when the rod is released",
+        "push": "push of the hand in each run",
+    }
+    messages = ("release_assumed", "release_not_told")
+
+    def is_stated(self, runs: TimedRuns) -> bool:
+        """Return False: no log states the size of a push."""
+        return False
+
+    def is_assumed(self, runs: TimedRuns) -> bool:
+        """Return whether the log does not say how the rod was started."""
+        return runs.start is None
+
+    def is_possible(self, top: Top, runs: TimedRuns) -> bool:
+        """Return whether no loaded rod would have sagged steeply."""
+        sag = physics.greatest_sag(
+            top.torque, runs.spin, top.inertia, top.transverse_inertia, runs.pitch
+        )
+        return bool(np.max(sag[top.torque != 0]) < FALLEN)
+
+    def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
+        """Say what is assumed."""
+        return (
+            "a release with a light push is assumed, because the log does not say how "
+            "the rod was started"
+        )
+
+    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+        """Compute the mean rate with a part of the effect of a release [rad/s]."""
+        mean = Released.mean_rate(self, top, runs, steady)
+        return np.asarray(steady / (1 + PART_RELEASED * (ratio(steady, mean) - 1)))
+
+    def errors(
+        self, top: Top, runs: TimedRuns, slowing: Floats
+    ) -> Iterator[ModelError]:
+        """Yield the errors of a released rod, and the size of the push."""
+        yield from Released.errors(self, top, runs, slowing)
+        # One half of the variance is the habit of the hand, the other half differs from
+        # run to run.
+        push = PART_U * np.abs(slowing - 1) / PART_RELEASED / math.sqrt(2)
+        described = "half of the effect ± 40 %"
+        hand = "all runs (the same hand)"
+        yield ModelError("habit", "turns", push, described, hand)
+        yield ModelError("push", "turns", push, described)
+
+
+class Earth(MotionModel, frozen=True):
+    """The floor that turns with the Earth while a run is timed."""
+
+    effect = "earth"
+    effect_words = "the Earth's rotation"
+    always = True
+
+    def is_stated(self, runs: TimedRuns) -> bool:
+        """Return whether the log states the latitude and the direction of each run."""
+        is_known = runs.direction is not None and bool(runs.direction.all())
+        return runs.latitude is not None and is_known
+
+    def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
+        """Say whether the floor counts as turning, and at which latitude."""
+        if kept:
+            return "the angles are counted against the stars"
+        if self.is_stated(runs):
+            return "at the log's latitude"
+        if runs.latitude is None:
+            return "at most, at a pole"
+        return "at the log's latitude, its sign unknown"
+
+    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+        """Compute the mean rate against the turning floor [rad/s], shape (n,)."""
+        # At a pole if the latitude is unknown. Counterclockwise is positive.
+        latitude = math.pi / 2 if runs.latitude is None else runs.latitude
+        floor = physics.EARTH_ROTATION * math.sin(latitude)
+        usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
+        direction = usual if runs.direction is None else runs.direction
+        direction = np.where(direction == 0, usual, direction)
+        seen = 2 * np.pi * runs.turns / runs.time
+        return np.asarray(steady / (1 + direction * floor / seen))
+
+
+HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
+    Horizontal(),
+    Steady(),
+    Released(),
+    Pushed(),
+    Earth(),
+)
+
+MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
+"""Every model of motion, in the order of the table of effects. The first one is the
+equation of the fit without a correction. Of several models with one effect the first one
+gives the size of the effect."""
+
+
+def ratio(steady: Floats, mean: Floats) -> Floats:
+    """Divide the steady rate by the mean rate [1]; 1 without a torque, where both are zero."""
+    return np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
+
+
+class Motion(Struct, frozen=True):
+    """The models that a fit contains, in the order of `MODELS`."""
+
+    models: tuple[MotionModel, ...] = ()
+    """Empty for the steady precession of a level rod."""
+
+    @property
+    def named(self) -> MotionModel:
+        """The last model that has a name: the one that the fit is called by."""
+        return [model for model in (MODELS[0], *self.models) if model.name][-1]
+
+    @property
+    def name(self) -> str:
+        """Name of the fit's model in the JSON and in the option ``--model``."""
+        return self.named.name
+
+    @property
+    def words(self) -> str:
+        """The fit's model for users, after "by"."""
+        return self.named.words
+
+    @property
+    def sags(self) -> bool:
+        """Whether the rod certainly starts from rest, and sags before it precesses."""
+        return any(model.sags for model in self.models)
+
+    @property
+    def tilted(self) -> bool:
+        """Whether the fit uses eq. (8) with each run's pitch, not eq. (9)."""
+        return any(model.tilted for model in self.models)
+
+    def of_effect(self, effect: str) -> MotionModel | None:
+        """Return the model that takes an effect into account; None if it is left out."""
+        found = [model for model in self.models if model.effect == effect]
+        return found[0] if found else None
+
+    def without(self, effect: str) -> Motion:
+        """Return the same models without an effect."""
+        return Motion(tuple([one for one in self.models if one.effect != effect]))
+
+    def started_as(self, model: MotionModel) -> Motion:
+        """Return the same models for a rod that was started in another way."""
+        starts = {one.effect for one in MODELS if one.start and one.effect}
+        kept = [one for one in self.models if one.effect not in starts]
+        return Motion(tuple(kept)).including(model)
+
+    def including(self, model: MotionModel) -> Motion:
+        """Return the same models with another one for its effect."""
+        others = self.without(model.effect).models
+        return Motion(tuple([one for one in MODELS[1:] if one in (*others, model)]))
+
+    def is_corrected(self, runs: TimedRuns) -> bool:
+        """Return whether the runs need a correction that depends on the result of the fit."""
+        return any(model.is_corrected(runs) for model in self.models)
+
+    def correction(
+        self, top: Top, runs: TimedRuns
+    ) -> tuple[Floats, tuple[ModelError, ...]]:
+        """Compute the steady rate over the mean rate of each run [1], and the errors then.
+
+        The rate of a run without a torque is zero; its ratio is 1.
+        """
+        lean = (top.transverse_inertia, runs.pitch) if self.tilted else (0.0, 0.0)
+        slowing = np.ones(len(runs.time))
+        errors: list[ModelError] = []
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steady = physics.precession_rate(top.torque, runs.spin, top.inertia, *lean)
+            for model in self.models:
+                own = ratio(steady, model.mean_rate(top, runs, steady))
+                slowing = slowing * own
+                errors += model.errors(top, runs, own)
+        return slowing, tuple(errors)
+
+
+AUTO: Final = "auto"
+"""The name by which a user asks for the simplest model that is good enough."""
+
+
+def known(name: str, runs: TimedRuns) -> Motion:
+    """Return the models that a log states, or the model that a user asks for by its name.
+
+    The latter includes what the log states of the models before it in `MODELS`.
+    """
+    stated = [model for model in MODELS if model.is_stated(runs)]
+    if name == AUTO:
+        return Motion(tuple(stated))
+    first = [model.name for model in MODELS].index(name)
+    before = [model for model in MODELS[1:first] if model in stated]
+    return Motion(tuple([one for one in (*before, MODELS[first]) if first]))
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all models, for the option ``--model``."""
+    return tuple(dict.fromkeys(model.name for model in MODELS if model.name))
+
+
+def starts() -> tuple[MotionModel, ...]:
+    """Return the models by which a log can say how the rod was started, the first last."""
+    return tuple([model for model in MODELS if model.start][::-1])
+
+
+def of_effects() -> dict[str, MotionModel]:
+    """Return the first model of each effect, by the effect, in the order of the table."""
+    found: dict[str, MotionModel] = {}
+    for model in MODELS:
+        if model.effect:
+            found.setdefault(model.effect, model)
+    return found
+
+
+def source_words() -> dict[str, str]:
+    """Return the names for users of all errors that models add."""
+    return {name: words for one in MODELS for name, words in one.source_words.items()}

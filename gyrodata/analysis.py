@@ -17,10 +17,11 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic, LogError, insist_on_choice, insist_on_type
-from gyrodata.fitting import Estimate, NoFit, Outlier
-from gyrodata.judging import changes, findings, refusals, tables, wrong_cells
+from gyrodata.fitting import Estimate
+from gyrodata.judging import changes, findings, tables
 from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import what_lacks
+from gyrodata.judging.recommended import recommend
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, Model
@@ -33,10 +34,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from gyrodata.base.errors import Diagnostic
-
-LARGEST = 3_000_000
-"""Largest number of runs times shared readings in one fit, which is the size of its
-matrix."""
 
 
 def analyze(
@@ -128,21 +125,21 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    measured = replace(
-        measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured))
-    )
+    questions = tuple(checks.check(readings, measured))
+    measured = replace(measured, diagnostics=(*measured.diagnostics, *questions))
     sizes = tuple(checks.check_sizes(readings, measured))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *sizes)
     if not np.any(measured.torque):
         raise LogError([*diagnostics, readings.say("all_torques_zero")])
+    model, keep_flagged = options.model, options.keep_flagged
     try:
-        lab, outliers, without_outliers = fit_runs(
-            readings, measured, options.model, options.keep_flagged
-        )
+        recommended = recommend(readings, measured, model, keep_flagged)
     except LogError as error:
         raise LogError([*diagnostics, *error.diagnostics]) from None
+    lab, outliers = recommended.lab, recommended.outliers
     measured, fit = lab.measured, lab.fit
-    torques = tables.torque_table(measured, fit, _kept_groups(measured, fit), {})
+    groups = _kept_groups(measured, fit)
+    torques = tables.torque_table(measured, fit, groups, {})
     return FittedLog(
         name=readings.name,
         sha256=readings.sha256,
@@ -153,7 +150,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         model=lab.chosen,
         choice=lab.choice,
         outliers=outliers,
-        without_outliers=without_outliers,
+        without_outliers=recommended.without_outliers,
         inertia=_result(fit.inertia),
         residual_torque=_result(fit.residual_torque),
         timing_bias=_result(fit.timing_bias),
@@ -161,7 +158,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         budget=fit.budget,
         effects=lab.effects,
-        constancy=tables.constancy(measured, torques, _kept_groups(measured, fit)),
+        constancy=tables.constancy(measured, torques, groups),
         torques=torques,
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=tables.look_for_patterns(measured, fit),
@@ -305,18 +302,6 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     return [text for *_, text in sorted(gains)]
 
 
-ABSURD = 1000.0
-"""A Birge ratio above this means that the stated uncertainties are wrong."""
-
-EXACT, TOO_WIDE = 1e-6, 0.7
-"""Smallest credible relative uncertainty of I_zz [1], and the largest one of an answer.
-"""
-
-HOPELESS = 1e-6
-"""If the probability of chi-square is below this, wrong turn counts that explain all
-torques are reported as errors."""
-
-
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
     """Analyse a log and list what is missing.
 
@@ -335,117 +320,6 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
     return analysis, (
         *analysis.diagnostics,
         *what_lacks(readings, analysis.measurements, analysis.lab),
-    )
-
-
-def fit_runs(
-    readings: Readings,
-    measured: Measurements,
-    model: Model = AUTO,
-    keep_flagged: bool = False,
-) -> tuple[Lab, tuple[Outlier, ...], Estimate | None]:
-    """Choose the model, find the outliers, and fit the other runs.
-
-    Parameters
-    ----------
-    readings : Readings
-        The log.
-    measured : Measurements
-        Its n runs, at least one with a torque.
-    model, keep_flagged
-        As for `analyze`.
-
-    Returns
-    -------
-    tuple of Lab, tuple of Outlier, and Estimate or None
-        The log with its recommended fit; the suspected outliers; and I_zz without all
-        of them [kg*m^2], if some of them are in the fit.
-
-    Raises
-    ------
-    LogError
-        If the runs do not determine a credible I_zz; it names what to check.
-    """
-    # The errors that several runs have in common, if there may be too many; runs
-    # without an error are in group -1.
-    count = len(measured.runs)
-    counted = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
-    shared = sum(
-        [int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in counted]
-    )
-    if shared * count > LARGEST:
-        raise LogError(
-            [readings.say("too_many_shared_readings", runs=count, shared=shared)]
-        )
-    timed = fitting.timed_runs(measured)
-    if models.known(model, timed).sags:
-        fallen = refusals.fall_findings(readings, measured)
-        if fallen:
-            raise LogError(fallen)
-    try:
-        runs, (choice, whole) = measured, changes.choose_model(measured, model)
-        chosen = choice.motion
-        fit, effects = (whole.fit, whole.effects) if whole else (None, ())
-        outliers, screened = fitting.screen(runs, chosen.tilted, fit and fit.as_stated)
-        if chosen.is_corrected(timed):
-            odd = tuple([outlier.index for outlier in outliers])
-            runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
-            outliers, screened = fitting.screen(runs, chosen.tilted)
-        odd = tuple([outlier.index for outlier in outliers])
-        # Only a run with a wrong turn count is left out; another outlier is still a
-        # measurement.
-        left_out = (
-            ()
-            if keep_flagged
-            else tuple([outlier.index for outlier in outliers if outlier.slip])
-        )
-        if fit is None or left_out:
-            fit, effects = (
-                fitting.fit(runs, tilted=chosen.tilted, left_out=left_out),
-                (),
-            )
-        without = (
-            fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia
-            if odd != left_out
-            else None
-        )
-        if not np.isfinite(fit.fitted_time).all():
-            raise LogError([readings.say("no_steady_precession")])
-        says = np.ones(len(measured.runs))
-        says[list(odd)] = 0.0
-        fitting.insist_on_lines(runs, fit, chosen.tilted, says)
-        if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
-            # Without degrees of freedom, the runs cannot contradict the stated
-            # uncertainties.
-            raise NoFit(
-                "all uncertainties are stated as zero, and the runs are too few to "
-                "show how well they agree"
-            )
-        birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
-        if birge > ABSURD:
-            raise NoFit(
-                f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
-            )
-        low, high = fit.inertia.interval_95 or (fit.inertia.value, fit.inertia.value)
-        if low <= 0 or (fit.inertia.u or 0.0) > TOO_WIDE * fit.inertia.value:
-            raise LogError([refusals.not_measured(readings, fit, low, high)])
-    except NoFit as reason:
-        miscounted = refusals.count_findings(readings, measured)
-        raise LogError(
-            miscounted
-            or [refusals.refusal(readings, measured, str(reason), keep_flagged)]
-        ) from None
-    if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = refusals.count_findings(readings, runs, fit, left_out)
-        if miscounted:
-            raise LogError(miscounted)
-    lab = Lab(readings, runs, fit, chosen, left_out, effects, model != AUTO, choice)
-    return (
-        lab,
-        wrong_cells.explain(readings, lab, outliers, screened or fit)
-        if outliers
-        else (),
-        without,
     )
 
 

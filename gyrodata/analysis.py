@@ -84,12 +84,13 @@ def analyze(
     """
     insist_on_choice("model", model, (AUTO, *models.names()))
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
+    settings, mapping = settings or {}, mapping or {}
     readings = read_log(
-        log, name=name, settings=settings or {}, mapping=mapping or {}, config=config
+        log, name=name, settings=settings, mapping=mapping, config=config
     )
     options = Options(
-        set={key: value_text(value) for key, value in sorted((settings or {}).items())},
-        map=dict(sorted((mapping or {}).items())),
+        set={key: value_text(settings[key]) for key in sorted(settings)},
+        map={key: mapping[key] for key in sorted(mapping)},
         config=None if config is None else Path(config).name,
         model=model,
         keep_flagged=keep_flagged,
@@ -172,25 +173,23 @@ def judge(log: FittedLog) -> Analysis:
     log = replace(log, effects=changes.list_effects(log.lab))
     lab, measured, fit = log.lab, log.measurements, log.fit
     groups = _kept_groups(measured, fit)
-    sensitivity = changes.answers(lab, "sensitivity")
-    without_torque = {
-        change.torque: answer.inertia
-        for change, answer in sensitivity
-        if change.torque is not None and answer.inertia
-    }
+    without_torque: dict[int, Estimate] = {}
+    sensitivity = []
+    for change, answer in changes.answers(lab, "sensitivity"):
+        sensitivity.append(answer)
+        if change.torque is not None and answer.inertia:
+            without_torque[change.torque] = answer.inertia
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*log.diagnostics, *_findings(log, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _unusual_lines(lab))
+    torques = tables.torque_table(measured, fit, groups, without_torque)
+    log = replace(log, torques=torques, diagnostics=diagnostics)
     return Analysis(
-        **asdict(log)
-        | {
-            "torques": tables.torque_table(measured, fit, groups, without_torque),
-            "diagnostics": diagnostics,
-        },
-        if_balanced=_if_balanced(log, [answer for _, answer in sensitivity]),
+        **asdict(log),
+        if_balanced=_if_balanced(log, sensitivity),
         doubts=doubts,
         fits=tables.named_fits(measured, fit, _kept_runs(fit)),
-        sensitivity=tuple([answer for _, answer in sensitivity]),
+        sensitivity=tuple(sensitivity),
         power_law=tables.power_laws(measured, groups),
         exponent=exponent,
         ball=_ball(log),
@@ -260,8 +259,8 @@ def _unusual_lines(lab: Lab) -> list[int]:
     A turn without a weight can take an hour.
     """
     measured = lab.measured
-    runs = (*lab.left_out, *np.flatnonzero(measured.torque == 0))
-    return [measured.lines[run] for run in runs]
+    without_weight = np.flatnonzero(measured.torque == 0)
+    return [measured.lines[run] for run in (*lab.left_out, *without_weight)]
 
 
 def _doubts(
@@ -286,7 +285,7 @@ def _advice(lab: Lab, doubts: Sequence[Doubt]) -> tuple[str, ...]:
     Advice for another measurement is only valid for runs without doubts.
     """
     if doubts:
-        return tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
+        return tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
     return tuple(_worthwhile_changes(lab))
 
 
@@ -310,17 +309,14 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
     try:
         analysis = analyze_readings(readings)
     except LogError as error:
-        measured = measure(readings) if readings.ok else None
-        lacking = (
-            what_lacks(readings, measured, None)
-            if measured is not None and measured.torque.any()
-            else []
-        )
+        lacking = []
+        if readings.ok:
+            measured = measure(readings)
+            if measured.torque.any():
+                lacking = what_lacks(readings, measured, None)
         return None, (*error.diagnostics, *lacking)
-    return analysis, (
-        *analysis.diagnostics,
-        *what_lacks(readings, analysis.measurements, analysis.lab),
-    )
+    lacking = what_lacks(readings, analysis.measurements, analysis.lab)
+    return analysis, (*analysis.diagnostics, *lacking)
 
 
 def _result(estimate: Estimate) -> Result:
@@ -329,7 +325,12 @@ def _result(estimate: Estimate) -> Result:
     assert u is not None
     assert interval is not None
     half = (interval[1] - interval[0]) / 2
-    relative, k = abs(u / value) if value else None, half / u if u else None
     return Result(
-        value, u, estimate.unit, interval, k=k, expanded_u=half, relative_u=relative
+        value,
+        u,
+        estimate.unit,
+        interval,
+        k=half / u if u else None,
+        expanded_u=half,
+        relative_u=abs(u / value) if value else None,
     )

@@ -58,26 +58,26 @@ class PythonDiagnostic(Diagnostic, frozen=True):
 
 def in_python(text: str) -> str:
     """Replace options such as ``--set g=9.8`` by arguments such as ``settings={"g": "9.8"}``."""
-
-    def arguments(found: re.Match[str]) -> str:
-        given: dict[str, list[str]] = {}
-        for option, key, value in re.findall(_PAIR, found[0]):
-            value = value.strip("\"'")
-            given.setdefault(_ARGUMENTS[option], []).append(f'"{key}": "{value}"')
-        return ", ".join(
-            f"{name}={{{', '.join(pairs)}}}" for name, pairs in given.items()
-        )
-
-    text = re.sub(f"{_PAIR}(?: {_PAIR})*", arguments, text)
-    text = re.sub(
-        r"--(set|map|config) (\w+)(?=:)",
-        lambda found: f'{_ARGUMENTS[found[1]]}["{found[2]}"]',
-        text,
-    )
+    text = re.sub(f"{_PAIR}(?: {_PAIR})*", _arguments, text)
+    for option, argument in _ARGUMENTS.items():
+        text = re.sub(rf"--{option} (\w+)(?=:)", rf'{argument}["\1"]', text)
     text = re.sub(r"--model (\w+)", r'model="\1"', text)
     for option, argument in _OTHERS.items():
         text = text.replace(option, argument)
     return text
+
+
+def _arguments(options: re.Match[str]) -> str:
+    """Write neighbouring options as arguments, with one mapping for each argument."""
+    pairs: dict[str, list[str]] = {}
+    for option, key, value in re.findall(_PAIR, options[0]):
+        unquoted = value.strip("\"'")
+        pairs.setdefault(option, []).append(f'"{key}": "{unquoted}"')
+    arguments = []
+    for option, pairs_of_option in pairs.items():
+        mapping = ", ".join(pairs_of_option)
+        arguments.append(f"{_ARGUMENTS[option]}={{{mapping}}}")
+    return ", ".join(arguments)
 
 
 class Analysis(results.Analysis, frozen=True, eq=False):
@@ -190,34 +190,36 @@ def notebook_html(lab: results.Analysis) -> str:
     """Return what a notebook shows of an analysis: the answer, a figure, the findings."""
     from gyrodata.reporting import figures
 
-    drawn = figures.render(lab, "png", names=("torque",), faults={})
-    findings = "".join(
-        f"<li>{escape(f'{finding.severity} {finding.code}: {finding.message}')}</li>"
-        for finding in lab.diagnostics
-    )
+    answer = escape(summary(lab))
+    parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
     words = escape(figures.alt_text(lab, "torque"))
-    picture = f"<p>{words}</p>"
+    drawn = figures.render(lab, "png", names=("torque",), faults={})
     if "torque" in drawn:
         image = b64encode(drawn["torque"]).decode()
-        picture = (
-            f'<img src="data:image/png;base64,{image}" alt="{words}" '
-            f'style="max-width: 36em">'
-        )
-    answer = f'<pre style="white-space: pre-wrap">{escape(summary(lab))}</pre>'
-    return answer + picture + (f"<ul>{findings}</ul>" if findings else "")
+        source = f"data:image/png;base64,{image}"
+        parts.append(f'<img src="{source}" alt="{words}" style="max-width: 36em">')
+    else:
+        parts.append(f"<p>{words}</p>")
+    if lab.diagnostics:
+        parts.append("<ul>")
+        for finding in lab.diagnostics:
+            text = escape(f"{finding.severity} {finding.code}: {finding.message}")
+            parts.append(f"<li>{text}</li>")
+        parts.append("</ul>")
+    return "".join(parts)
 
 
 def warn(diagnostics: Iterable[Diagnostic]) -> None:
     """Warn once for each code of the warnings of a log."""
-    warned = [one for one in diagnostics if one.severity == "warning"]
-    for code in dict.fromkeys([one.code for one in warned]):
-        first, *others = [one for one in warned if one.code == code]
-        more = (
-            f"\n   and {len(others)} more, see the attribute diagnostics"
-            if others
-            else ""
-        )
-        warnings.warn(f"{first}{more}", GyroWarning, stacklevel=3)
+    by_code: dict[str, list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        if diagnostic.severity == "warning":
+            by_code.setdefault(diagnostic.code, []).append(diagnostic)
+    for first, *others in by_code.values():
+        text = str(first)
+        if others:
+            text += f"\n   and {len(others)} more, see the attribute diagnostics"
+        warnings.warn(text, GyroWarning, stacklevel=3)
 
 
 def _with_warnings(

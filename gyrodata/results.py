@@ -129,7 +129,8 @@ class Result(Estimate, frozen=True, kw_only=True):
         return f"{self.ufloat:{form}} {self.unit}" if form else str(self)
 
     def __str__(self) -> str:
-        return f"{self.ufloat:.2uP} {self.unit}".replace("*", "·").replace("^2", "²")
+        unit = self.unit.replace("*", "·").replace("^2", "²")
+        return f"{self.ufloat:.2uP} {unit}"
 
 
 NO_BALL = (
@@ -295,9 +296,8 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         Its u is the standard uncertainty of I_zz, multiplied by this spin.
         """
         spin = max(run.spin for run in self.run_table)
-        return Estimate(
-            self.inertia.value * spin, (self.inertia.u or 0.0) * spin, "kg*m^2/s"
-        )
+        u = self.inertia.u or 0.0
+        return Estimate(self.inertia.value * spin, u * spin, "kg*m^2/s")
 
     @property
     def centre_of_mass(self) -> Estimate | None:
@@ -305,13 +305,12 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
 
         None if the log does not give the ball's mass.
         """
-        m0, weight = (
-            self.residual_torque,
-            self.readings.constants.get("ball_mass", 0.0) * self.measurements.g,
-        )
-        return (
-            Estimate(m0.value / weight, (m0.u or 0.0) / weight, "m") if weight else None
-        )
+        mass = self.readings.constants.get("ball_mass")
+        if not mass:
+            return None
+        weight = mass * self.measurements.g
+        u = self.residual_torque.u or 0.0
+        return Estimate(self.residual_torque.value / weight, u / weight, "m")
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -330,24 +329,19 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         """
         from uncertainties import correlated_values
 
-        results = {
-            name: getattr(self, name)
-            for name in ("inertia", "residual_torque", "timing_bias")
-        }
+        results = (self.inertia, self.residual_torque, self.timing_bias)
         # The fit gives the correlations, and the results their u.
-        u, of_fit = (
-            np.array([one.u or 0.0 for one in results.values()]),
-            np.sqrt(np.diag(self.fit.covariance)),
-        )
-        share = np.divide(u, of_fit, out=np.zeros_like(u), where=of_fit > 0)
-        covariance = self.fit.covariance * share[:, None] * share
-        return dict(
-            zip(
-                results,
-                correlated_values([one.value for one in results.values()], covariance),
-                strict=True,
-            )
-        )
+        u = np.array([result.u or 0.0 for result in results])
+        u_of_fit = np.sqrt(np.diag(self.fit.covariance))
+        ratio = np.divide(u, u_of_fit, out=np.zeros_like(u), where=u_of_fit > 0)
+        covariance = self.fit.covariance * np.outer(ratio, ratio)
+        values = correlated_values([result.value for result in results], covariance)
+        inertia, residual_torque, timing_bias = values
+        return {
+            "inertia": inertia,
+            "residual_torque": residual_torque,
+            "timing_bias": timing_bias,
+        }
 
     def __eq__(self, other: object) -> bool:
         return (
@@ -368,47 +362,47 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
 
         Its numbers have 12 significant digits; the attributes have all digits.
         """
-        fit, measured = self.fit, self.measurements
-        no_p = (
-            "no degrees of freedom: as many unknowns as runs"
-            if self.p is None
-            else None
+        document = AnalysisDocument(
+            input=Input(self.name, self.sha256, len(self.run_table)),
+            options=self.options,
+            result=AnalysisResult(**self._result_fields()),
+            diagnostics=tuple([each.to_dict() for each in self.diagnostics]),
         )
-        fields: dict[str, Any] = {
-            "goodness": Goodness(
-                fit.chi2,
-                fit.dof,
-                self.p,
-                self.birge,
-                fit.widths.scatter,
-                measured.time_u,
-                no_p,
-            ),
-            "constants": {"g": measured.g, **self.readings.constants},
+        return to_json(document)
+
+    def _result_fields(self) -> dict[str, Any]:
+        """Return the fields of the result in the JSON; most are attributes."""
+        fields = {
+            "goodness": self._goodness(),
+            "constants": {"g": self.measurements.g, **self.readings.constants},
             "model": self.model.name,
             "ball_reason": NO_BALL if self.ball is None else None,
             "runs": self.run_table,
-            "uncertainties": tuple(
-                StatedUncertainty(one.name, one.shared_by, one.default, one.described)
-                for one in measured.sources
-            ),
+            "uncertainties": _stated_uncertainties(self.measurements),
             "conventions": CONVENTIONS,
         }
-        fields |= {
-            name: getattr(self, name)
-            for name in AnalysisResult.__struct_fields__
-            if name not in fields
-        }
-        whole = AnalysisDocument(
-            input=Input(self.name, self.sha256, len(self.run_table)),
-            options=self.options,
-            result=AnalysisResult(**fields),
-            diagnostics=tuple(one.to_dict() for one in self.diagnostics),
+        for name in AnalysisResult.__struct_fields__:
+            if name not in fields:
+                fields[name] = getattr(self, name)
+        return fields
+
+    def _goodness(self) -> Goodness:
+        """Return how well the runs agree with each other."""
+        return Goodness(
+            chi2=self.fit.chi2,
+            dof=self.fit.dof,
+            p=self.p,
+            birge=self.birge,
+            scatter=self.fit.widths.scatter,
+            time_u=self.measurements.time_u,
+            reason=NO_P if self.p is None else None,
         )
-        return to_json(whole)
 
 
 # --- the JSON ---
+
+NO_P = "no degrees of freedom: as many unknowns as runs"
+"""Why there is no probability of chi-square."""
 
 
 class Input(Struct, eq=False):
@@ -451,6 +445,16 @@ class StatedUncertainty(Struct, eq=False):
     """True if the log does not state it."""
     text: str
     """The uncertainty as text: "0.2 %"."""
+
+
+def _stated_uncertainties(measured: Measurements) -> tuple[StatedUncertainty, ...]:
+    """List the uncertainties of the readings."""
+    return tuple(
+        [
+            StatedUncertainty(each.name, each.shared_by, each.default, each.described)
+            for each in measured.sources
+        ]
+    )
 
 
 class AnalysisResult(Struct, eq=False):
@@ -561,7 +565,12 @@ def escape_controls(text: bytes) -> bytes:
 
     They can only be in the texts of JSON, whose content stays the same.
     """
-    return _CONTROLS.sub(lambda found: b"\\u%04x" % ord(found[0].decode()), text)
+    return _CONTROLS.sub(_escaped, text)
+
+
+def _escaped(control: re.Match[bytes]) -> bytes:
+    r"""Write one character as ``\uXXXX``."""
+    return b"\\u%04x" % ord(control[0].decode())
 
 
 def encode(record: Any) -> bytes:
@@ -591,9 +600,9 @@ DIGITS = 12
 versions of Python, NumPy and SciPy."""
 
 
-def round_digits(value: float) -> float:
-    """Round a number to `DIGITS` significant digits."""
-    return float(f"{value:.{DIGITS}g}")
+def round_digits(value: float | str) -> float:
+    """Round a number, or its text, to `DIGITS` significant digits."""
+    return float(f"{float(value):.{DIGITS}g}")
 
 
 def to_json(record: Struct) -> dict[str, Any]:
@@ -601,8 +610,5 @@ def to_json(record: Struct) -> dict[str, Any]:
 
     Tuples become lists, and numbers have 12 significant digits.
     """
-    text = encode(record)
-    content: dict[str, Any] = json.loads(
-        text, parse_float=lambda number: round_digits(float(number))
-    )
+    content: dict[str, Any] = json.loads(encode(record), parse_float=round_digits)
     return content

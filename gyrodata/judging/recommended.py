@@ -14,7 +14,7 @@ from gyrodata import fitting
 from gyrodata.base.errors import LogError
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import changes, refusals, wrong_cells
-from gyrodata.judging.changes import Choice, Lab
+from gyrodata.judging.changes import Choice, Effect, Lab
 from gyrodata.measurements import Measurements
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, Model
@@ -130,10 +130,12 @@ class _Screened(Struct, frozen=True):
         Another outlier is still a measurement.
         """
         left_out = () if keep_flagged else self.miscounted
+        effects: tuple[Effect, ...] = ()
         if self.simplest is None or left_out:
-            fit, effects = self.fit_without(left_out), ()
+            fit = self.fit_without(left_out)
         else:
-            fit, effects = self.simplest.fit, self.simplest.effects
+            fit = self.simplest.fit
+            effects = self.simplest.effects
         return Lab(
             readings,
             self.runs,

@@ -558,43 +558,50 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
     If `names` are given, only the simplifications with these names are listed.
     """
-    u, effects = fitting.relative_u(lab.fit.inertia), []
-    runs = fitting.timed_runs(lab.measured)
+    u = fitting.relative_u(lab.fit.inertia)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
-    known = {one.effect: one for one in lab.effects}
+    known = {effect.effect: effect for effect in lab.effects}
+    effects = []
     for change in CHANGES["effect"](lab):
         if names and change.name not in names:
             continue
-        if change.name in known:
-            effects.append(known[change.name])
-            continue
-        bias, model = _bias(lab, change), change.model
-        if bias is not None and model and model.always and not model.is_stated(runs):
-            # Nobody knows its sign.
-            bias = abs(bias)
-        size, reason = None if bias is None or not u else abs(bias) / u, change.words
-        if change.sized and bias is None:
-            reason += ": without a fit that could be compared"
-        elif change.sized and size is not None:
-            verdict = ", small enough"
-            if change.kept:
-                is_seen = size < DROP_ONE and _has_formula(lab, model)
-                verdict = "; kept because the single runs show it" if is_seen else ""
-            elif size >= DROP_ONE:
-                verdict = (
-                    ", NOT small, and the log does not say enough to correct for it"
-                )
-                verdict += (
-                    "; read the spin at the midpoint as well"
-                    if change.name == "decay_law"
-                    else ""
-                )
-            reason += f": {size:.2g} u{verdict}"
-        effects.append(
-            Effect(change.name, bias, size, change.kept, change.in_u, reason)
-        )
+        effects.append(known.get(change.name) or _size_up(lab, change, u))
     return tuple(effects)
+
+
+def _size_up(lab: Lab, change: Change, u: float) -> Effect:
+    """Return a simplification with its size; `u` is the relative u of I_zz [1]."""
+    bias = _bias(lab, change)
+    if bias is not None and _has_unknown_sign(lab, change):
+        bias = abs(bias)
+    size = abs(bias) / u if bias is not None and u else None
+    reason = change.words
+    if change.sized and bias is None:
+        reason += ": without a fit that could be compared"
+    elif change.sized and size is not None:
+        reason += f": {size:.2g} u{_verdict(lab, change, size)}"
+    return Effect(change.name, bias, size, change.kept, change.in_u, reason)
+
+
+def _has_unknown_sign(lab: Lab, change: Change) -> bool:
+    """Return whether an effect is in every log, and the log does not say in which sense."""
+    if change.model is None or not change.model.always:
+        return False
+    return not change.model.is_stated(fitting.timed_runs(lab.measured))
+
+
+def _verdict(lab: Lab, change: Change, size: float) -> str:
+    """Return what the size of an effect [u] means for the answer."""
+    if change.kept:
+        is_small = size < DROP_ONE and _has_formula(lab, change.model)
+        return "; kept because the single runs show it" if is_small else ""
+    if size < DROP_ONE:
+        return ", small enough"
+    verdict = ", NOT small, and the log does not say enough to correct for it"
+    if change.name == "decay_law":
+        verdict += "; read the spin at the midpoint as well"
+    return verdict
 
 
 def _has_formula(lab: Lab, model: MotionModel | None) -> bool:
@@ -835,21 +842,36 @@ def needed_models(
     towards the sum. What the log states is also needed if the single runs show it; what
     it does not state is assumed for its effect on I_zz only.
     """
-    needed, sizes, dropped = {one.effect for one in offered}, {}, 0.0
-    for effect in effects:
-        if effect.effect not in needed:
-            dropped += 0.0 if effect.in_u else abs(effect.bias or 0.0)
-        elif effect.bias is not None:
-            sizes[effect.effect] = abs(effect.bias)
-    for name in sorted(sizes, key=lambda name: (sizes[name], name)):
-        dropped += sizes[name]
-        if sizes[name] > DROP_ONE * u or dropped > DROP_ALL * u:
-            break
-        needed.discard(name)
+    needed = {model.effect for model in offered}
+    needed -= _negligible(needed, effects, u)
     runs = fitting.timed_runs(lab.measured)
-    stated = [one for one in offered if one.is_stated(runs)]
-    needed |= {one.effect for one in stated if _seen_in_scatter(lab, one)}
-    return Motion(tuple([one for one in offered if one.effect in needed]))
+    for model in offered:
+        if model.is_stated(runs) and _seen_in_scatter(lab, model):
+            needed.add(model.effect)
+    return Motion(tuple([model for model in offered if model.effect in needed]))
+
+
+def _negligible(
+    offered: Collection[str], effects: Collection[Effect], u: float
+) -> set[str]:
+    """Return the names of the offered effects that can be left out together.
+
+    The sum of what is left out begins with the effects that are not offered.
+    """
+    sizes = []
+    dropped = 0.0
+    for effect in effects:
+        if effect.effect in offered and effect.bias is not None:
+            sizes.append((abs(effect.bias), effect.effect))
+        elif effect.effect not in offered and not effect.in_u:
+            dropped += abs(effect.bias or 0.0)
+    negligible = set()
+    for size, name in sorted(sizes):
+        dropped += size
+        if size > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        negligible.add(name)
+    return negligible
 
 
 MARGIN = 0.15
@@ -867,29 +889,32 @@ def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
     # The formulas are those of a level rod.
     if choice is None or changed.measured.pitch.any() or not _is_decided(choice):
         return False
-    top = fitting.top_of(changed.measured, changed.fit)
-    runs = fitting.timed_runs(changed.measured)
-    stated = models.known(AUTO, runs).models
-    offered = [
-        one
-        for one in MODELS
-        if one in stated or (one.is_assumed(runs) and one.is_possible(top, runs))
-    ]
-    sizes = {one.effect: one for one in (*lab.effects, *choice.effects)}
-    if not {one.effect for one in offered} <= set(sizes):
+    stated = models.known(AUTO, fitting.timed_runs(changed.measured)).models
+    if any(_may_be_seen_in_scatter(changed, model) for model in stated):
         return False
-    if any(_may_be_seen_in_scatter(changed, one) for one in stated):
+    offered = _offered(changed, stated)
+    known = {effect.effect: effect for effect in (*lab.effects, *choice.effects)}
+    if not {model.effect for model in offered} <= set(known):
         return False
-    effects = [
-        _resized(lab, changed, sizes[name])
-        for name in sorted(counting(offered) & set(sizes))
-    ]
+    names = sorted(counting(offered) & set(known))
+    effects = [_resized(lab, changed, known[name]) for name in names]
     u = choice.u or fitting.relative_u(lab.fit.inertia)
     u *= _relative_change_of_u(lab, changed)
-    return all(
-        needed_models(changed, offered, effects, u * doubt) == choice.needed
-        for doubt in (1 + MARGIN, 1 - MARGIN)
-    )
+    with_large_u = needed_models(changed, offered, effects, u * (1 + MARGIN))
+    with_small_u = needed_models(changed, offered, effects, u * (1 - MARGIN))
+    return with_large_u == with_small_u == choice.needed
+
+
+def _offered(lab: Lab, stated: Collection[MotionModel]) -> list[MotionModel]:
+    """Return the stated models, and those that a silent log may need."""
+    top = fitting.top_of(lab.measured, lab.fit)
+    runs = fitting.timed_runs(lab.measured)
+    offered = []
+    for model in MODELS:
+        is_likely = model.is_assumed(runs) and model.is_possible(top, runs)
+        if model in stated or is_likely:
+            offered.append(model)
+    return offered
 
 
 def _resized(lab: Lab, changed: Lab, effect: Effect) -> Effect:

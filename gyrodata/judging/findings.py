@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
-from gyrodata.judging.changes import DROP_ONE, Lab
+from gyrodata.judging.changes import DROP_ONE, Effect, Lab
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -34,7 +35,7 @@ from gyrodata.judging.wrong_cells import exchanged_digits
 from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
-from gyrodata.physics.models import MODELS
+from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.notation import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Readings, kind_of_role, to_display
@@ -581,25 +582,45 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     readings, measured = seen.readings, seen.measured
     if measured.transverse_inertia is None:
         yield from _transverse_inertia(seen)
-    unused = {key for model in MODELS for key in model.uncertainties}
-    unused -= {key for model in seen.chosen.models for key in model.uncertainties}
-    for key, place in readings.stated_at.items():
-        if key in unused and "pitch" in readings.columns:
-            yield readings.say("u_of_pitch_not_used", place, key=key)
+    if "pitch" in readings.columns:
+        unused = _uncertainties_of(MODELS) - _uncertainties_of(seen.chosen.models)
+        for key, place in readings.stated_at.items():
+            if key in unused:
+                yield readings.say("u_of_pitch_not_used", place, key=key)
     runs = fitting.timed_runs(measured)
     silent = {model.effect: model for model in MODELS if model.is_assumed(runs)}
     for effect in seen.effects:
-        off, high = 100 * abs(effect.bias or 0.0), (effect.bias or 0.0) > 0
-        matters = (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
-        if effect.effect == "tachometer" and matters:
-            yield readings.say(
-                "tachometer_not_told", off=off, direction="lower" if high else "higher"
-            )
-        elif effect.effect in silent and effect.bias is not None and not seen.asked:
-            is_assumed, is_not_used = silent[effect.effect].messages or ("", "")
-            name = is_assumed if effect.kept else is_not_used
-            if name and (effect.kept or matters):
-                yield readings.say(name, off=off, direction="high" if high else "low")
+        if effect.effect == "tachometer" and _matters(seen, effect):
+            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
+            off = 100 * abs(effect.bias or 0.0)
+            yield readings.say("tachometer_not_told", off=off, direction=direction)
+        elif effect.effect in silent and not seen.asked:
+            yield from _silent_motion(seen, effect, silent[effect.effect])
+
+
+def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
+    """Return the keys of the uncertainties that only these models of motion use."""
+    return set(chain.from_iterable([model.uncertainties for model in many]))
+
+
+def _matters(seen: Seen, effect: Effect) -> bool:
+    """Return whether an effect is too large to be left out, if the log is consistent."""
+    return (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
+
+
+def _silent_motion(
+    seen: Seen, effect: Effect, model: MotionModel
+) -> Iterator[Diagnostic]:
+    """Report a motion that the log does not state: assumed, or not used although it matters."""
+    if effect.bias is None or model.messages is None:
+        return
+    is_assumed, is_not_used = model.messages
+    direction = "high" if effect.bias > 0 else "low"
+    off = 100 * abs(effect.bias)
+    if effect.kept:
+        yield seen.readings.say(is_assumed, off=off, direction=direction)
+    elif _matters(seen, effect):
+        yield seen.readings.say(is_not_used, off=off, direction=direction)
 
 
 BY_HAND = (60 * RPM, 2000 * RPM)

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from gyrodata.base.errors import Diagnostic
-
 
 def analyze(
     log: str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame,
@@ -138,8 +136,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     except LogError as error:
         raise LogError([*diagnostics, *error.diagnostics]) from None
     lab, outliers = recommended.lab, recommended.outliers
+    # These runs are corrected for the motion of the rod.
     measured, fit = lab.measured, lab.fit
     groups = _kept_groups(measured, fit)
+    # `judge` adds I_zz without each torque.
     torques = tables.torque_table(measured, fit, groups, {})
     return FittedLog(
         name=readings.name,
@@ -148,7 +148,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         readings=readings,
         measurements=measured,
         fit=fit,
-        model=lab.chosen,
+        model=lab.motion,
         choice=lab.choice,
         outliers=outliers,
         without_outliers=recommended.without_outliers,
@@ -244,7 +244,10 @@ def _ball(log: FittedLog) -> tables.Ball | None:
 def _if_balanced(
     log: FittedLog, answers: Sequence[changes.Sensitivity]
 ) -> Estimate | None:
-    """Return I_zz of a balanced ball, for a log with a single torque."""
+    """Return I_zz of a balanced ball, for a log with a single torque.
+
+    With one torque, I_zz and M0 cannot be told apart: this is the answer for M0 = 0.
+    """
     if fitting.torques_differ(log.measurements.torque[_kept_runs(log.fit)]):
         return None
     for answer in answers:
@@ -254,9 +257,10 @@ def _if_balanced(
 
 
 def _unusual_lines(lab: Lab) -> list[int]:
-    """List the lines of runs that may have unusual values.
+    """List the lines of runs whose unusual values are no reason to doubt the answer.
 
-    A turn without a weight can take an hour.
+    They are runs that are left out, and those without a weight: a turn without a weight
+    can take an hour.
     """
     measured = lab.measured
     without_weight = np.flatnonzero(measured.torque == 0)

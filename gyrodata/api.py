@@ -248,19 +248,21 @@ def _for_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(PythonDiagnostic(*astuple(one)) for one in diagnostics)
 
 
-def _analysis(found: results.Analysis, diagnostics: tuple[Diagnostic, ...]) -> Analysis:
+def _as_analysis(
+    found: results.Analysis, diagnostics: tuple[Diagnostic, ...]
+) -> Analysis:
     fields = {name: getattr(found, name) for name in found.__struct_fields__}
     return Analysis(**fields | {"diagnostics": diagnostics})
 
 
-def _readings(
+def _as_readings(
     found: readings.Readings, diagnostics: tuple[Diagnostic, ...]
 ) -> readings.Readings:
     return replace(found, diagnostics=diagnostics)
 
 
-analyze = _with_warnings(analysis.analyze, _analysis)
-read_log = _with_warnings(readings.read_log, _readings)
+analyze = _with_warnings(analysis.analyze, _as_analysis)
+read_log = _with_warnings(readings.read_log, _as_readings)
 
 
 def sample() -> Path:
@@ -277,6 +279,6 @@ def sample() -> Path:
     >>> import gyrodata
     >>> lab = gyrodata.analyze(gyrodata.sample())
     >>> print(lab.inertia)
-    0.004429±0.000034 kg·m²
+    0.004420±0.000032 kg·m²
     """
     return Path(__file__).with_name("docs") / "demo.csv"

@@ -191,7 +191,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     budget : tuple of Share
         What each uncertainty component contributes to u(I_zz), the largest first.
     effects : tuple of Effect
-        The size of every approximation in this log.
+        The sizes of the approximations in this log; all of them in an `Analysis`.
     constancy : Constancy or None
         Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
     torques : tuple of Torque
@@ -233,16 +233,16 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     @property
     def lab(self) -> Lab:
         """The log and its fit, for `changes`."""
-        left_out = tuple(i for i, run in enumerate(self.run_table) if run.left_out)
+        left_out = [i for i, run in enumerate(self.run_table) if run.left_out]
         return Lab(
-            self.readings,
-            self.measurements,
-            self.fit,
-            self.model,
-            left_out,
-            self.effects,
-            self.options.model != AUTO,
-            self.choice,
+            readings=self.readings,
+            measured=self.measurements,
+            fit=self.fit,
+            motion=self.model,
+            left_out=tuple(left_out),
+            effects=self.effects,
+            asked=self.options.model != AUTO,
+            choice=self.choice,
         )
 
 

@@ -4,11 +4,14 @@ and wrong arguments.
 
 from __future__ import annotations
 
+import doctest
 import re
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
 import matplotlib
@@ -28,6 +31,17 @@ from gyrodata.api import in_python
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}
+
+
+def test_examples_in_docstrings_print_what_they_say() -> None:
+    rooms = [
+        import_module(module.name)
+        for module in walk_packages(gyrodata.__path__, "gyrodata.")
+        if not module.name.endswith("__main__")
+    ]
+    results = [doctest.testmod(room) for room in (gyrodata, *rooms)]
+    assert sum(result.failed for result in results) == 0
+    assert sum(result.attempted for result in results) >= 3
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ A change is a log after it: its runs, their errors or its model. It is fitted ex
 the log itself is fitted, with the model that it needs. So a report's "without this
 weight" is what ``gyro analyze`` gives if the rows are deleted from the file.
 
-The size of an effect, which is a simplification, is the fit with it minus the fit
-without it. An effect below 0.2 of the standard uncertainty is left out, the smallest
-first, if all of these together stay below 0.3 and if the single runs do not deviate
-because of it. `choose_model` keeps the others. Effects of unknown size (M0, b) are
-parameters of every model.
+An effect, such as a tilted rod or a release from rest, can be left out: its size is I_zz
+of the fit without it, compared with the fit with it. An effect below 0.2 of the standard
+uncertainty is left out, the smallest first, if all of these together stay below 0.3 and
+if the single runs do not deviate because of it. `choose_model` keeps the others. Effects
+of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
@@ -63,11 +63,12 @@ class Lab(Struct, frozen=True):
     measured: Measurements
     """Its n runs, as they were fitted."""
     fit: FitResult
-    chosen: Motion
+    motion: Motion
     """How the rods moved, according to this fit."""
     left_out: tuple[int, ...] = ()
     effects: tuple[Effect, ...] = ()
-    """Effects whose sizes in this fit are known."""
+    """Effects whose sizes in this fit are known: `choose_model` enters those that it
+    needed, and `gyrodata.analysis.judge` all."""
     asked: bool = False
     """True if the user chose the model."""
     choice: Choice | None = None
@@ -85,7 +86,7 @@ class Lab(Struct, frozen=True):
         The keywords `how` replace other fields of the change.
         """
         runs = replace(self.measured, **changed) if changed else self.measured
-        return replace(Change(name, words, runs, self.chosen, self.left_out), **how)
+        return replace(Change(name, words, runs, self.motion, self.left_out), **how)
 
 
 class Change(Struct, frozen=True):
@@ -97,7 +98,7 @@ class Change(Struct, frozen=True):
     """What is different, for users; of an effect, why it is kept or dropped."""
     measured: Measurements | None
     """None: there is nothing to fit."""
-    chosen: Motion
+    motion: Motion
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
@@ -254,17 +255,19 @@ def _effects_of_motion(lab: Lab) -> Iterator[Change]:
 def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     """Leave out the effect of a model of motion, or add it to a log without it."""
     runs = fitting.timed_runs(lab.measured)
-    supposed, used = model.supposed(runs), lab.chosen.of_effect(model.effect)
+    # Without a reading for the effect, its size is that of a typical rod.
+    supposed = model.supposed(runs)
+    used = lab.motion.of_effect(model.effect)
     as_asked = ", as asked" if lab.asked else ""
     if used is None or supposed:
         words = model.reason(runs, False, as_asked)
-        other = lab.chosen.including(model)
+        other = lab.motion.including(model)
         return lab.change(
-            model.effect, words, supposed, without=False, chosen=other, model=model
+            model.effect, words, supposed, without=False, motion=other, model=model
         )
     words = used.reason(runs, True, as_asked)
-    other = lab.chosen.without(model.effect)
-    return lab.change(model.effect, words, kept=True, chosen=other, model=used)
+    other = lab.motion.without(model.effect)
+    return lab.change(model.effect, words, kept=True, motion=other, model=used)
 
 
 def _total_spin_read(lab: Lab) -> Iterator[Change]:
@@ -495,7 +498,7 @@ scatter."""
 
 
 class Effect(Struct, frozen=True):
-    """One simplification: how much it would change I_zz of a log, and whether it is made."""
+    """An effect, such as a tilted rod: how much I_zz changes if it is left out."""
 
     effect: str
     bias: float | None
@@ -503,7 +506,8 @@ class Effect(Struct, frozen=True):
     size: float | None
     """The same without its sign, in standard uncertainties of I_zz."""
     kept: bool
-    """True if the model takes it into account."""
+    """True if the fit of the log takes it into account. False, too, if the log has no
+    reading for it, such as a pitch, so that its size is that of a typical rod."""
     in_u: bool
     """True if u of I_zz contains its uncertainty."""
     reason: str
@@ -513,7 +517,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if (
         change.measured is lab.measured
-        and change.chosen == lab.chosen
+        and change.motion == lab.motion
         and not change.widths
     ):
         return 0.0
@@ -522,7 +526,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
     try:
         _, fit = fitting.fit_model(
             change.measured,
-            change.chosen,
+            change.motion,
             change.left_out,
             change.widths or lab.fit.widths,
             lab.fit,
@@ -532,7 +536,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
         if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
             _, fit = fitting.fit_model(
-                change.measured, change.chosen, change.left_out, near=fit
+                change.measured, change.motion, change.left_out, near=fit
             )
             ratio = fit.inertia.value / lab.fit.inertia.value
     except fitting.NoFit:
@@ -544,19 +548,19 @@ def _sample(lab: Lab) -> Lab:
     """Take a sample of very many runs, with the u of I_zz of all runs."""
     some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
     try:
-        measured, fit = fitting.fit_model(some, lab.chosen)
+        measured, fit = fitting.fit_model(some, lab.motion)
     except fitting.NoFit:
         return lab
     # Without a posterior the sizes are those at the widths of this fit, however large
     # they are.
     without_posterior = replace(fit, posterior=None)
-    return Lab(None, measured, without_posterior, lab.chosen, asked=lab.asked)
+    return Lab(None, measured, without_posterior, lab.motion, asked=lab.asked)
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
-    """List every simplification, with its size in a log and the decision.
+    """List the effects that a log can have, with their sizes and the decisions.
 
-    If `names` are given, only the simplifications with these names are listed.
+    If `names` are given, only the effects with these names are listed.
     """
     u = fitting.relative_u(lab.fit.inertia)
     if len(lab.measured.runs) > fitting.MANY:
@@ -593,6 +597,8 @@ def _has_unknown_sign(lab: Lab, change: Change) -> bool:
 
 def _verdict(lab: Lab, change: Change, size: float) -> str:
     """Return what the size of an effect [u] means for the answer."""
+    if lab.asked:
+        return ""
     if change.kept:
         is_small = size < DROP_ONE and _has_formula(lab, change.model)
         return "; kept because the single runs show it" if is_small else ""
@@ -626,7 +632,7 @@ def may_matter(lab: Lab, model: MotionModel, least: float = OFFERED * DROP_ONE) 
     If this is true, only a fit can show how large the change is.
     """
     u, biases = fitting.relative_u(lab.fit.inertia), _biases(lab, model)
-    is_used = lab.chosen.of_effect(model.effect) is not None
+    is_used = lab.motion.of_effect(model.effect) is not None
     # The formulas are those of a level rod.
     if biases is None or lab.measured.pitch.any() or is_used or not u:
         return True
@@ -715,7 +721,7 @@ class Fits:
             If there is no credible solution.
         """
         for lab in self.known:
-            if lab.chosen == motion:
+            if lab.motion == motion:
                 return lab
         runs, fit = fitting.fit_model(
             self.measured, motion, self.left_out, near=self.near
@@ -733,9 +739,9 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
     measured = change.measured or lab.measured
     fits = Fits(measured, change.left_out, lab)
     if lab.asked or len(measured.runs) > FEW:
-        return fits.lab(change.chosen).fit
+        return fits.lab(change.motion).fit
     with suppress(fitting.NoFit):
-        changed = fits.lab(change.chosen)
+        changed = fits.lab(change.motion)
         if _is_chosen_alike(lab, changed):
             return changed.fit
     choice, _ = choose_model(measured, fits=None if change.left_out else fits)
@@ -745,7 +751,8 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
 # --- the model of a log ---
 
 NEVER_MODELLED = "decay_law"
-"""An effect that is always left out, and that counts towards the sum."""
+"""An effect that no model contains. A log with two readings of each spin has it, and it
+then counts towards the sum of what is left out."""
 
 
 class Choice(Struct, frozen=True):
@@ -769,44 +776,70 @@ def choose_model(
 ) -> tuple[Choice, Lab | None]:
     """Choose the requested model, or the simplest models that are good enough for a log.
 
-    The sizes of the effects determine which models are good enough.
+    A model is offered if the log states its motion, or if the log is silent and the
+    motion may have happened. It is needed if its effect is too large to be left out. A
+    model about which the log is silent is given up again if the runs clearly contradict
+    it.
 
-    If the log does not say how the rod was started, the model for a silent log is
-    assumed if it matters. The second value contains the fit of all runs with the chosen
-    model and its effects, if the choice needed them. `fits` contains fits of this log
-    that are known.
+    Parameters
+    ----------
+    measured : Measurements
+        The runs.
+    model : str
+        The name of a model, or `AUTO`.
+    fits : Fits, optional
+        Known fits of this log.
+
+    Returns
+    -------
+    Choice
+        The models.
+    Lab or None
+        The fit of all runs with these models, if the choice needed exactly this fit.
     """
     fits = fits or Fits(measured)
     runs = fitting.timed_runs(measured)
-    known = models.known(model, runs)
-    assumed = [one for one in MODELS if one.is_assumed(runs)]
-    if model != AUTO or not (known.models or assumed):
-        return Choice(known, known), None
+    stated = models.stated_or_asked(model, runs)
+    silent = [candidate for candidate in MODELS if candidate.is_assumed(runs)]
+    if model != AUTO or not (stated.models or silent):
+        return Choice(stated, stated), None
     try:
-        lab = fits.lab(Motion()) if assumed else _simplest_lab(measured)
-        assumed = [one for one in assumed if _may_have_happened(lab, one)]
+        lab = fits.lab(Motion()) if silent else _fit_as_stated(measured)
+        assumed = [each for each in silent if _may_have_happened(lab, each)]
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return Choice(known, known), None
-    whole = None if lab.fit.posterior is None else lab
-    offered = tuple([one for one in MODELS if one in known.models or one in assumed])
-    if not offered:
-        return Choice(Motion(), Motion()), whole
-    lab = replace(lab, effects=fits.effects)
-    lab = replace(lab, effects=list_effects(lab, counting(offered)))
-    u = fitting.relative_u(lab.fit.inertia)
-    needed = needed_models(lab, offered, lab.effects, u)
-    choice = Choice(needed, needed, lab.effects, u)
-    for one in assumed:
-        if one in needed.models:
-            preference = _preference(fits, needed, one)
-            motion = needed.without(one.effect) if preference > CLEARLY else needed
+        return Choice(stated, stated), None
+    offered = [each for each in MODELS if each in stated.models or each in assumed]
+    if offered:
+        lab = replace(lab, effects=fits.effects)
+        lab = replace(lab, effects=list_effects(lab, counting(offered)))
+        u = fitting.relative_u(lab.fit.inertia)
+        needed = needed_models(lab, offered, lab.effects, u)
+        choice = Choice(needed, needed, lab.effects, u)
+        choice = _give_up_contradicted(choice, assumed, fits)
+    else:
+        choice = Choice(Motion(), Motion())
+    # A fit with the stated widths alone has no posterior distribution.
+    is_the_fit = lab.fit.posterior is not None and choice.motion == Motion()
+    return choice, lab if is_the_fit else None
+
+
+def _give_up_contradicted(
+    choice: Choice, assumed: Collection[MotionModel], fits: Fits
+) -> Choice:
+    """Leave out an assumed model if the runs are clearly more likely without it."""
+    for model in assumed:
+        if model in choice.needed.models:
+            preference = _preference(fits, choice.needed, model)
+            motion = choice.needed
+            if preference > CLEARLY:
+                motion = motion.without(model.effect)
             choice = replace(choice, motion=motion, preference=preference)
-    return choice, lab if whole and choice.motion == Motion() else None
+    return choice
 
 
-def _simplest_lab(measured: Measurements) -> Lab:
-    """Fit a log as steady, level precession, with the stated widths."""
+def _fit_as_stated(measured: Measurements) -> Lab:
+    """Fit a log as steady, level precession, with the stated widths alone."""
     runs, fit = fitting.fit_model(measured, Motion(), widths=fitting.AS_STATED)
     return Lab(None, runs, fit, Motion())
 
@@ -852,18 +885,18 @@ def needed_models(
 
 
 def _negligible(
-    offered: Collection[str], effects: Collection[Effect], u: float
+    names: Collection[str], effects: Collection[Effect], u: float
 ) -> set[str]:
-    """Return the names of the offered effects that can be left out together.
+    """Return those names of offered effects that can be left out together.
 
     The sum of what is left out begins with the effects that are not offered.
     """
     sizes = []
     dropped = 0.0
     for effect in effects:
-        if effect.effect in offered and effect.bias is not None:
+        if effect.effect in names and effect.bias is not None:
             sizes.append((abs(effect.bias), effect.effect))
-        elif effect.effect not in offered and not effect.in_u:
+        elif effect.effect not in names and not effect.in_u:
             dropped += abs(effect.bias or 0.0)
     negligible = set()
     for size, name in sorted(sizes):
@@ -889,7 +922,7 @@ def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
     # The formulas are those of a level rod.
     if choice is None or changed.measured.pitch.any() or not _is_decided(choice):
         return False
-    stated = models.known(AUTO, fitting.timed_runs(changed.measured)).models
+    stated = models.stated_or_asked(AUTO, fitting.timed_runs(changed.measured)).models
     if any(_may_be_seen_in_scatter(changed, model) for model in stated):
         return False
     offered = _offered(changed, stated)

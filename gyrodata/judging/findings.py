@@ -123,14 +123,14 @@ def _other_motion(seen: Seen) -> str:
 
     The result is "" unless this motion explains how the runs deviate.
     """
-    measured, chosen = seen.measured, seen.chosen
+    measured, motion = seen.measured, seen.motion
     if seen.p is None or seen.p > NO_ACCIDENT or seen.asked:
         return ""
     for model in models.starts():
         if measured.motion == model.start:
             continue
         with suppress(fitting.NoFit):
-            other = chosen.started_as(model)
+            other = motion.started_as(model)
             _, fit = fitting.fit_model(
                 measured, other, seen.left_out, fitting.AS_STATED
             )
@@ -583,7 +583,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     if measured.transverse_inertia is None:
         yield from _transverse_inertia(seen)
     if "pitch" in readings.columns:
-        unused = _uncertainties_of(MODELS) - _uncertainties_of(seen.chosen.models)
+        unused = _uncertainties_of(MODELS) - _uncertainties_of(seen.motion.models)
         for key, place in readings.stated_at.items():
             if key in unused:
                 yield readings.say("u_of_pitch_not_used", place, key=key)

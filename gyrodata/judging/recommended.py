@@ -78,7 +78,7 @@ def recommend(
     _refuse_rods_that_fall(readings, measured, model)
     try:
         screened = _screen(measured, model)
-        lab = screened.fit_log(readings, model, keep_flagged)
+        lab = screened.fit_kept(readings, model, keep_flagged)
         without = None
         if screened.suspected != lab.left_out:
             without = screened.fit_without(screened.suspected).inertia
@@ -105,9 +105,8 @@ class _Screened(Struct, frozen=True):
     fit: FitResult | None
     """The fit by which the outliers were found; None if there are too few runs."""
     choice: Choice
-    simplest: Lab | None
-    """The fit of all runs by which the models were chosen, if it is also the fit with
-    these models."""
+    ready: Lab | None
+    """The fit of all runs with these models, if the choice has made it already."""
 
     @property
     def suspected(self) -> tuple[int, ...]:
@@ -124,18 +123,18 @@ class _Screened(Struct, frozen=True):
         tilted = self.choice.motion.tilted
         return fitting.fit(self.runs, tilted=tilted, left_out=left_out)
 
-    def fit_log(self, readings: Readings, model: Model, keep_flagged: bool) -> Lab:
+    def fit_kept(self, readings: Readings, model: Model, keep_flagged: bool) -> Lab:
         """Fit the runs; a run with a wrong number of turns is left out.
 
         Another outlier is still a measurement.
         """
         left_out = () if keep_flagged else self.miscounted
         effects: tuple[Effect, ...] = ()
-        if self.simplest is None or left_out:
+        if self.ready is None or left_out:
             fit = self.fit_without(left_out)
         else:
-            fit = self.simplest.fit
-            effects = self.simplest.effects
+            fit = self.ready.fit
+            effects = self.ready.effects
         return Lab(
             readings,
             self.runs,
@@ -149,19 +148,23 @@ class _Screened(Struct, frozen=True):
 
 
 def _screen(measured: Measurements, model: Model) -> _Screened:
-    """Choose the models, correct the runs for them, and find the outliers."""
-    choice, simplest = changes.choose_model(measured, model)
+    """Choose the models, correct the runs for them, and find the outliers.
+
+    The correction depends on I_zz, which an outlier can change: so outliers are found
+    first without the correction, and then again with it.
+    """
+    choice, ready = changes.choose_model(measured, model)
     tilted = choice.motion.tilted
-    as_stated = simplest.fit.as_stated if simplest else None
+    as_stated = ready.fit.as_stated if ready else None
     outliers, fit = fitting.screen(measured, tilted, as_stated)
-    screened = _Screened(measured, tuple(outliers), fit, choice, simplest)
+    screened = _Screened(measured, tuple(outliers), fit, choice, ready)
     if not choice.motion.is_corrected(fitting.timed_runs(measured)):
         return screened
     corrected, _ = fitting.fit_model(
         measured, choice.motion, screened.suspected, fitting.AS_STATED
     )
     outliers, fit = fitting.screen(corrected, tilted)
-    return _Screened(corrected, tuple(outliers), fit, choice, simplest)
+    return _Screened(corrected, tuple(outliers), fit, choice, ready)
 
 
 def _refuse_too_many_shared_readings(
@@ -187,7 +190,7 @@ def _refuse_rods_that_fall(
     readings: Readings, measured: Measurements, model: Model
 ) -> None:
     """Refuse runs that are too slow for a rod that was released from rest."""
-    if models.known(model, fitting.timed_runs(measured)).sags:
+    if models.stated_or_asked(model, fitting.timed_runs(measured)).sags:
         fallen = refusals.fall_findings(readings, measured)
         if fallen:
             raise LogError(fallen)
@@ -200,7 +203,7 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab, screened: _Screened) -
         raise LogError([readings.say("no_steady_precession")])
     weights = np.ones(len(lab.measured.runs))
     weights[list(screened.suspected)] = 0.0
-    fitting.insist_on_lines(lab.measured, fit, lab.chosen.tilted, weights)
+    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, weights)
     value, u = fit.inertia.value, fit.inertia.u or 0.0
     if fit.dof <= 0 and u < EXACT * value:
         # Without degrees of freedom, the runs cannot contradict the stated

@@ -98,9 +98,9 @@ def explain(
         if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, changed in _changes(readings, measured, others, i):
                 with suppress(fitting.NoFit):
-                    runs = fitting.corrected(measure(changed), others, lab.chosen)
+                    runs = fitting.corrected(measure(changed), others, lab.motion)
                     fit = fitting.fit(
-                        runs, fitting.AS_STATED, tilted=lab.chosen.tilted, left_out=odd
+                        runs, fitting.AS_STATED, tilted=lab.motion.tilted, left_out=odd
                     )
                     off = abs(float(fit.deviations[i])) / typical
                     if off < FITS:

@@ -2,12 +2,17 @@
 
 The fit contains the equation of steady precession: eq. (9), or eq. (8) with a pitch. A
 model gives the mean rate of a rod that moves in another way, the errors that exist only
-then, and the words for users. A log needs a model if it states the motion, or if it is
-silent about it, and if the motion changes I_zz by enough. `MODELS` is the list of all
+then, and the words for users. `MODELS` is the list of all
 models, the simplest first. A new model is a subclass in this list; nothing else in the
 package asks for a model by its name.
 
 A `Motion` contains the models of one fit. Their corrections multiply.
+
+Words for a model, as they are used here and in `gyrodata.judging.changes`: it is
+*stated* if the log says that the rod moved so, and *asked* if the user chose it. It is
+*assumed* if the log is silent, and the rod may have moved so; *supposed* readings are
+then those of a typical rod. A model that is stated or assumed is *offered*, and it is
+*needed* if the motion changes I_zz by too much to be left out.
 """
 
 from __future__ import annotations
@@ -99,7 +104,8 @@ class MotionModel(Struct, frozen=True):
     effect_words: ClassVar[str] = ""
     """The effect for users."""
     start: ClassVar[str] = ""
-    """What the line ``# motion:`` says of such a rod."""
+    """What the line ``# motion:`` says of such a rod: "steady" there is a way to start,
+    and not the model "steady", which is eq. (8)."""
     start_words: ClassVar[str] = ""
     """How the rod was started, after "the rod"."""
     tilted: ClassVar[bool] = False
@@ -268,7 +274,7 @@ class Released(MotionModel, frozen=True):
                 'assumed steady; this is for a rod released from rest ("# motion: '
                 'released" in the log)'
             )
-        return f"assumed steady{as_asked}"
+        return f"released, as the log says; computed as steady{as_asked}"
 
     def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
         """Compute the bias of steady precession [1], for level rods, shape (n,)."""
@@ -316,6 +322,7 @@ class Pushed(Released, frozen=True):
 
     start = ""
     start_words = ""
+    sags = False
     source_words = {
         "habit": "push of the hand when the rod is released",
         "push": "push of the hand in each run",
@@ -439,7 +446,7 @@ class Motion(Struct, frozen=True):
 
     @property
     def sags(self) -> bool:
-        """Whether the rod certainly starts from rest, and sags before it precesses."""
+        """Whether the rod starts from rest, and sags before it precesses."""
         return any(model.sags for model in self.models)
 
     @property
@@ -463,7 +470,10 @@ class Motion(Struct, frozen=True):
         return Motion(tuple(kept)).including(model)
 
     def including(self, model: MotionModel) -> Motion:
-        """Return the same models with another one for its effect."""
+        """Return these models and another one, which replaces the one with its effect.
+
+        The first of `MODELS` is in every fit, and adds nothing.
+        """
         others = self.without(model.effect).models
         return Motion(tuple([one for one in MODELS[1:] if one in (*others, model)]))
 
@@ -494,10 +504,12 @@ AUTO: Final = "auto"
 """The name by which a user asks for the simplest model that is good enough."""
 
 
-def known(name: str, runs: TimedRuns) -> Motion:
+def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
     """Return the models that a log states, or the model that a user asks for by its name.
 
-    The latter includes what the log states of the models before it in `MODELS`.
+    The latter includes what the log states of the models before it in `MODELS`, which
+    are simpler, and nothing of those behind it: a user who asks for "steady" gets no
+    correction for a release.
     """
     stated = [model for model in MODELS if model.is_stated(runs)]
     if name == AUTO:
@@ -513,7 +525,7 @@ def names() -> tuple[str, ...]:
 
 
 def starts() -> tuple[MotionModel, ...]:
-    """Return the models by which a log can say how the rod was started, the first last."""
+    """Return the models that a log can name in its line ``# motion:``, the last one first."""
     return tuple([model for model in MODELS if model.start][::-1])
 
 

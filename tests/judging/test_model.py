@@ -84,6 +84,29 @@ def test_a_model_that_is_asked_for_is_used(model: str, tilt: bool) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("model", ["horizontal", "steady", "released"])
+@pytest.mark.parametrize("motion", ["steady", "released"])
+def test_the_reason_of_a_model_that_is_asked_for_is_the_request(
+    model: str, motion: str
+) -> None:
+    """Such a model is not kept because the runs show it, whatever they show."""
+    log = made(motion=motion, pitches=(math.radians(3),), spins=(400 * RPM,))
+    for row in analysed(log, model).to_dict()["result"]["effects"]:
+        assert "kept because" not in row["reason"]
+        if row["effect"] == "release" and motion == "released":
+            assert "as the log says" in row["reason"] or row["kept"]
+
+
+@pytest.mark.slow
+def test_a_stated_release_that_is_dropped_is_not_called_an_assumption() -> None:
+    log = made(motion="released", masses=(0.02,), spins=(600 * RPM,))
+    row = effect(analysed(log), "release")
+    assert not row["kept"]
+    assert "released, as the log says" in row["reason"]
+    assert "assumed" not in row["reason"]
+
+
+@pytest.mark.slow
 def test_a_log_of_a_released_rod_has_that_model() -> None:
     analysis = analysed(
         made(motion="released", masses=(0.06, 0.12), spins=(150 * RPM, 200 * RPM))

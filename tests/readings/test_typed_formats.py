@@ -1,0 +1,102 @@
+"""A hundred logs in formats that somebody typed who did not know gyro, and twenty traps.
+
+`typed_formats.txt` contains them: simulated labs of 6 to 12 runs, with 0.1 s of noise in
+the times and 0.2 % in the spins. The line above each log says its encoding, and the
+I_zz that was simulated [kg*m^2], or "must ask" if the log lacks something. A log may be
+refused with a question. But what is read must be right, and a trap is never answered
+wrongly without a warning.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+from places import DATA
+
+import gyrodata
+
+pytestmark = pytest.mark.slow
+
+ASKED = {
+    "026_battery.csv": 'laps with a "lap time total"',
+    "028_uncert_cols.csv": '"dspin" beside "spin"',
+    "032_hdr_symbols.csv": "a legend in one sentence",
+    "044_ratio_cols.csv": '"[#]" for a number',
+    "069_nihongo.csv": "a word for precession that is not known",
+    "077_transponowana.csv": '"periods" that are counted',
+    "082_ten_revs.csv": '"ball revolutions" that are timed',
+    "086_spalten.json": '"Drehzahl_U_min", with two parts behind the name',
+    "087_nested.json": "lists inside of lists",
+    "096_utf16.txt": "a unit in Turkish",
+    "099_vecka.csv": "words for before and after in Swedish",
+}
+"""Logs that are asked about although nothing is missing, with the reason."""
+
+
+class Typed(NamedTuple):
+    """A log of `typed_formats.txt`."""
+
+    name: str
+    data: bytes
+    inertia: str
+    comment: str
+
+    def analyze(self) -> gyrodata.Analysis | None:
+        """Return the analysis; None if the log is refused with an error."""
+        try:
+            return gyrodata.analyze(self.data, name=self.name)
+        except gyrodata.GyroError as error:
+            assert error.diagnostics
+            return None
+
+    def is_right(self, analysis: gyrodata.Analysis) -> bool:
+        """Return whether I_zz is within 3 u or 3 % of the simulated one."""
+        truth = float(self.inertia)
+        allowed = max(3 * analysis.inertia.u, 0.03 * truth)
+        return abs(analysis.inertia.value - truth) <= allowed
+
+
+def typed(kind: str) -> list[Typed]:
+    """Read the logs, or the traps."""
+    text = (DATA / "typed_formats.txt").read_text(encoding="utf-8")
+    logs = []
+    for record in text.split("===== ")[1:]:
+        head, _, log = record.partition("\n")
+        name, encoding, inertia, comment = head.split(" | ", 3)
+        if name.startswith(f"{kind} "):
+            data = log.rstrip("\n").encode(encoding)
+            logs.append(Typed(name.removeprefix(f"{kind} "), data, inertia, comment))
+    return logs
+
+
+LOGS, TRAPS = typed("log"), typed("trap")
+
+
+def name_of(log: Typed) -> str:
+    return log.name
+
+
+@pytest.mark.filterwarnings("ignore::gyrodata.GyroWarning")
+@pytest.mark.parametrize("log", LOGS, ids=name_of)
+def test_an_honest_log_is_read_rightly_or_asked_about(log: Typed) -> None:
+    analysis = log.analyze()
+    if log.inertia == "must ask":
+        assert analysis is None
+    elif analysis is None:
+        assert log.name in ASKED
+    else:
+        assert log.is_right(analysis)
+        assert analysis.doubts == ()
+
+
+@pytest.mark.filterwarnings("ignore::gyrodata.GyroWarning")
+@pytest.mark.parametrize("trap", TRAPS, ids=name_of)
+def test_a_trap_is_not_answered_wrongly_in_silence(trap: Typed) -> None:
+    analysis = trap.analyze()
+    assert analysis is None or trap.is_right(analysis) or analysis.doubts
+
+
+def test_there_are_a_hundred_logs_and_twenty_traps() -> None:
+    assert (len(LOGS), len(TRAPS)) == (100, 20)
+    assert set(ASKED) <= {log.name for log in LOGS}

@@ -197,7 +197,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     torques : tuple of Torque
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
-        Every run with its residual; the same as `runs`.
+        Every run with its residual; `runs` is the same as a DataFrame.
     patterns : tuple of Pattern
         Tests of the residuals for patterns, the least probable first.
     unusual_sizes : tuple of Diagnostic
@@ -351,7 +351,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         )
 
     def __hash__(self) -> int:
-        return hash((self.name, self.sha256, self.inertia.value))
+        return hash((self.name, self.sha256))
 
     def __repr__(self) -> str:
         found = f"{len(self.run_table)} runs, {len(self.diagnostics)} diagnostics"
@@ -580,7 +580,12 @@ def encode(record: Any) -> bytes:
     except UnicodeEncodeError:
         # The name of a file in another encoding can contain half of a surrogate pair,
         # which has to be escaped.
-        return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
+        escaped = json.dumps(msgspec.to_builtins(record))
+        return json.dumps(json.loads(escaped, parse_constant=_null)).encode()
+
+
+def _null(constant: str) -> None:
+    """Return null for NaN and Infinity, which JSON does not have."""
 
 
 def decode(text: bytes, kind: Any) -> Any:

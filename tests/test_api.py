@@ -5,6 +5,8 @@ and wrong arguments.
 from __future__ import annotations
 
 import doctest
+import json
+import math
 import re
 import subprocess
 import sys
@@ -20,6 +22,7 @@ import pandas as pd
 import pint
 import pytest
 from matplotlib.figure import Figure
+from msgspec.structs import replace
 from places import SAMPLES, TESTS
 from python_page import reference, section
 from uncertainties import ufloat
@@ -28,6 +31,7 @@ from users_script import everything
 import gyrodata
 from gyrodata import Analysis
 from gyrodata.api import in_python
+from gyrodata.results import encode
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}
@@ -283,3 +287,16 @@ def test_everything_returned_is_readable_text(lab: Analysis) -> None:
 
 def test_package_says_that_it_has_types() -> None:
     assert (Path(gyrodata.__file__).parent / "py.typed").exists()
+
+
+@pytest.mark.parametrize("text", ["plain", "half of a pair: \udc80", "\x7f"])
+def test_json_contains_null_for_a_number_that_is_none(text: str) -> None:
+    written = json.loads(encode({"values": [math.nan, math.inf, 1.5], "text": text}))
+    assert written == {"values": [None, None, 1.5], "text": text}
+
+
+def test_equal_analyses_have_equal_hashes(lab: Analysis) -> None:
+    value = float(np.nextafter(lab.inertia.value, 1.0))
+    other = replace(lab, inertia=replace(lab.inertia, value=value))
+    assert other == lab
+    assert hash(other) == hash(lab)

@@ -67,12 +67,12 @@ class Lab(Struct, frozen=True):
     """How the rods moved, according to this fit."""
     left_out: tuple[int, ...] = ()
     effects: tuple[Effect, ...] = ()
-    """Effects whose sizes in this fit are known: `choose_model` enters those that it
-    needed, and `gyrodata.analysis.judge` all."""
+    """Effects whose sizes in this fit are known: those that `choose_model` computed for
+    this same fit, if any; after `gyrodata.analysis.judge`, all."""
     asked: bool = False
     """True if the user chose the model."""
     choice: Choice | None = None
-    """How the model was chosen; None: without the sizes of the effects."""
+    """How the models were chosen; None for a fit within this module."""
 
     def change(
         self,
@@ -116,7 +116,7 @@ class Change(Struct, frozen=True):
     """Of an effect of the motion: the model that takes it into account."""
 
 
-# --- effects: each simplification ---
+# --- effects ---
 
 EFFECTS = {
     "residual_torque": "imperfect balance",
@@ -126,8 +126,8 @@ EFFECTS = {
     "spin_delay": "spin read late",
     "tachometer": "tilted rod, total spin taken for ψ̇",
 }
-"""The simplifications that do not belong to a model of motion, by their name in the
-JSON, in words."""
+"""The effects that do not belong to a model of motion, by their name in the JSON, in
+words."""
 
 
 def effect_words(name: str) -> str:
@@ -531,6 +531,8 @@ def _bias(lab: Lab, change: Change) -> float | None:
             change.widths or lab.fit.widths,
             lab.fit,
         )
+        # With the widths held, the fit gives no posterior: so the adjusted values of both
+        # fits are compared, and not the means of their posterior distributions.
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
         is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
         if is_large and lab.fit.posterior is not None and not change.widths:
@@ -545,7 +547,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
 
 
 def _sample(lab: Lab) -> Lab:
-    """Take a sample of very many runs, with the u of I_zz of all runs."""
+    """Take a sample of very many runs."""
     some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
     try:
         measured, fit = fitting.fit_model(some, lab.motion)
@@ -562,6 +564,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
     If `names` are given, only the effects with these names are listed.
     """
+    # The sizes are compared with the u of all runs.
     u = fitting.relative_u(lab.fit.inertia)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
@@ -575,7 +578,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
 
 def _size_up(lab: Lab, change: Change, u: float) -> Effect:
-    """Return a simplification with its size; `u` is the relative u of I_zz [1]."""
+    """Return an effect with its size; `u` is the relative u of I_zz [1]."""
     bias = _bias(lab, change)
     if bias is not None and _has_unknown_sign(lab, change):
         bias = abs(bias)
@@ -600,8 +603,9 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
     if lab.asked:
         return ""
     if change.kept:
-        is_small = size < DROP_ONE and _has_formula(lab, change.model)
-        return "; kept because the single runs show it" if is_small else ""
+        if size < DROP_ONE and change.model is not None:
+            return _why_small_is_kept(lab, change.model)
+        return ""
     if size < DROP_ONE:
         return ", small enough"
     verdict = ", NOT small, and the log does not say enough to correct for it"
@@ -610,9 +614,12 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
     return verdict
 
 
-def _has_formula(lab: Lab, model: MotionModel | None) -> bool:
-    """Return whether a model of motion tells the bias of each run alone."""
-    return model is not None and _biases(lab, model) is not None
+def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
+    """Return why a model with a small effect is kept, if the single runs are the reason."""
+    is_stated = model.is_stated(fitting.timed_runs(lab.measured))
+    if is_stated and _seen_in_scatter(lab, model):
+        return "; kept because the single runs show it"
+    return ""
 
 
 def _biases(lab: Lab, model: MotionModel) -> Floats | None:
@@ -744,6 +751,7 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
         changed = fits.lab(change.motion)
         if _is_chosen_alike(lab, changed):
             return changed.fit
+    # As for the log itself, the models are chosen with all runs: `fits` has fewer.
     choice, _ = choose_model(measured, fits=None if change.left_out else fits)
     return fits.lab(choice.motion).fit
 
@@ -765,7 +773,8 @@ class Choice(Struct, frozen=True):
     effects: tuple[Effect, ...] = ()
     """The effects of these models, and those that count towards the sum."""
     u: float = 0.0
-    """Relative u of I_zz of the fit to which the effects were compared [1]."""
+    """Relative u of I_zz of the fit to which the effects were compared [1]; 0 if nothing
+    had to be compared."""
     preference: float | None = None
     """Logarithm of how much more likely the runs are without an assumed model than with
     it; None if they were not compared."""
@@ -804,6 +813,8 @@ def choose_model(
     if model != AUTO or not (stated.models or silent):
         return Choice(stated, stated), None
     try:
+        # The evidence of a silent log needs the whole fit; for what a log states, the
+        # sizes of the effects are enough, and a quick fit gives them.
         lab = fits.lab(Motion()) if silent else _fit_as_stated(measured)
         assumed = [each for each in silent if _may_have_happened(lab, each)]
     except fitting.NoFit:

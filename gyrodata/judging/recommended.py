@@ -106,7 +106,8 @@ class _Screened(Struct, frozen=True):
     """The fit by which the outliers were found; None if there are too few runs."""
     choice: Choice
     ready: Lab | None
-    """The fit of all runs with these models, if the choice has made it already."""
+    """The fit of all runs with these models, if the choice has made it already: that is
+    only possible for models without a correction."""
 
     @property
     def suspected(self) -> tuple[int, ...]:
@@ -172,7 +173,8 @@ def _refuse_too_many_shared_readings(
 ) -> None:
     """Refuse a log if the matrix of its fit would be too large.
 
-    Runs without an error of a source are in its group -1.
+    Most logs are too short for it, whatever they share. Runs without an error of a source
+    are in its group -1.
     """
     count = len(measured.runs)
     if count**2 * len(measured.sources) <= LARGEST:

@@ -53,7 +53,8 @@ class TimedRuns(Struct, frozen=True, eq=False):
     pitch: Floats
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     sense: Floats
-    """Sign of the rate of precession times the spin; 0 if it is unknown."""
+    """Sign of the rate of precession times the spin, which is positive unless the log
+    states its sense; 0 if it is unknown."""
     transverse_u: float
     """Relative standard uncertainty of I [1]."""
     spin_start: Floats | None = None
@@ -318,8 +319,13 @@ shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to s
 
 
 class Pushed(Released, frozen=True):
-    """A rod that is released with a push of unknown size: the start if the log is silent."""
+    """A rod that is released with a push of unknown size: the start if the log is silent.
 
+    Its name is that of a released rod. A push lessens the sag, so that no log is refused
+    because of it.
+    """
+
+    words = "half the effect of a release from rest, for a light push"
     start = ""
     start_words = ""
     sags = False

@@ -37,7 +37,8 @@ from gyrodata.grading.submissions.documents import (
 from gyrodata.quantities.notation import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Faults, Reported, read_reported
-from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
+from gyrodata.readings.names import UNSURE_WORDS, name_roles, squeezed_words
+from gyrodata.readings.roles import is_key
 
 _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 100, 7, 100
 _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 120

@@ -20,7 +20,6 @@ from gyrodata.quantities.notation import PLAIN, fold_number, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, source
 from gyrodata.readings.headers import (
-    SPINNING,
     Header,
     are_turns,
     can_measure,
@@ -39,6 +38,7 @@ from gyrodata.readings.names import (
     NOT_THE_WEIGHT,
     PRECESSION,
     SCALE_WORDS,
+    SPINNING,
     START_WORDS,
     SUMMARY_WORDS,
     THEORY_WORDS,

@@ -1,16 +1,19 @@
-"""The headers of a table, each parsed once into a record."""
+"""The headers of a table, each parsed once into a record.
+
+A header is a name and perhaps a unit: "m [g]", "m (g)", "m / g", "m in g", "m, g",
+"mass_g", "cm from the centre", or a unit alone.
+"""
 
 from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import accumulate
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -19,10 +22,11 @@ from gyrodata.readings.names import (
     INDEX,
     MAX_HEADER,
     MEAN_WORDS,
+    MOTION_WORDS,
     NAMES,
-    NOISE_WORDS,
     PRECESSION,
     SMALL_WORDS,
+    SPINNING,
     START_WORDS,
     SYMBOLS,
     THEORY_WORDS,
@@ -47,11 +51,11 @@ class Header(Struct, frozen=True):
     """The content of a header."""
 
     text: str
-    roles: tuple[str, ...]
+    roles: tuple[str, ...] = ()
     """Roles that the header may name."""
-    unit: str | None
+    unit: str | None = None
     """Unit text as written, known or not; None if there is none."""
-    spread: str
+    spread: str = ""
     """Text of a ±, with its unit if it has one; or ""."""
     number: int | None = None
     """Number of a repeat: ``time_2`` is 2."""
@@ -69,37 +73,33 @@ class Header(Struct, frozen=True):
     """Whether the text says that the ball turns, and not the rod."""
 
 
+_WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
-_OF_ONE = vocabulary.pattern("of_one")
-"""Words for one of several weights."""
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
-_BRACKET = (
-    r"(.*?)(?:(?<!\s)\s+)?(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
-)
-_BRACKET_INSIDE = (
-    r"([^\[(]*?)(?:(?<!\s)\s+)?[\[(]([^\[\]()]+)[\])][\s,;]{1,20}([^\[\]]+)"
-)
-_IN_UNIT = (
-    r"(.+?)(?:(?<!\s)\s+(?:in|en|em|w|в)\s+|(?:(?<!\s)\s+)?/\s*)(\S{1,40}+)\s+(.+)"
-)
-_TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')}|for|für|pour)\s+(.+)"
-_WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
-_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
-SPINNING = vocabulary.pattern("spinning")
-_SWEPT = ("rotation", "precession", "drehung", "präzession", "précession", "прецессия")
-"""Names that mean an angle in degrees, and else a rate."""
 
 
 @lru_cache(maxsize=4096)
 def parse_header(text: str) -> Header:
-    """Read one header from left to right."""
-    header = _parse(text)
+    """Read one header: its ± first, then its unit, then its name."""
     if len(text) > MAX_HEADER:
-        return header
-    return replace(
-        header,
-        name=split_unit(text)[0],
+        return Header(text)
+    typed, spread = _take_spread(text.translate(_WIDE_SIGNS).rstrip("*†‡: "))
+    name, unit = split_unit(typed)
+    if unit is None and kinds_of(spread.partition(" ")[2]):
+        unit = spread.partition(" ")[2]
+    if unit and re.fullmatch(_CLOCK_FORM, unit):
+        unit = "s"  # its cells say themselves how they are written
+    roles, number = _roles_in(name, unit)
+    if contains_word(text, THEORY_WORDS):
+        roles, number = (), None  # worked out, not measured
+    return Header(
+        text,
+        roles,
+        unit,
+        spread,
+        number,
+        name=name,
         turns=turns_in(text),
         origin=origin_in(text) or ("centre" if from_centre(text) else ""),
         moment=_moment(text),
@@ -108,118 +108,274 @@ def parse_header(text: str) -> Header:
     )
 
 
-def _parse(text: str) -> Header:
-    if len(text) > MAX_HEADER:
-        return Header(text, (), None, "")
-    spread, rest = "", text.translate(_WIDE_BRACKETS).rstrip("*†‡: ")
-    if match := re.search(_SPREAD, rest):
-        spread = f"{match[1]} {match[2].strip()}".strip()
-        rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(
-            " ,;"
-        )
-    name, unit = split_unit(re.sub(r"(?<=[\])]) Run #\d+$", "", rest))
-    name = re.sub(
-        r"(?i)(?<!\s)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
-    )  # "mean of 5 trials"
-    if not name.isascii():
-        name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        unit = spread.partition(" ")[2]
-    if unit and re.fullmatch(_CLOCK_FORM, unit):
-        unit = "s"  # how its cells are written, and they say so themselves
-    if contains_word(text, THEORY_WORDS):
-        return Header(text, (), unit, spread)  # worked out, not measured
-    found, number = name_roles(name)
-    if not found:
-        found = name_roles(without_origin(name))[0]
-    if not found and not text.islower():
-        parted = re.sub(r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])", "_", text)
-        if parted != text and (header := _parse(parted)).roles:
-            return replace(header, text=text)  # "massGrams"
+def _take_spread(text: str) -> tuple[str, str]:
+    """Return a header without its ±, and the text of the ±."""
+    match = re.search(_SPREAD, text)
+    if match is None:
+        return text, ""
+    rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}"
+    return rest.strip(" ,;"), f"{match[1]} {match[2].strip()}".strip()
+
+
+# --- Where the unit is ---
+
+
+class _Split(NamedTuple):
+    """A way to split a header into a name and a unit."""
+
+    name: str
+    unit: str
+    mark: Literal["bracket", "sign", ""]
+    """What sets the unit apart: a bracket at the end, a slash or "in", or nothing."""
+
+
+_BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
+_SIGN = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+|/"
+_BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
+_LETTER = r"[^\W\d_]|[°%]"
+
+
+@lru_cache(maxsize=4096)
+def split_unit(text: str) -> tuple[str, str | None]:
+    """Split a header into its name and its unit, known or not; None if it has none.
+
+    A unit that the named quantity can have comes first, then a unit without a name,
+    then any other that is set apart: it is probably wrong, and the caller says so.
+    """
+    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text):
+        return text, None
+    if len(_units_in_brackets(text)) > 1:
+        return text, None  # several headers that nothing has separated yet
+    splits = [split for split in _splits(text) if _is_unit(split.unit)]
+    for split in splits:
+        if _fits(split):
+            return split.name, split.unit
+    for split in splits:
+        if split.mark == "bracket" and _is_set_apart(split):
+            return split.name, split.unit
+    if _named(text)[0]:
+        return text, None
+    for split in splits:
+        if _is_set_apart(split):
+            return split.name, split.unit
+    return _unknown_unit(text) or (text, None)
+
+
+def _units_in_brackets(text: str) -> list[str]:
+    """Return the brackets of a text that contain a unit, and not a symbol."""
+    inside = [bracket[1] or bracket[2] or "" for bracket in re.finditer(_BRACKET, text)]
+    return [unit for unit in inside if _is_unit(unit) and squeeze(unit) not in SYMBOLS]
+
+
+def _splits(text: str) -> Iterator[_Split]:
+    """Yield the ways to split a header, the most certain one first."""
+    yield from _splits_at_brackets(text)
+    for blank in re.finditer(_BLANK, text):
+        yield _Split(text[: blank.start()], text[blank.end() :], "")
+    for sign in re.finditer(_SIGN, text):
+        name, behind = text[: sign.start()].strip(), text[sign.end() :].strip()
+        yield _Split(name, behind, "sign")
+        unit, _, more = behind.partition(" ")
+        if more:
+            yield _Split(f"{name} {more}", unit, "sign")
+    for blank in re.finditer(_BLANK, text):
+        yield _Split(text[blank.end() :], text[: blank.start()], "")
+    yield _Split("", text, "")
+
+
+def _splits_at_brackets(text: str) -> Iterator[_Split]:
+    """Yield the splits at each bracket, the last one first: "a (cm, from centre)"."""
+    for bracket in reversed(list(re.finditer(_BRACKET, text))):
+        behind = text[bracket.end() :].strip()
+        name = f"{text[: bracket.start()].rstrip(' /,;')} {behind}".strip()
+        inside = (bracket[1] or bracket[2] or "").strip()
+        yield _Split(name, inside, "" if behind else "bracket")
+        unit, _, remark = inside.replace(",", " ").partition(" ")
+        yield _Split(f"{name} {remark.strip()}", unit, "")
+
+
+def _is_unit(text: str) -> bool:
+    if not re.search(_LETTER, text):
+        return False
+    return text == "%" or bool(kinds_of(text) or re.fullmatch(_CLOCK_FORM, text))
+
+
+def _fits(split: _Split) -> bool:
+    """Return whether a quantity of this name can have the unit."""
+    if not split.mark and kinds_of(split.unit) == _OF_TURNS:
+        return False  # "fraction of turn"
+    if split.mark != "bracket" and re.search(_NUMBER_AT_END, split.name):
+        return False  # "7 min"
+    roles, _ = _roles_in(split.name, split.unit)
+    return any(_measures(split.unit, role) for role in roles)
+
+
+_NUMBER_AT_END = r"(?:^|\s)[0-9.,/]+$"
+
+
+def _is_set_apart(split: _Split) -> bool:
+    """Return whether a known unit is meant as one, although the name cannot have it."""
+    if not split.name:
+        kinds = kinds_of(split.unit)
+        return split.mark == "bracket" or kinds in _KINDS_OF_BARE_UNITS
+    if _named(split.name)[0]:
+        return squeeze(split.unit) not in SYMBOLS
+    return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
+
+
+_KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
+_AT_END = r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
+
+
+def _unknown_unit(text: str) -> tuple[str, str] | None:
+    """Split off a text at the place of a unit that is none; None if there is none."""
+    match = re.fullmatch(_AT_END, text)
+    if match is None:
+        return None
+    name, square, *others = match.groups()
+    unit = (square or others[0] or others[1] or "").strip()
+    if not unit or contains_word(unit, SMALL_WORDS) or re.search(TURN, unit):
+        return None
+    if turns_in(unit):
+        return None
+    if square is None and not _named(name)[0]:
+        return None
+    return name, unit
+
+
+# --- What the name means, next to the unit ---
+
+
+def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles that a name means next to a unit, and the number of a repeat.
+
+    If the named quantity cannot have the unit, the unit is wrong: the roles stay.
+    """
     if unit is None:
-        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
-        if (
-            not found
-            and turns_in(name)
-            and any("time" in name_roles(begin)[0] for begin in begins)
-        ):
-            found = ("time",)  # "Time for one turn" above "20.3 s"
-        # A bare "N" counts turns: the other readings would need a unit.
-        bare = tuple(
-            role for role in found if kind_of_role(role) in ("number", "text", "sign")
-        )
-        return Header(text, bare or found, unit, spread, number)
+        return _roles_without_unit(name)
+    named, number = _named(name)
+    fitting = tuple(role for role in named if _measures(unit, role))
+    if fitting:
+        return fitting, number
     kinds = kinds_of(unit)
-    found = (
-        ("time", "precession_period")
-        if found == ("precession_rate",) and kinds == {"time"}
-        else found
+    if not named:
+        return _roles_of_statement(name, kinds)
+    other = _in_other_unit(name, named, unit)
+    if other:
+        return other, number
+    # A symbol says less than a unit: "D (s)" is not a torque.
+    is_symbol = len(name.strip()) == 1 and bool(kinds)
+    return (() if is_symbol else named), number
+
+
+def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles that a name means on its own."""
+    named, number = _named(name)
+    if not named and turns_in(name):
+        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
+        if any("time" in name_roles(begin)[0] for begin in begins):
+            return ("time",), None  # "Time for one turn" above "20.3 s"
+    # A bare "N" counts turns: the other readings would need a unit.
+    bare = tuple(
+        role for role in named if kind_of_role(role) in ("number", "text", "sign")
     )
-    if not found and "time" in kinds and turns_in(name):
-        found = ("time",)  # "1/3 turn (s)"
-    elif not found and "time" in kinds:
-        # "Trial 2" and "2nd measurement" above times
-        spaced = re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)
-        tokens = [
-            (token, re.fullmatch(_ORDINAL, token.lower()))
-            for token in TOKENS.split(spaced)
-            if token
-        ]
-        counted = [int(ordinal[1]) for _, ordinal in tokens if ordinal]
-        others = [
-            token
-            for token, ordinal in tokens
-            if not ordinal and squeeze(token).lower() not in TRIAL_WORDS
-        ]
-        if len(counted) == 1 and all(
-            "time" in name_roles(token)[0] for token in others
-        ):
-            found, number = ("time",), counted[0]
-    elif not found and kinds == {"rate"} and is_of_the_spin(name) and not _moment(name):
-        found = ("spin",)  # "Kreisfrequenz der Kugel (rad/s)"
-    elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
-        found = ("position",)
-    # Roles that the unit cannot measure are left out, unless it fits none: then the
-    # unit is wrong.
-    kept = tuple(role for role in found if _measures(unit, role))
-    if kinds == {"angle"} and (name.strip().lower() in _SWEPT or found == ("turns",)):
-        kept = ("angle",)
-    elif kinds == {"rate"} and found == ("turns",):
-        kept = ("spin",)  # "Rotations (rpm)"
-    elif (
-        kinds == _OF_TURNS
-        and len(name) > 1
-        and not kept
-        and _names_motion(found)
-        and not is_of_the_spin(name)
-    ):
-        kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
-    elif kinds == {"force"} and found == ("mass",):
-        kept = ("force",)  # "Weight (N)"
-    elif "time" in kinds and "/" in unit and not kept:
-        # "spin [s/rev]" is a period under another name.
-        kept = tuple(
+    return bare or named, number
+
+
+def _named(name: str) -> tuple[tuple[str, ...], int | None]:
+    """Look up a name, with or without the origin at its end."""
+    named, number = name_roles(name)
+    if named:
+        return named, number
+    return name_roles(without_origin(name))
+
+
+def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
+    """Return what a name means in the unit of a related quantity."""
+    kinds = kinds_of(unit)
+    if named == ("mass",) and kinds == {"force"}:
+        return ("force",)  # "Weight (N)"
+    if named == ("turns",) and kinds == {"rate"}:
+        return ("spin",)  # "Rotations (rpm)"
+    if named == ("turns",) and kinds == {"angle"}:
+        return ("angle",)
+    if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
+        return tuple(
             role.replace("spin", "spin_period", 1)
-            for role in found
+            for role in named
             if role.startswith("spin")
         )
-    # A symbol says less than a unit: "D (s)" is not a torque.
-    return Header(
-        text,
-        kept if len(name.strip()) == 1 and kinds else kept or found,
-        unit,
-        spread,
-        number,
+    if named == ("precession_rate",) and kinds == {"time"}:
+        return ("time", "precession_period")
+    if contains_word(name, MOTION_WORDS):
+        return _MOTION.get(kinds, ())
+    return ()
+
+
+_OF_ONE = vocabulary.pattern("of_one")
+"""Words for one of several weights."""
+_OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
+_MOTION = {frozenset({"angle"}): ("angle",), _OF_TURNS: ("turns",)}
+"""What "rotation" and "precession" mean in units that no rate has."""
+
+
+def _roles_of_statement(
+    name: str, kinds: frozenset[str]
+) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles of a header that names no quantity, but says something of it."""
+    if "time" in kinds:
+        if re.match(_PER_TURN, name):
+            return _period_of(name), None
+        return (("time",), None) if turns_in(name) else _number_of_trial(name)
+    if kinds == {"rate"} and _says_only_when(name):
+        return (f"spin_{_moment(name)}".rstrip("_"),), None
+    if "length" in kinds and (origin_in(name) or from_centre(name)):
+        return ("position",), None
+    return (), None
+
+
+_PER_TURN = rf"(?i)(?:{vocabulary.words('per', '|')}|for|für|pour)\s.*{TURN}"
+
+
+def _period_of(name: str) -> tuple[str, ...]:
+    """Return the periods that "per turn" means: those of the rod, of the ball, or both."""
+    if re.search(PRECESSION, name):
+        return ("precession_period",)
+    return (
+        ("spin_period",)
+        if is_of_the_spin(name)
+        else ("precession_period", "spin_period")
     )
 
 
-_OF_TURNS = frozenset({"angle", "number"})
-"""Kinds that a unit of turns can measure."""
+def _says_only_when(name: str) -> bool:
+    """Return whether a name only says that the spin is meant, or when it was measured."""
+    words = [word for word in TOKENS.split(name) if word]
+    return is_of_the_spin(name) or all(
+        squeeze(word).lower() in SMALL_WORDS for word in words
+    )
 
 
-def _names_motion(found: tuple[str, ...]) -> bool:
-    """Return whether one of the roles is a rate of rotation."""
-    return any(kind_of_role(role) == "rate" for role in found)
+_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+
+
+def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
+    """Read "Trial 2" and "2nd measurement" above times: the time, and the number."""
+    numbers = []
+    for word in filter(None, TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name))):
+        ordinal = re.fullmatch(_ORDINAL, word.lower())
+        if ordinal:
+            numbers.append(int(ordinal[1]))
+        elif (
+            squeeze(word).lower() not in TRIAL_WORDS
+            and "time" not in name_roles(word)[0]
+        ):
+            return (), None
+    return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
+
+
+# --- Questions about a header ---
 
 
 def can_measure(header: Header) -> bool:
@@ -277,194 +433,6 @@ def is_part_of_mass(header: str) -> bool:
 def _measures(unit: str, role: str) -> bool:
     return kind_of_role(role) in kinds_of(unit) or (
         unit == "%" and role.startswith("u_")
-    )
-
-
-@lru_cache(maxsize=4096)
-def split_unit(text: str) -> tuple[str, str | None]:
-    """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g".
-
-    "rpm" alone is the spin.
-    """
-    if len(text) > MAX_HEADER:
-        return text, None
-    if match := re.fullmatch(_BRACKET, text):
-        name, square, round_ = match.groups()
-        inside = (round_ if square is None else square).strip()
-        if inside in ("-", "–", "—"):
-            return split_unit(name)  # "Umdrehungen [-]"
-        is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (
-            _is_unit_of(name, inside) and not turns_in(inside)
-        )
-        is_unit |= len(inside) > 1 and len(kinds_of(inside)) == 1
-        if (
-            inside
-            and not is_unit
-            and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split())
-        ):
-            return split_unit(name)  # "RPM (measured)"
-        words = re.split(r"[\s,;]+", inside, maxsplit=1)
-        if (
-            len(words) > 1
-            and not kinds_of(inside)
-            and _is_unit_of(f"{name} {words[1]}", words[0])
-        ):
-            return name if name_roles(name)[0] else f"{name} {words[1]}", words[
-                0
-            ]  # "a (cm, from centre)"
-        parted, own = ("", None) if is_unit else split_unit(name)
-        if (
-            own
-            and not own.isdigit()
-            and kinds_of(own)
-            and (name[-1] in "])" or not kinds_of(inside))
-        ):
-            return f"{parted} {inside}", own  # "r [cm] (from centre)"
-        if not is_unit and kinds_of(name) == {"rate"}:
-            return "spin", name  # "turns per second (tachometer)"
-        if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
-            return name, None  # "Position (from the centre)"
-        said = (
-            name_roles(text)[0] or turns_in(inside)
-            if name_roles(name)[0]
-            else not kinds_of(inside)
-        )
-        if square is None and not is_unit and said:
-            return text, None  # "czas (t)": a symbol, not a unit
-        return name.rstrip(" /,;"), inside or None
-    if match := re.fullmatch(_BRACKET_INSIDE, text):
-        name = f"{match[1]} {match[3]}"  # "d (cm) from centre"
-        is_unit = not turns_in(match[2]) and any(
-            _is_unit_of(one, match[2]) for one in (match[1], name)
-        )
-        if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
-            return name, match[2]
-    if kinds_of(text) == {"rate"} and len(text.partition("/")[0].strip()) > 2:
-        return "spin", text  # "toeren/min"
-    if (
-        (match := re.fullmatch(_TIME_PER, text))
-        and kinds_of(match[1]) == {"time"}
-        and re.search(TURN, match[2])
-    ):
-        owner = ""
-        if re.search(PRECESSION, match[2]):
-            owner = "precession"
-        elif re.search(SPINNING, match[2]):
-            owner = "spin"
-        return f"{owner} period" if owner else f"time per {match[2]}", match[
-            1
-        ]  # "sec per precession turn"
-    match = re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)
-    if (
-        match
-        and kinds_of(match[2])
-        and not kinds_of(text)
-        and ("_" not in text or turns_in(match[1]))
-    ):
-        return match[1], match[2]  # "a/mm", "t_one_turn/ms"
-    if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
-        return match[1], f"{match[2]}/{match[3]}"
-    if (
-        (match := re.fullmatch(r"(.+)_([^_()]+)", text))
-        and kinds_of(match[2])
-        and re.search(r"[/(]|_.*_", text)
-    ):
-        return match[1].replace("_", " "), match[
-            2
-        ]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
-    match = re.fullmatch(_IN_UNIT, text)
-    if (
-        match
-        and kinds_of(match[2]) in ({"length"}, {"time"})
-        and not kinds_of(text[: match.end(2)])
-    ):
-        return f"{match[1]} {match[3]}", match[
-            2
-        ]  # "distance in cm from the centre", "x/cm from centre"
-    if (
-        (match := re.fullmatch(r"(\S+)\s+(.+)", text))
-        and kinds_of(match[1]) == {"length"}
-        and from_centre(match[2])
-    ):
-        return match[2], match[1]  # "cm from the centre"
-    name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
-    is_time = (unit == "s" and turns_in(name)) or re.fullmatch(_CLOCK_FORM, unit)
-    if is_time or any(
-        kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]
-    ):
-        return (
-            name,
-            unit,
-        )  # "period s" is not "periods"; "half_turn_s" and "time m:ss" are times
-    if name_roles(text)[0]:
-        own = (
-            unit
-            if name_roles(text)[0] == ("spin",) and kinds_of(unit) == {"rate"}
-            else None
-        )  # "ball rpm"
-        return ("spin", text) if kinds_of(text) == {"rate"} else (text, own)
-    small = [token for token in text.split() if squeeze(token).lower() in SMALL_WORDS]
-    tokens = [token for token in text.split() if token not in small]
-    if "_" in text and kinds_of(text.partition("_")[0]) == {"rate"}:
-        return split_unit(text.replace("_", " "))  # "rpm_start"
-    if len(tokens) > 1 and any(kinds_of(token) == {"rate"} for token in tokens):
-        tokens = [
-            token for token in tokens if not re.search(SPINNING, token)
-        ]  # "RPM ball"
-    rest = " ".join(tokens)
-    is_rate = kinds_of(rest) == {"rate"}
-    # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is
-    # not an uncertainty.
-    parts = [
-        (
-            text[: match.start()].strip(" _/,;"),
-            text[match.end() :].strip(" _").lstrip("/ "),
-        )
-        for separator in (r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
-        for match in re.finditer(separator, text)
-    ]
-    # "时间 t/s" is a time in s, and not one in turns per second.
-    for strict in (True, False):
-        for name, unit in parts:
-            fits = any(_measures(unit, role) for role in name_roles(name)[0])
-            fits = fits or (
-                "time" in kinds_of(unit) and bool(turns_in(name))
-            )  # "time for 1 turn / s"
-            fits = fits or (not strict and _is_unit_of(name, unit))
-            is_name = unit not in ("h", "t", "r", "U", "об") and not (
-                is_rate and name_roles(name)[0] == ("turns",)
-            )
-            # Of "how long for 1 turn", the turn is not a unit.
-            of_turns = fits and "angle" in kinds_of(unit) and re.search(TURN, unit)
-            counted = bool(
-                re.search("[0-9]", text) or words_of_turns(text.removesuffix(unit))
-            )
-            if fits and is_name and not (of_turns and counted):
-                return name, unit
-    if is_rate:
-        return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
-    if len(kinds_of(text)) == 1 and not kinds_of(text).isdisjoint(
-        ("angle", "mass", "length", "time")
-    ):
-        return "", text  # "cm" above the positions
-    if (match := re.fullmatch(r"(.+)\s(?:/|in|en|em|w|в)\s+(\S+)", text)) and kinds_of(
-        match[2]
-    ):
-        return match[1].strip(), match[2]  # "a in cm"
-    name, _, unit = text.rpartition(",")
-    if name_roles(name)[0] and unit.strip() and not re.search(TURN, unit):
-        return name.strip(), unit.strip()  # an unknown unit, which is reported
-    return text, None
-
-
-def _is_unit_of(name: str, unit: str) -> bool:
-    found, kinds = name_roles(name.rstrip(" /,;"))[0], kinds_of(unit)
-    if not found:
-        return ("length" in kinds and from_centre(name)) or (
-            "time" in kinds and bool(turns_in(name))
-        )
-    return any(_measures(unit, role) for role in found) or bool(
-        kinds and not SYMBOLS.get(squeeze(unit))
     )
 
 

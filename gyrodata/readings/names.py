@@ -72,6 +72,9 @@ SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
 """Words next to a quantity in a title that is not an added weight, its position, or a
 measured spin; and words behind a length that is not a position."""
+MOTION_WORDS = _words("motion")
+"""Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
+SPINNING = vocabulary.pattern("spinning")
 PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 
 NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
@@ -151,12 +154,10 @@ def _modified(name: str) -> tuple[str, ...]:
     Examples are "initial spin", "mean period", "error of T" and "Mass, m".
     """
     tokens = [token for token in TOKENS.split(name) if token]
+    if len(tokens) == 1:
+        return _known(tokens[0])
     if not 2 <= len(tokens) <= 8:
-        return (
-            _known(tokens[0])
-            if len(tokens) == 1 and "position" in _known(tokens[0])
-            else ()
-        )
+        return ()
     # "Mass m", "Tiempo de giro inicial T Gi", "m (mass)": what both mean is meant.
     for words, letters in (
         (tokens[:-1], tokens[-1:]),

@@ -32,7 +32,12 @@ from gyrodata.readings.headers import (
     suggest_role,
 )
 from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
-from gyrodata.readings.names import (
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.remarks import SPHERE, WIDE
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.turns import turns_in
+from gyrodata.readings.words import (
     END_WORDS,
     MAX_HEADER,
     NOT_THE_WEIGHT,
@@ -43,13 +48,9 @@ from gyrodata.readings.names import (
     SUMMARY_WORDS,
     THEORY_WORDS,
     UNSURE_WORDS,
-    name_roles,
     squeeze,
     squeezed_words,
 )
-from gyrodata.readings.origins import SPHERE, WIDE, from_centre
-from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import turns_in
 
 TWO_READINGS = (
     r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"

@@ -17,34 +17,28 @@ from msgspec import Struct
 
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import (
-    END_WORDS,
-    INDEX,
-    MAX_HEADER,
-    MEAN_WORDS,
-    MOTION_WORDS,
-    NAMES,
-    PRECESSION,
-    SMALL_WORDS,
-    SPINNING,
-    START_WORDS,
-    SYMBOLS,
-    THEORY_WORDS,
-    TOKENS,
-    TRIAL_WORDS,
-    contains_word,
-    name_roles,
-    squeeze,
-    squeezed_words,
-)
+from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
 from gyrodata.readings.origins import from_centre, origin_in, without_origin
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
-
-_FIRST_SIGN = "\u2e80"
-"""Letters from this one on are signs of Chinese, Japanese or Korean, which are words.
-"""
+from gyrodata.readings.words import (
+    END_WORDS,
+    FIRST_SIGN,
+    MAX_HEADER,
+    MEAN_WORDS,
+    MOTION_WORDS,
+    PRECESSION,
+    SMALL_WORDS,
+    SPINNING,
+    START_WORDS,
+    THEORY_WORDS,
+    TOKENS,
+    TRIAL_WORDS,
+    contains_word,
+    squeeze,
+    squeezed_words,
+)
 
 
 class Header(Struct, frozen=True):
@@ -396,7 +390,7 @@ def is_one_letter(unit: str) -> bool:
     A sign of Chinese or Japanese is a word.
     """
     letters = units.fold_letters(unit).strip(". ")
-    return len(letters) == 1 and letters.isalpha() and letters < _FIRST_SIGN
+    return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
 
 
 def hinted(header: Header) -> set[str]:

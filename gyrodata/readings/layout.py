@@ -32,7 +32,19 @@ from gyrodata.readings.headers import (
     split_unit,
 )
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
-from gyrodata.readings.names import (
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.origins import FROM, from_centre, origin_in
+from gyrodata.readings.remarks import (
+    ALTERED,
+    DIAMETER,
+    altered_role,
+    diameter_in,
+    noted_centre,
+    noted_origin,
+)
+from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.turns import is_of_turns, turns_in
+from gyrodata.readings.words import (
     COUNTER_WORDS,
     DIMENSION_WORDS,
     MEAN_WORDS,
@@ -40,22 +52,9 @@ from gyrodata.readings.names import (
     SUMMARY_WORDS,
     UNSURE_WORDS,
     contains_word,
-    name_roles,
     squeeze,
     squeezed_words,
 )
-from gyrodata.readings.origins import (
-    DIAMETER,
-    FROM,
-    diameter_in,
-    from_centre,
-    noted_centre,
-    noted_origin,
-    origin_in,
-)
-from gyrodata.readings.remarks import ALTERED, altered_role
-from gyrodata.readings.source import Grid, Row
-from gyrodata.readings.turns import is_of_turns, turns_in
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""

@@ -23,9 +23,9 @@ from gyrodata.readings.layout import (
     is_number,
     said_in,
 )
-from gyrodata.readings.names import squeeze
 from gyrodata.readings.source import Grid, Row
 from gyrodata.readings.turns import words_of_turns
+from gyrodata.readings.words import squeeze
 
 
 def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:

@@ -35,7 +35,8 @@ from gyrodata.readings.lablog import (
     listing,
     read_reported,
 )
-from gyrodata.readings.names import MAX_HEADER, is_word, reported_key
+from gyrodata.readings.names import is_word, reported_key
+from gyrodata.readings.words import MAX_HEADER
 from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 
 if TYPE_CHECKING:

@@ -36,11 +36,11 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.names import COUNTER_WORDS, squeeze, squeezed_words
-from gyrodata.readings.origins import FROM, diameter_in, from_centre, origin_in
-from gyrodata.readings.remarks import CORRECTED, altered_role
+from gyrodata.readings.origins import FROM, from_centre, origin_in
+from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.turns import turns_in, words_of_turns
+from gyrodata.readings.words import COUNTER_WORDS, squeeze, squeezed_words
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")

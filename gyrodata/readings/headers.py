@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import accumulate
 from typing import Literal, NamedTuple
@@ -18,7 +18,7 @@ from msgspec import Struct
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
-from gyrodata.readings.origins import from_centre, origin_in, without_origin
+from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
@@ -136,23 +136,19 @@ def split_unit(text: str) -> tuple[str, str | None]:
     A unit that the named quantity can have comes first, then a unit without a name,
     then any other that is set apart: it is probably wrong, and the caller says so.
     """
-    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text):
+    is_one_header = len(_units_in_brackets(text)) < 2
+    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text) or not is_one_header:
         return text, None
-    if len(_units_in_brackets(text)) > 1:
-        return text, None  # several headers that nothing has separated yet
     splits = [split for split in _splits(text) if _is_unit(split.unit)]
-    for split in splits:
-        if _fits(split):
-            return split.name, split.unit
-    for split in splits:
-        if split.mark == "bracket" and _is_set_apart(split):
-            return split.name, split.unit
-    if _named(text)[0]:
-        return text, None
-    for split in splits:
-        if _is_set_apart(split):
-            return split.name, split.unit
-    return _unknown_unit(text) or (text, None)
+    in_brackets = [split for split in splits if split.mark == "bracket"]
+    split = _first(_fits, splits) or _first(_is_set_apart, in_brackets)
+    if split is None and not name_roles(text)[0]:
+        split = _first(_is_set_apart, splits) or _unknown_unit(text)
+    return (text, None) if split is None else (split.name, split.unit)
+
+
+def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | None:
+    return next(filter(test, splits), None)
 
 
 def _units_in_brackets(text: str) -> list[str]:
@@ -212,7 +208,7 @@ def _is_set_apart(split: _Split) -> bool:
     if not split.name:
         kinds = kinds_of(split.unit)
         return split.mark == "bracket" or kinds in _KINDS_OF_BARE_UNITS
-    if _named(split.name)[0]:
+    if name_roles(split.name)[0]:
         return squeeze(split.unit) not in SYMBOLS
     return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
 
@@ -221,7 +217,7 @@ _KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
 _AT_END = r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
 
 
-def _unknown_unit(text: str) -> tuple[str, str] | None:
+def _unknown_unit(text: str) -> _Split | None:
     """Split off a text at the place of a unit that is none; None if there is none."""
     match = re.fullmatch(_AT_END, text)
     if match is None:
@@ -232,9 +228,9 @@ def _unknown_unit(text: str) -> tuple[str, str] | None:
         return None
     if turns_in(unit):
         return None
-    if square is None and not _named(name)[0]:
+    if square is None and not name_roles(name)[0]:
         return None
-    return name, unit
+    return _Split(name, unit, "bracket")
 
 
 # --- What the name means, next to the unit ---
@@ -247,7 +243,7 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
     """
     if unit is None:
         return _roles_without_unit(name)
-    named, number = _named(name)
+    named, number = name_roles(name)
     fitting = tuple(role for role in named if _measures(unit, role))
     if fitting:
         return fitting, number
@@ -264,7 +260,7 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
 
 def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
-    named, number = _named(name)
+    named, number = name_roles(name)
     if not named and turns_in(name):
         begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
         if any("time" in name_roles(begin)[0] for begin in begins):
@@ -276,36 +272,24 @@ def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     return bare or named, number
 
 
-def _named(name: str) -> tuple[tuple[str, ...], int | None]:
-    """Look up a name, with or without the origin at its end."""
-    named, number = name_roles(name)
-    if named:
-        return named, number
-    return name_roles(without_origin(name))
-
-
 def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
     """Return what a name means in the unit of a related quantity."""
     kinds = kinds_of(unit)
-    if named == ("mass",) and kinds == {"force"}:
-        return ("force",)  # "Weight (N)"
-    if named == ("turns",) and kinds == {"rate"}:
-        return ("spin",)  # "Rotations (rpm)"
-    if named == ("turns",) and kinds == {"angle"}:
-        return ("angle",)
     if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
-        return tuple(
-            role.replace("spin", "spin_period", 1)
-            for role in named
-            if role.startswith("spin")
-        )
-    if named == ("precession_rate",) and kinds == {"time"}:
-        return ("time", "precession_period")
-    if contains_word(name, MOTION_WORDS):
-        return _MOTION.get(kinds, ())
-    return ()
+        rates = [role for role in named if role.startswith("spin")]
+        return tuple(role.replace("spin", "spin_period", 1) for role in rates)
+    if len(named) == 1 and (named[0], *kinds) in _IN_OTHER_UNITS:
+        return _IN_OTHER_UNITS[named[0], *kinds]
+    return _MOTION.get(kinds, ()) if contains_word(name, MOTION_WORDS) else ()
 
 
+_IN_OTHER_UNITS = {
+    ("mass", "force"): ("force",),
+    ("turns", "rate"): ("spin",),
+    ("turns", "angle"): ("angle",),
+    ("precession_rate", "time"): ("time", "precession_period"),
+}
+"""What a role becomes next to a unit of another kind: "Weight (N)"."""
 _OF_ONE = vocabulary.pattern("of_one")
 """Words for one of several weights."""
 _OF_TURNS = frozenset({"angle", "number"})
@@ -430,8 +414,6 @@ def _measures(unit: str, role: str) -> bool:
     )
 
 
-TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
-COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
 _WEIGHTS = vocabulary.pattern("weights")
 
 
@@ -465,26 +447,31 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must
     contain a word for a turn.
     """
-    texts = [text for text in map(notation.fold_number, texts) if text]
-    parts = [
-        bool(
-            re.fullmatch(TURNS, text)
-            or words_of_turns(text, whole=True)
-            or turns_in(text)
-        )
-        for text in texts
-    ]
-    counts = [
-        part or bool(re.fullmatch(COUNT, text))
-        for part, text in zip(parts, texts, strict=True)
-    ]
-    unknown = not header.roles and header.unit is None
-    # "thirds of a turn" above 3 is something else.
-    numbered = not NUMBERS.keys().isdisjoint(
-        TOKENS.split(header.text.lower())
-    ) and "/" not in turns_in(header.text)
-    named = bool(re.search(TURN, header.text)) and not numbered
-    return unknown and bool(texts) and all(counts) and (any(parts) or named)
+    cells = [notation.fold_number(text) for text in texts if text]
+    if header.roles or header.unit is not None or not cells:
+        return False
+    if all(_is_part_of_turns(cell) or re.fullmatch(_COUNT, cell) for cell in cells):
+        return any(map(_is_part_of_turns, cells)) or _names_whole_turns(header)
+    return False
+
+
+def _is_part_of_turns(cell: str) -> bool:
+    """Return whether a cell states turns as a fraction or in words."""
+    return bool(
+        re.fullmatch(_FRACTION, cell)
+        or words_of_turns(cell, whole=True)
+        or turns_in(cell)
+    )
+
+
+def _names_whole_turns(header: Header) -> bool:
+    """Return whether a header names turns, and not "thirds of a turn" above 3."""
+    counts_parts = contains_word(header.text, NUMBERS) and "/" not in header.turns
+    return bool(re.search(TURN, header.text)) and not counts_parts
+
+
+_FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
+_COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
 
 
 def suggest_role(header: str) -> str:
@@ -496,4 +483,5 @@ def suggest_role(header: str) -> str:
     ):
         return NAMES[close[0]][0]
     match = re.fullmatch(INDEX, name)  # "T_P_1"
-    return next(iter(name_roles(match[1])[0]), "") if match else ""
+    roles = name_roles(match[1])[0] if match else ()
+    return roles[0] if roles else ""

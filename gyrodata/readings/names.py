@@ -172,16 +172,13 @@ _OF_THE_BALL = {
 def _of_what_turns(words: list[str]) -> tuple[str, ...]:
     """Look up "period of precession" and "ball speed", in any order of the words."""
     rest = [word for word in words if not re.fullmatch(PRECESSION, word)]
-    of_precession = len(rest) < len(words)
     bare = [word for word in rest if not re.search(SPINNING, word)]
-    of_the_ball = len(bare) < len(rest)
-    meant = _meant_by_all(bare)
-    if of_precession and of_the_ball:
-        return ()
-    if of_precession:
-        meant = tuple(_OF_PRECESSION.get(role, "") for role in meant)
-    elif of_the_ball:
-        meant = tuple(_OF_THE_BALL.get(role, "") for role in meant)
+    if bare == words:
+        return _meant_by_all(bare)
+    if rest not in (bare, words):
+        return ()  # of both
+    roles_of = _OF_PRECESSION if rest == bare else _OF_THE_BALL
+    meant = (roles_of.get(role, "") for role in _meant_by_all(bare))
     return tuple(dict.fromkeys(filter(None, meant)))
 
 

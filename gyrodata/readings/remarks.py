@@ -12,7 +12,6 @@ from gyrodata.readings.origins import (
     CENTRE,
     FROM,
     OF_WEIGHT,
-    ORIGINS,
     from_centre,
     origin_in,
 )
@@ -78,54 +77,39 @@ def noted_origin(note: str) -> str:
 
     An example is "x is measured from the surface of the ball".
     """
-    if not any(
-        re.search(words, note) for words in (_SURFACE_NOTE, *dict(ORIGINS).values())
-    ):
-        return ""
-    to_weight = bool(re.search(OF_WEIGHT, note))
-    note = re.sub(OF_WEIGHT, "", note)
-    if re.search(_SURFACE_NOTE, note) and not re.search(CENTRE, note):
-        return "surface"
-    if not (origin := origin_in(note)):
-        return ""
-    if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(
-        symbol[1]
-    )[0]:
-        return origin  # "x: surface of the ball to the middle of the weight"
-    names = re.findall(r"[^\W\d_]+", note)
-    named = (
-        name.removesuffix(end)
-        for name in names
-        for end in ("", "s", "n", "en", "e", "et")
-    )
-    is_position = to_weight or any(
-        {"position", "mass"}.intersection(name_roles(one)[0]) for one in named
-    )
-    is_position |= bool(
-        re.match(rf"\W*{FROM}\b", note)
-    )  # the footnote "* from the surface"
-    return (
-        origin
-        if is_position
-        and any(
-            origin_in(found[1]) for found in re.finditer(f"(?={BEHIND_FROM})", note)
-        )
-        else ""
-    )
+    bare = re.sub(OF_WEIGHT, "", note)
+    if re.search(_SURFACE_NOTE, note):
+        return "" if re.search(CENTRE, bare) else "surface"
+    origin = origin_in(bare)
+    if not origin or _explains_position(bare):
+        return origin
+    starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
+    is_position = starts_with_from or bare != note or _names_position(bare)
+    places = (match[1] for match in re.finditer(f"(?={BEHIND_FROM})", bare))
+    return origin if is_position and any(map(origin_in, places)) else ""
 
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
-    note = re.sub(OF_WEIGHT, "", note)
-    names = [
-        name.removesuffix(end)
-        for name in re.findall(r"[^\W\d_]+", note)
-        for end in ("", "s", "e", "n")
-    ]
-    is_position = any(
-        {"position", "mass"}.intersection(name_roles(name)[0]) for name in names
+    bare = re.sub(OF_WEIGHT, "", note)
+    is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
+    return bool(is_of_position) and from_centre(bare)
+
+
+def _explains_position(note: str) -> bool:
+    """Return whether a note explains its first word: "x: from the surface of …"."""
+    symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
+    return symbol is not None and "position" in name_roles(symbol[1])[0]
+
+
+def _names_position(note: str) -> bool:
+    """Return whether a note names the position or the weight, perhaps in the plural."""
+    return any(
+        role in ("position", "mass")
+        for word in re.findall(r"[^\W\d_]+", note)
+        for end in ("", "s", "n", "en", "e", "et")
+        for role in name_roles(word.removesuffix(end))[0]
     )
-    return is_position and from_centre(note) and bool(re.search(BEHIND_FROM, note))
 
 
 WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
@@ -137,21 +121,20 @@ DIAMETER = (
 
 
 def diameter_in(sentence: str) -> str:
-    """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
+    """Return the diameter of the ball that a sentence states: "101.6 mm"; else ""."""
     if not re.search(SPHERE, sentence):
         return ""
     # "diameter (mm): 101.6", "diameter, cm 10.2"
-    sentence = re.sub(
-        rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})",
-        r"\2 \1",
-        sentence,
-    )
-    if match := re.search(DIAMETER, sentence):
-        return match[1] or match[2]
-    # "from the surface, r = x + 5.08 cm"
-    match = re.search(rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}", sentence) or (
-        re.search(rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}", sentence)
-        if origin_in(sentence) == "surface"
-        else None
-    )
-    return f"2 x {match[1]}" if match else ""
+    plain = re.sub(_UNIT_FIRST, r"\2 \1", sentence)
+    if diameter := re.search(DIAMETER, plain):
+        return diameter[1] or diameter[2]
+    radius = re.search(_RADIUS_IS, plain)
+    if radius is None and origin_in(plain) == "surface":
+        radius = re.search(_ADDED_RADIUS, plain)
+    return f"2 x {radius[1]}" if radius else ""
+
+
+_UNIT_FIRST = rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})"
+_RADIUS_IS = rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}"
+_ADDED_RADIUS = rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}"
+"""In "from the surface, r = x + 5.08 cm"."""

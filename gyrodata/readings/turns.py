@@ -71,31 +71,40 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 
 
 @lru_cache(maxsize=4096)
-def turns_in(header: str) -> str:
-    """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
-    # Nearly all texts are units, numbers and known names, and the patterns below take
-    # 20 ms to compile.
-    if header.isalpha() and (kinds_of(header) or header.lower() in NAMES):
-        return ""  # "rpm", "revolutions"
-    if len(header) > MAX_HEADER or not re.search(r"[^\W\d_]|[°º˚]", header):
-        return ""  # "20.3"
-    plain = _in_plain_words(header)
-    # Most texts name no turn: they need few of the patterns.
+def turns_in(text: str) -> str:
+    """Find the turns that a header or a caption states: "1/3", "1", "2.5".
+
+    The function returns "" if it states none, or if they cannot be read.
+    """
+    if len(text) > MAX_HEADER or _states_no_turns(text):
+        return ""
+    plain = _in_plain_words(text)
     names_turn = re.search(TURN, plain) is not None
     counted = _count_of_turns(plain) if names_turn else None
     if counted is not None:
         return counted
-    if match := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
-        return _in_digits(match[1])
-    if part := _part_in_degrees(plain):
-        return part
-    if names_turn and (number := _number_of_turns(plain)):
-        return number
+    if symbol := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
+        return _in_digits(symbol[1])
+    number = _number_of_turns(plain) if names_turn else ""
+    return _part_in_degrees(plain) or number or _part_of_period(plain)
+
+
+def _states_no_turns(text: str) -> bool:
+    """Return whether a text is a number, a unit or a name: most texts are.
+
+    The patterns of turns take 20 ms to compile.
+    """
+    if text.isalpha():
+        return bool(kinds_of(text)) or text.lower() in NAMES  # "rpm", "revolutions"
+    return not re.search(r"[^\W\d_]|[°º˚]", text)  # "20.3"
+
+
+def _part_of_period(plain: str) -> str:
+    """Return "1" for "full turn" in one word, and 1/2 for "half period"; else ""."""
     if re.search(_ONE_TURN, plain):
         return "1"
-    if not re.search(_PERIOD, plain):
-        return ""
-    number = words_of_turns(re.split(_PERIOD, plain)[0])
+    period = re.search(_PERIOD, plain)
+    number = words_of_turns(plain[: period.start()]) if period else ""
     return "" if number == "1" else number
 
 
@@ -176,36 +185,50 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     With `whole` the text contains nothing else, as in a cell, and digits count: "5
     half" is 5/2.
     """
-    tokens = filter(None, TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
-    words = [
-        word
-        for word in tokens
-        if word not in _FILLERS and not re.fullmatch(PRECESSION, word)
-    ]
-    words = [
-        word if re.search("[0-9]", word) else squeeze(word).lower() for word in words
-    ]
-    numbers = [NUMBERS.get(word, word) for word in words]
-    if numbers[-1:] == ["1"] and "/" in "".join(numbers[-2:-1]):
-        del words[-1], numbers[-1]  # "a third of one"
-    if len(words) > 1 and words[-1] in _PARTS and "/" in numbers[-2]:
-        del words[-1], numbers[-1]  # "trzecia część"
+    words = _number_words(text)
     if not words or words[-1] not in NUMBERS:
         return ""
-    *before, part = numbers
-    if part.startswith("/"):
-        count = before.pop() if before and before[-1].isdecimal() else ""
-        part = (
-            count or ("" if before or not whole else "1")
-        ) + part  # "Drittel" alone in a cell
-    mixed = before[-1:] != [] and before[-1] in AND
-    before = before[: len(before) - mixed]
-    count = before.pop() if before and before[-1].isdecimal() else ""
+    numbers = [NUMBERS.get(word, word) for word in words]
+    part = _take_part(numbers, whole)
+    is_sum = bool(numbers) and numbers[-1] in AND
+    if is_sum:
+        numbers.pop()
+    count = _take_count(numbers)
     # The digit of a header may number a trial, and not count parts of a turn.
-    if before and before[-1] in _PARTS:
+    is_trial = bool(count) and not whole and words[len(numbers)].isdecimal()
+    is_inside = bool(numbers) and (whole or numbers[-1] in _PARTS)
+    if not part or is_trial or is_inside:
         return ""
-    trial = bool(count) and not whole and words[len(before)].isdecimal()
-    if part.startswith("/") or trial or (whole and before):
-        return ""
-    number = Fraction(part)
-    return str(number + int(count) if mixed and count else number * int(count or 1))
+    if count and is_sum:
+        return str(int(count) + Fraction(part))
+    return str(int(count or 1) * Fraction(part))
+
+
+def _number_words(text: str) -> list[str]:
+    """Return the words of a number, without small words in it and behind it."""
+    spaced = re.sub(_SIGNS, r" \g<0> ", text.lower())
+    words = [
+        word if re.search("[0-9]", word) else squeeze(word).lower()
+        for word in TOKENS.split(spaced)
+        if word and word not in _FILLERS and not re.fullmatch(PRECESSION, word)
+    ]
+    if len(words) > 1 and "/" in NUMBERS.get(words[-2], words[-2]):
+        is_one = NUMBERS.get(words[-1]) == "1"
+        if is_one or words[-1] in _PARTS:
+            return words[:-1]  # "a third of one", "trzecia część"
+    return words
+
+
+def _take_part(numbers: list[str], whole: bool) -> str:
+    """Remove the last number, with the count of a denominator: "two", "/3"."""
+    part = numbers.pop()
+    if not part.startswith("/"):
+        return part
+    is_alone = whole and not numbers  # "Drittel" in a cell
+    count = _take_count(numbers) or ("1" if is_alone else "")
+    return count and count + part
+
+
+def _take_count(numbers: list[str]) -> str:
+    """Remove a whole number at the end, and return it; else return ""."""
+    return numbers.pop() if numbers and numbers[-1].isdecimal() else ""

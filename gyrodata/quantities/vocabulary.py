@@ -51,6 +51,12 @@ def words(key: str, separator: str = " ") -> str:
     )
 
 
+def numbers() -> dict[str, None]:
+    """Return the keys that are numbers, "1" or "/3": each lists the words that say it."""
+    keys = (key for section in LANGUAGES.values() for key in section)
+    return dict.fromkeys(key for key in keys if key[-1].isdigit())
+
+
 def pattern(key: str) -> str:
     """Return a regular expression for the words of all languages under one key.
 

@@ -28,10 +28,12 @@ AND, _FILLERS, _PARTS = (
 )
 """Words between two numbers of one count, "one and a half"; between a count and "turn";
 and "part of" one turn."""
-NUMBERS = dict(
-    number.split("=")
-    for number in squeezed_names(",".join(vocabulary.words("number").split()))
-)
+NUMBERS = {
+    word: number
+    for number in vocabulary.numbers()
+    for word in squeezed_names(",".join(vocabulary.words(number).split()))
+}
+"""The number that a word says: "2", "1/2", or the denominator "/3"."""
 _SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
         ::-1
@@ -49,7 +51,7 @@ _PARTS_OF_ONE = {
 }
 _JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={TURN})"
 """Joined words such as "Vierteldrehung"."""
-_ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
+_ONES = "|".join([*_FILLERS, *vocabulary.words("1").split()])
 _AND_A_HALF = (
     rf"(?i){TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
     rf"|mezz[ao]|meia)\b"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -57,9 +58,35 @@ def numbers() -> dict[str, None]:
     return dict.fromkeys(key for key in keys if key[-1].isdigit())
 
 
-def pattern(key: str) -> str:
-    """Return a regular expression for the words of all languages under one key.
+def phrases(key: str) -> list[str]:
+    """Return what all languages list under one key, between commas."""
+    return [phrase.strip() for phrase in words(key, ",").split(",") if phrase]
 
-    Upper and lower case are the same.
+
+def pattern(key: str) -> str:
+    """Return a regular expression for the phrases of all languages under one key.
+
+    The words of a phrase are beginnings of words, and a single word may stand inside
+    of a longer one; but a word of up to three letters, and one with a dot at its end,
+    are whole words. Upper and lower case are the same.
     """
+    return f"(?i:{'|'.join(map(_phrase_pattern, phrases(key))) or '(?!)'})"
+
+
+def _phrase_pattern(phrase: str) -> str:
+    first, *more = phrase.removesuffix(".").split()
+    last = more[-1] if more else first
+    is_short = len(last) <= 3 and last.isalpha() and last < _FIRST_WITHOUT_WORDS
+    is_whole = phrase.endswith(".") or is_short
+    start = r"(?<!\w)" if (more or is_whole) and first[0].isalpha() else ""
+    end = r"(?!\w)" if is_whole else ""
+    return start + r"\W+".join(map(re.escape, (first, *more))) + end
+
+
+_FIRST_WITHOUT_WORDS = "\u0590"
+"""From this letter on, words are joined to others, or have no blanks between them."""
+
+
+def expression(key: str) -> str:
+    """Return what all languages list as regular expressions: the words for a turn."""
     return f"(?i:{words(key, '|')})"

@@ -313,7 +313,7 @@ def _roles_of_statement(
     return (), None
 
 
-_PER_TURN = rf"(?i)(?:{vocabulary.words('per', '|')}|for|für|pour)\s.*{TURN}"
+_PER_TURN = rf"(?:{vocabulary.pattern('per')}|for|für|pour)\s.*{TURN}"
 
 
 def _period_of(name: str) -> tuple[str, ...]:

@@ -430,7 +430,7 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(
     vocabulary.pattern, ("sphere", "weight_added", "not_timed")
 )
-_ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
+_ON_ROD = rf"{vocabulary.pattern('on')}\W+(?:\w+\W+)?{vocabulary.pattern('rod')}"
 """Where a weight is: such words say that a mass is not that of the rod."""
 _SAYS_NOTHING = (
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b"

@@ -23,9 +23,7 @@ OF_WEIGHT = (
     rf"|{vocabulary.pattern('not_centre')}"
 )
 """The centre of the weight, or what is not the origin."""
-ORIGINS = tuple(
-    (origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip")
-)
+ORIGINS = tuple((origin, vocabulary.pattern(origin)) for origin in ("surface", "tip"))
 
 
 @lru_cache(maxsize=4096)

@@ -18,20 +18,12 @@ from gyrodata.readings.origins import (
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.words import squeeze
 
-_HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
-_ALTERED, _USUAL, CORRECTED = (
-    rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace(
-        "HANGER", _HANGER
-    ).replace("HALF", _HALF)
-    for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
-)
-"""Patterns of a note that says that a reading is not what is typed; of usual notes; and
-of notes that correct it."""
-ALTERED = {
-    role: vocabulary.pattern(f"altered_{role}")
-    for role in ("spin", "turns", "mass", "position")
-}
-"""Patterns of notes that say this of one role, in words that do not name it."""
+_ROLES = ("spin", "turns", "mass", "position")
+ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in _ROLES}
+"""Words that say this of one role, and do not name it."""
+_ALTERED, _USUAL, CORRECTED = map(vocabulary.pattern, ("altered", "usual", "corrected"))
+"""Words that say that a reading is not what is typed, that only look so, and that say
+that it is corrected."""
 
 
 def altered_role(note: str) -> str:
@@ -39,13 +31,11 @@ def altered_role(note: str) -> str:
 
     "" if there is none.
     """
-    if re.search(CORRECTED, note):
+    if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
         return ""
     for role, words in ALTERED.items():
         if re.search(words, note):
             return role
-    if not re.search(_ALTERED, note):
-        return ""
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
         if not re.search(_ALTERED, clause):
             continue
@@ -58,8 +48,6 @@ def altered_role(note: str) -> str:
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
     """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
-    if re.fullmatch(_HANGER, word, re.IGNORECASE):
-        return ("mass",)
     if kinds_of(word) == {"rate"}:
         return ("spin",)
     if len(word) <= 2:

@@ -58,12 +58,14 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     return _split_spin_down(grid if heads else _turned_into_table(grid, faults))
 
 
-_ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
+_ONE_WEIGHT = "|".join(
+    re.sub("[sne]$", r"\g<0>?", name) for name in vocabulary.phrases("weights")
+)
 _MASS = rf"({notation.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
-    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?"
+    rf"(?i)\b{vocabulary.pattern('each')}\W+(?:\w+\W+)?"
     rf"(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
-    rf"|(?<![0-9]){_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+    rf"|(?<![0-9]){_MASS}\s*{vocabulary.pattern('each')}\b"
 )
 _IN_HEADER = (
     rf"(?i)(?:[\[(]\s*|(?<!\s)\s+)?(?:\b(?:{vocabulary.words('with').replace(' ', '|')}"

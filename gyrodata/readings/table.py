@@ -39,7 +39,7 @@ from gyrodata.readings.lablog import (
 from gyrodata.readings.origins import FROM, from_centre, origin_in
 from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
 from gyrodata.readings.roles import TEXTS, kind_of_role
-from gyrodata.readings.turns import turns_in, words_of_turns
+from gyrodata.readings.turns import TURN, turns_in, words_of_turns
 from gyrodata.readings.words import COUNTER_WORDS, squeeze, squeezed_words
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
@@ -184,8 +184,7 @@ def read_log(
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN = vocabulary.pattern("turn")
-_TURN_BEHIND = rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{_TURN}\w*\.?"
+_TURN_BEHIND = rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{TURN}\w*\.?"
 
 
 @lru_cache(maxsize=4096)
@@ -198,7 +197,7 @@ def said_otherwise(text: str, role: str) -> str:
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
         return fraction
-    match = re.search(_TURN, text) and re.fullmatch(_TURN_BEHIND, text)
+    match = re.search(TURN, text) and re.fullmatch(_TURN_BEHIND, text)
     bare = match[1] if match else text
     if words := words_of_turns(bare, whole=True):
         return words

@@ -41,8 +41,9 @@ _SIGNS = "|".join(
 )
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
-TURN, _PERIOD, _ONE_TURN, _DIVIDED = map(
-    vocabulary.pattern, ("turn", "period", "one_turn", "divided")
+TURN = vocabulary.expression("turn")
+_PERIOD, _ONE_TURN, _DIVIDED = map(
+    vocabulary.pattern, ("period", "one_turn", "divided")
 )
 _PARTS_OF_ONE = {
     word: f"1{number}"[-3:]

@@ -73,6 +73,6 @@ measured spin; and words behind a length that is not a position."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = vocabulary.pattern("spinning")
-PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
+PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

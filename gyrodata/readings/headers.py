@@ -14,6 +14,7 @@ from itertools import accumulate
 from typing import Literal, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -69,6 +70,7 @@ class Header(Struct, frozen=True):
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 
@@ -85,6 +87,9 @@ def parse_header(text: str) -> Header:
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         unit = "s"  # its cells say themselves how they are written
     roles, number = _roles_in(name, unit)
+    words = re.sub(_CAMEL_CASE, "_", text)
+    if not roles and words != text:
+        return replace(parse_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles, number = (), None  # worked out, not measured
     return Header(
@@ -94,7 +99,7 @@ def parse_header(text: str) -> Header:
         spread,
         number,
         name=name,
-        turns=turns_in(text),
+        turns=turns_in(text) or turns_in(name),
         origin=origin_in(text) or ("centre" if from_centre(text) else ""),
         moment=_moment(text),
         is_of_means=contains_word(text, MEAN_WORDS),
@@ -124,8 +129,9 @@ class _Split(NamedTuple):
 
 
 _BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
-_SIGN = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+|/"
+_WORD = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+"
 _BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
+_SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
 _LETTER = r"[^\W\d_]|[°%]"
 
 
@@ -154,23 +160,32 @@ def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | Non
 def _units_in_brackets(text: str) -> list[str]:
     """Return the brackets of a text that contain a unit, and not a symbol."""
     inside = [bracket[1] or bracket[2] or "" for bracket in re.finditer(_BRACKET, text)]
-    return [unit for unit in inside if _is_unit(unit) and squeeze(unit) not in SYMBOLS]
+    units_inside = [unit for unit in inside if _is_unit(unit) and not turns_in(unit)]
+    return [unit for unit in units_inside if squeeze(unit) not in SYMBOLS]
 
 
 def _splits(text: str) -> Iterator[_Split]:
     """Yield the ways to split a header, the most certain one first."""
     yield from _splits_at_brackets(text)
+    yield from _splits_at_signs(_WORD, text)
     for blank in re.finditer(_BLANK, text):
         yield _Split(text[: blank.start()], text[blank.end() :], "")
-    for sign in re.finditer(_SIGN, text):
-        name, behind = text[: sign.start()].strip(), text[sign.end() :].strip()
+    if quotient := re.fullmatch(_SNAKE_CASE, text):
+        yield _Split(quotient[1], f"{quotient[2]}/{quotient[3]}", "")
+    yield from _splits_at_signs("/", text)
+    for blank in re.finditer(_BLANK, text):
+        yield _Split(text[blank.end() :], text[: blank.start()], "")
+    yield _Split("", text, "")
+
+
+def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
+    """Yield the splits at each sign: "a / cm", "distance in cm from the centre"."""
+    for match in re.finditer(sign, text):
+        name, behind = text[: match.start()].strip(), text[match.end() :].strip()
         yield _Split(name, behind, "sign")
         unit, _, more = behind.partition(" ")
         if more:
             yield _Split(f"{name} {more}", unit, "sign")
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[blank.end() :], text[: blank.start()], "")
-    yield _Split("", text, "")
 
 
 def _splits_at_brackets(text: str) -> Iterator[_Split]:
@@ -214,7 +229,7 @@ def _is_set_apart(split: _Split) -> bool:
 
 
 _KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
-_AT_END = r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
+_AT_END = r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
 
 
 def _unknown_unit(text: str) -> _Split | None:
@@ -248,6 +263,8 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
     if fitting:
         return fitting, number
     kinds = kinds_of(unit)
+    if "time" in kinds and re.match(_PER_TURN, name):
+        return _period_of(name), None
     if not named:
         return _roles_of_statement(name, kinds)
     other = _in_other_unit(name, named, unit)
@@ -303,8 +320,6 @@ def _roles_of_statement(
 ) -> tuple[tuple[str, ...], int | None]:
     """Return the roles of a header that names no quantity, but says something of it."""
     if "time" in kinds:
-        if re.match(_PER_TURN, name):
-            return _period_of(name), None
         return (("time",), None) if turns_in(name) else _number_of_trial(name)
     if kinds == {"rate"} and _says_only_when(name):
         return (f"spin_{_moment(name)}".rstrip("_"),), None

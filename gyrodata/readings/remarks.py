@@ -16,6 +16,7 @@ from gyrodata.readings.origins import (
     origin_in,
 )
 from gyrodata.readings.roles import BY_NAME
+from gyrodata.readings.turns import TURN
 from gyrodata.readings.words import squeeze
 
 _ROLES = ("spin", "turns", "mass", "position")
@@ -26,6 +27,14 @@ _ALTERED, _USUAL, CORRECTED = map(vocabulary.pattern, ("altered", "usual", "corr
 that it is corrected."""
 
 
+_HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
+_ADDED = rf"\+\s*{notation.NUMBER}\s*([^\W\d_]+)"
+_MASS = rf"{notation.NUMBER}\s*k?g(?!\w)"
+_ROLES_OF_UNIT = {("mass",): "mass", ("length",): "position"}
+_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
+"""In "4 = full turn"."""
+
+
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something.
 
@@ -33,9 +42,24 @@ def altered_role(note: str) -> str:
     """
     if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
         return ""
+    if re.search(_DEFINITION, note):
+        return "turns"
     for role, words in ALTERED.items():
         if re.search(words, note):
             return role
+    return _added_role(note) or _altered_by_word(note)
+
+
+def _added_role(note: str) -> str:
+    """Find the mass or the position to which a note adds something: "+ 5 g", "hook: 5 g"."""
+    if added := re.search(_ADDED, note):
+        return _ROLES_OF_UNIT.get(tuple(kinds_of(added[1])), "")
+    weighs = re.search(_HANGER, note) and re.search(_MASS, note)
+    return "mass" if weighs and not re.search(_INCLUDED, note) else ""
+
+
+def _altered_by_word(note: str) -> str:
+    """Find the first reading in a clause that says "twice", "half" or "without"."""
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
         if not re.search(_ALTERED, clause):
             continue
@@ -48,6 +72,8 @@ def altered_role(note: str) -> str:
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
     """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
+    if re.match(_HANGER, word):
+        return ("mass",)
     if kinds_of(word) == {"rate"}:
         return ("spin",)
     if len(word) <= 2:

@@ -27,9 +27,11 @@ _ALTERED, _USUAL, CORRECTED = map(vocabulary.pattern, ("altered", "usual", "corr
 that it is corrected."""
 
 
+_HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
+_HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
 _HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
 _ADDED = rf"\+\s*{notation.NUMBER}\s*([^\W\d_]+)"
-_MASS = rf"{notation.NUMBER}\s*k?g(?!\w)"
+_MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
 _ROLES_OF_UNIT = {("mass",): "mass", ("length",): "position"}
 _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""
@@ -60,7 +62,8 @@ def _added_role(note: str) -> str:
 
 def _altered_by_word(note: str) -> str:
     """Find the first reading in a clause that says "twice", "half" or "without"."""
-    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
+    bare = re.sub(f"{_USUAL}|{_HALF_TURN}", "…", note)
+    for clause in re.split(r"[.;!?]\s", bare):
         if not re.search(_ALTERED, clause):
             continue
         for word in re.findall(r"[\w/]+", clause):

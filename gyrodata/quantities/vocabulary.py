@@ -66,9 +66,10 @@ def phrases(key: str) -> list[str]:
 def pattern(key: str) -> str:
     """Return a regular expression for the phrases of all languages under one key.
 
-    The words of a phrase are beginnings of words, and a single word may stand inside
-    of a longer one; but a word of up to three letters, and one with a dot at its end,
-    are whole words. Upper and lower case are the same.
+    A phrase begins where a word begins, and up to two small words may stand between
+    its words; a single word may stand inside of a longer one. A last word of up to
+    three letters, or with a dot behind it, is a whole word. Upper and lower case are
+    the same.
     """
     return f"(?i:{'|'.join(map(_phrase_pattern, phrases(key))) or '(?!)'})"
 
@@ -80,9 +81,10 @@ def _phrase_pattern(phrase: str) -> str:
     is_whole = phrase.endswith(".") or is_short
     start = r"(?<!\w)" if (more or is_whole) and first[0].isalpha() else ""
     end = r"(?!\w)" if is_whole else ""
-    return start + r"\W+".join(map(re.escape, (first, *more))) + end
+    return start + _BETWEEN.join(map(re.escape, (first, *more))) + end
 
 
+_BETWEEN = r"\W+(?:\w{1,4}\W+){0,2}"
 _FIRST_WITHOUT_WORDS = "\u0590"
 """From this letter on, words are joined to others, or have no blanks between them."""
 

@@ -59,6 +59,13 @@ def is_word(text: str) -> bool:
     return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
 
 
+BESIDE = {
+    role: frozenset(
+        squeezed_names(",".join(vocabulary.words(f"beside {role}").split()))
+    )
+    for role in ("mass", "position", "turns", "time", "spin")
+}
+"""Words beside the name of a role that say nothing more: "added mass"."""
 INDEX = r"(.*?[^\W\d])[\s_\-.]{0,20}([1-9][0-9]?)"
 _AFFIXES = (
     (START_WORDS, "", "_start"),
@@ -187,8 +194,28 @@ def _meant_by_all(words: list[str]) -> tuple[str, ...]:
     roles = _known(" ".join(words))
     if roles or not words:
         return roles
-    first, *others = (_known(word) for word in words)
-    return tuple(role for role in first if all(role in other for other in others))
+    named = {word: _known(word) for word in words}
+    possible = dict.fromkeys(role for roles in named.values() for role in roles)
+    return tuple(role for role in possible if _all_fit(role, named))
+
+
+def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
+    """Return whether each word names a role, or may stand beside its name.
+
+    Words beside the turns stand in front: a "turn number" counts the runs.
+    """
+    beside = [word for word, roles in named.items() if role not in roles]
+    if role == "turns" and beside[-1:] == [*named][-1:]:
+        return False
+    if beside and not all(len(squeeze(word)) > 1 for word in named):
+        return False  # "mass (x)"
+    if role == "position" and beside and re.search(_RADIUS, " ".join(named)):
+        return False  # "weight radius" is half of its diameter
+    words = BESIDE.get(role, ())
+    return all(squeeze(word).lower() in words for word in beside)
+
+
+_RADIUS = vocabulary.pattern("radius")
 
 
 def reported_key(key: str) -> str:

@@ -263,7 +263,7 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
     if fitting:
         return fitting, number
     kinds = kinds_of(unit)
-    if "time" in kinds and re.match(_PER_TURN, name):
+    if "time" in kinds and _is_per_turn(name):
         return _period_of(name), None
     if not named:
         return _roles_of_statement(name, kinds)
@@ -328,7 +328,12 @@ def _roles_of_statement(
     return (), None
 
 
-_PER_TURN = rf"(?:{vocabulary.pattern('per')}|for|für|pour)\s.*{TURN}"
+def _is_per_turn(name: str) -> bool:
+    """Return whether a name says "per turn", and not "per 3 turns"."""
+    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, name))
+
+
+_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{TURN}"
 
 
 def _period_of(name: str) -> tuple[str, ...]:

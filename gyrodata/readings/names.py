@@ -61,7 +61,7 @@ def is_word(text: str) -> bool:
 
 BESIDE = {
     role: frozenset(
-        squeezed_names(",".join(vocabulary.words(f"beside {role}").split()))
+        squeezed_names(",".join(vocabulary.words(f"beside_{role}").split()))
     )
     for role in ("mass", "position", "turns", "time", "spin")
 }

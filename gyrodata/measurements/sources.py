@@ -27,7 +27,8 @@ from gyrodata.quantities.error_sources import (
 )
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
-from gyrodata.readings.roles import parse_header, stated_u
+from gyrodata.readings.headers import parse_header
+from gyrodata.readings.roles import stated_u
 
 
 class Source(Struct, frozen=True):

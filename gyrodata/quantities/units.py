@@ -257,7 +257,7 @@ def _names_in_product(word: str) -> list[str]:
 
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = [
-    (way.replace("PER", vocabulary.words("per", "|")), usual)
+    (way.replace("PER", vocabulary.pattern("per")), usual)
     for way, usual in vocabulary.WAYS["unit"]
 ]
 _SCALED = (

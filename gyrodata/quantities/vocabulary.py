@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -51,9 +52,43 @@ def words(key: str, separator: str = " ") -> str:
     )
 
 
-def pattern(key: str) -> str:
-    """Return a regular expression for the words of all languages under one key.
+def numbers() -> dict[str, None]:
+    """Return the keys that are numbers, "1" or "/3": each lists the words that say it."""
+    keys = (key for section in LANGUAGES.values() for key in section)
+    return dict.fromkeys(key for key in keys if key[-1].isdigit())
 
-    Upper and lower case are the same.
+
+def phrases(key: str) -> list[str]:
+    """Return what all languages list under one key, between commas."""
+    return [phrase.strip() for phrase in words(key, ",").split(",") if phrase]
+
+
+def pattern(key: str) -> str:
+    """Return a regular expression for the phrases of all languages under one key.
+
+    A phrase begins where a word begins, and up to two small words may stand between
+    its words; a single word may stand inside of a longer one. A last word of up to
+    three letters, or with a dot behind it, is a whole word. Upper and lower case are
+    the same.
     """
+    return f"(?i:{'|'.join(map(_phrase_pattern, phrases(key))) or '(?!)'})"
+
+
+def _phrase_pattern(phrase: str) -> str:
+    first, *more = phrase.removesuffix(".").split()
+    last = more[-1] if more else first
+    is_short = len(last) <= 3 and last.isalpha() and last < _FIRST_WITHOUT_WORDS
+    is_whole = phrase.endswith(".") or is_short
+    start = r"(?<!\w)" if (more or is_whole) and first[0].isalpha() else ""
+    end = r"(?!\w)" if is_whole else ""
+    return start + _BETWEEN.join(map(re.escape, (first, *more))) + end
+
+
+_BETWEEN = r"\W+(?:\w{1,4}\W+){0,2}"
+_FIRST_WITHOUT_WORDS = "\u0590"
+"""From this letter on, words are joined to others, or have no blanks between them."""
+
+
+def expression(key: str) -> str:
+    """Return what all languages list as regular expressions: the words for a turn."""
     return f"(?i:{words(key, '|')})"

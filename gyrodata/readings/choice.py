@@ -19,24 +19,44 @@ from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.notation import PLAIN, fold_number, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, source
-from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
-from gyrodata.readings.roles import (
+from gyrodata.readings.headers import (
     Header,
-    kind_of_role,
+    are_turns,
+    can_measure,
+    counts_turns,
+    counts_weights,
+    is_of_the_spin,
+    is_one_letter,
+    is_part_of_mass,
     parse_header,
+    suggest_role,
+)
+from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.remarks import SPHERE, WIDE
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.turns import turns_in
+from gyrodata.readings.words import (
+    END_WORDS,
+    MAX_HEADER,
+    NOT_THE_WEIGHT,
+    PRECESSION,
+    SCALE_WORDS,
+    SPINNING,
+    START_WORDS,
+    SUMMARY_WORDS,
+    THEORY_WORDS,
+    UNSURE_WORDS,
     squeeze,
-    turns_in,
+    squeezed_words,
 )
 
 TWO_READINGS = (
     r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"
 )
 _OTHER_THINGS = (
-    roles.NOT_THE_WEIGHT
-    | roles.THEORY_WORDS
-    | roles.UNSURE_WORDS
-    | roles.SUMMARY_WORDS
-    | roles.SCALE_WORDS
+    NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
 )
 _PART_OF_TURN = vocabulary.pattern("parts")
 """Words for a part of a turn."""
@@ -112,10 +132,7 @@ def choose(
         for at, header in enumerate(table.headers)
         if at not in mapped
     ]
-    named = {
-        squeeze(roles.split_unit(header.text)[0]): header.roles
-        for header in table.headers
-    }
+    named = {squeeze(header.name): header.roles for header in table.headers}
     several: list[Chosen] = []
     stating: list[Chosen] = []
     # A unit that does not fit the name comes after one that fits, means after the
@@ -124,21 +141,20 @@ def choose(
     letters = {one.at for one in columns if may_number(one.header)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
-    before_or_after = roles.START_WORDS | roles.END_WORDS
+    before_or_after = START_WORDS | END_WORDS
     later = []
     for one in columns:
         is_number = (
             one.header.unit is None and one.header.roles in with_unit
         )  # "Weight" above 1, 2 next to "mass [g]"
-        text = one.cell.text
-        unfit = bool(one.header.unit) and not roles.can_measure(one.header)
+        unfit = bool(one.header.unit) and not can_measure(one.header)
         later.append(
             (
                 unfit,
                 is_number,
-                layout.is_of_means(text),
+                one.header.is_of_means,
                 one.at in letters,
-                roles.origin_in(text) > "",
+                one.header.origin in ("surface", "tip"),
             )
         )
     typed: list[Chosen] = []
@@ -146,7 +162,7 @@ def choose(
     for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):
         header = column.header
         texts = [row.texts[column.at] for row in table.rows]
-        name = squeeze(roles.split_unit(header.text)[0])
+        name = squeeze(header.name)
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(
                 f"u_{role}"
@@ -175,7 +191,7 @@ def choose(
             and name.lower() in before_or_after
         ):
             found = (
-                "spin_start" if name.lower() in roles.START_WORDS else "spin_end",
+                "spin_start" if name.lower() in START_WORDS else "spin_end",
             )  # "Before (rpm)"
         numbers = [
             to_float(text)
@@ -190,7 +206,7 @@ def choose(
             and all(map(turns_in, filter(None, texts)))
         ):
             found = ("turns",)  # "precession" above "1/2 turn"
-        if is_time and turns_in(header.text):
+        if is_time and header.turns:
             stating.append(column)
         elif len(found) == 1:
             choice.serve(replace(column, role=found[0], number=header.number))
@@ -287,15 +303,13 @@ def _warn_of_unused_masses(
             == len(set(masses))
             > 1
         )
-        counts = roles.counts_weights(column.header) and not (
-            whole or {*cells} <= {"", "1"}
-        )
+        counts = counts_weights(column.header) and not (whole or {*cells} <= {"", "1"})
         header = column.cell.text
         weighs = (
             "mass" in kinds_of(column.header.unit or "")
             and header != column.header.unit
         )
-        weighs &= roles.NOT_THE_WEIGHT.isdisjoint(roles.squeezed_words(header))
+        weighs &= NOT_THE_WEIGHT.isdisjoint(squeezed_words(header))
         if column.cell in choice.unplaced and (counts or weighs):
             faults.add("mass_unused", column.cell, header=header)
 
@@ -309,14 +323,10 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) 
     spins = rates or any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
         turns, of_the_spin = (
-            turns_in(column.cell.text),
-            roles.is_of_the_spin(column.cell.text),
+            column.header.turns,
+            column.header.is_of_the_spin,
         )
-        if (
-            of_the_spin
-            and not roles.clock_word(column.cell.text)
-            and "spin_time" not in choice.used
-        ):
+        if of_the_spin and not column.header.moment and "spin_time" not in choice.used:
             choice.serve(replace(column, role="spin_time", turns=turns))
         elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
@@ -325,7 +335,7 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) 
             free = [
                 number for number in range(1, len(numbers) + 2) if number not in numbers
             ]
-            number = None if layout.is_of_means(column.cell.text) else free[0]
+            number = None if column.header.is_of_means else free[0]
             choice.serve(replace(column, role="time", number=number, turns=turns))
     times = choice.used.get("time", [])
     said, others = (
@@ -386,7 +396,7 @@ def _mapped(
             header,
             role,
             number,
-            turns_in(header.text) if role == "time" else "",
+            header.turns if role == "time" else "",
         )
     return found
 
@@ -525,9 +535,9 @@ def _place_turns_by_cells(
         is_angle = is_angle and any(
             not re.fullmatch(r"90(?:\.0*)?", text) for text in texts
         )  # a level rod
-        in_turns = roles.counts_turns(column.header) and not _says_little(column.header)
-        in_turns &= not roles.is_of_the_spin(column.header.text)
-        if is_angle or in_turns or roles.are_turns(column.header, texts):
+        in_turns = counts_turns(column.header) and not _says_little(column.header)
+        in_turns &= not column.header.is_of_the_spin
+        if is_angle or in_turns or are_turns(column.header, texts):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
     if len(fits) == 1:
         counting = fits[0]
@@ -560,11 +570,10 @@ def _place_by_cells_and_unit(
         fit = [
             one
             for one in fit
-            if not _says_little(one.header)
-            or roles.suggest_role(one.header.text) == role
+            if not _says_little(one.header) or suggest_role(one.header.text) == role
         ]
         fit = (
-            [column for column in fit if not roles.clock_word(column.cell.text)]
+            [column for column in fit if not column.header.moment]
             if len(fit) > 1
             else fit
         )
@@ -578,27 +587,20 @@ def _place_by_cells_and_unit(
         if len(fit) > 1:
             # "Alice's time" and "Bob's time", or "time Alice" and "time Bob", are two
             # readings of one time.
-            common = set.intersection(
-                *(
-                    roles.squeezed_words(roles.split_unit(one.cell.text)[0])
-                    for one in fit
-                )
-            )
+            common = set.intersection(*(squeezed_words(one.header.name) for one in fit))
             other = role != "time" or not any(
-                "time" in roles.name_roles(word)[0] for word in common
+                "time" in name_roles(word)[0] for word in common
             )
         else:
             # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-            words = roles.squeezed_words(roles.split_unit(text)[0])
+            words = squeezed_words(fit[0].header.name)
             words -= {
-                word
-                for word in words
-                if role == "spin" and re.search(roles.SPINNING, word)
+                word for word in words if role == "spin" and re.search(SPINNING, word)
             }
             other = bool(
                 words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text)
             )
-            other |= role == "mass" and roles.is_part_of_mass(text)
+            other |= role == "mass" and is_part_of_mass(text)
             # Behind an unknown name, "g" may be its unit.
             bare = [
                 one.at
@@ -606,10 +608,10 @@ def _place_by_cells_and_unit(
                 if one.cell in choice.unplaced and one.header.unit is None
             ]
             other |= text == fit[0].header.unit and fit[0].at - 1 in bare
-            other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
+            other |= role == "spin" and bool(re.search(PRECESSION, text))
             if role == "position":  # "length is from the centre" says it
-                name = rf"(?i)\b{re.escape(roles.split_unit(text)[0].strip())}\b"
-                notes = filter(roles.from_centre, layout.texts_of(table.grid))
+                name = rf"(?i)\b{re.escape(fit[0].header.name.strip())}\b"
+                notes = filter(from_centre, layout.texts_of(table.grid))
                 other &= not any(re.search(name, note) for note in notes)
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(
@@ -632,8 +634,8 @@ def _says_little(header: Header) -> bool:
     A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no
     other meaning.
     """
-    named = roles.split_unit(header.text)[0].strip() != ""
-    return named and header.unit is not None and roles.is_one_letter(header.unit)
+    named = header.name.strip() != ""
+    return named and header.unit is not None and is_one_letter(header.unit)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
@@ -686,8 +688,7 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
     if is_plain and not there.isdisjoint(roles.TIMINGS):
         return table
     names = {
-        squeeze(roles.split_unit(header.text)[0]).lower(): at
-        for at, header in enumerate(table.headers)
+        squeeze(header.name).lower(): at for at, header in enumerate(table.headers)
     }
     free = {
         at: one
@@ -700,15 +701,15 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
         for at, one in free.items()
         if one.unit or any(":" in row.texts[at] for row in table.rows)
     }
-    clocks = {roles.clock_word(one.text): at for at, one in free.items()}
+    clocks = {one.moment: at for at, one in free.items()}
     made: list[tuple[str, int, str, list[str]]] = []
     stated = {key.lower(): text.text for key, text in table.grid.metadata}
-    if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
+    if there.isdisjoint(roles.TIMINGS) and {"start", "end"} <= clocks.keys():
         first = clocks["start"]
         made.append(
             (
                 "time [s]",
-                clocks["stop"],
+                clocks["end"],
                 table.cells[first].text,
                 [row.texts[first] for row in table.rows],
             )
@@ -717,7 +718,7 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
         (at for at, header in enumerate(table.headers) if "spin_turns" in header.roles),
         None,
     )
-    for word, end in (("start", "start"), ("stop", "end")):
+    for end in ("start", "end"):
         if (at := names.get(f"spintime{end}")) is not None and (
             counts is not None or "spin_turns" in stated
         ):
@@ -731,12 +732,15 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
             made.append((f"spin_period_{end} [s]", at, second, texts))
         for at, header in enumerate(table.headers):
             # "Time of 10 rotations of the disk, before [s]"
-            of_spin = roles.clock_word(header.text) == word and roles.is_of_the_spin(
-                header.text
-            )
-            if of_spin and (turns := turns_in(header.text)):
+            of_spin = header.moment == end and header.is_of_the_spin
+            if of_spin and header.turns:
                 made.append(
-                    (f"spin_period_{end} [s]", at, turns, [turns] * len(table.rows))
+                    (
+                        f"spin_period_{end} [s]",
+                        at,
+                        header.turns,
+                        [header.turns] * len(table.rows),
+                    )
                 )
     for name, one, second, others in made:
         sign = "minus" if name == "time [s]" else "over"
@@ -818,39 +822,33 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         fitting += [
             (likely, one)
             for one in texts
-            if kind in kinds_of(roles.parse_header(one).unit or "")
+            if kind in kinds_of(parse_header(one).unit or "")
         ]
     headers = [
-        header
-        for header in texts
-        if len(header) <= roles.MAX_HEADER and header not in blank
+        header for header in texts if len(header) <= MAX_HEADER and header not in blank
     ]
     timed = [
         header
         for header in headers
-        if "time" in kinds_of(roles.parse_header(header).unit or "")
+        if "time" in kinds_of(parse_header(header).unit or "")
     ]
     told = {
         one: turns_in(one) or "…"
         for one in timed
         if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)
     }
-    of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
-    whole = [
-        header for header in timed if roles.suggest_role(header) == "precession_period"
-    ]
-    counts = [
-        header for header in headers if roles.counts_weights(roles.parse_header(header))
-    ]
+    of_the_rod = [one for one in told if not is_of_the_spin(one)]
+    whole = [header for header in timed if suggest_role(header) == "precession_period"]
+    counts = [header for header in headers if counts_weights(parse_header(header))]
     close = [
         one
         for one in headers
-        if roles.suggest_role(one) == role and (role != "turns" or one not in timed)
+        if suggest_role(one) == role and (role != "turns" or one not in timed)
     ]
     if (
         role in ("mass", "spin")
         and len(headers) == len(missing) == 1
-        and roles.parse_header(headers[0]).unit is None
+        and parse_header(headers[0]).unit is None
     ):
         close = headers
     if role in ("time", "turns") and len(of_the_rod) == 1:
@@ -858,7 +856,7 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     elif role == "time" and whole:
         hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
     elif role == "mass" and (
-        parts := [header for header in texts if roles.is_part_of_mass(header)]
+        parts := [header for header in texts if is_part_of_mass(header)]
     ):
         hint = (
             f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as '
@@ -873,13 +871,13 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
             f"_start, _end); {hint}"
         )
     elif role == "position" and (
-        across := [header for header in texts if re.search(roles.WIDE, header)]
+        across := [header for header in texts if re.search(WIDE, header)]
     ):
         hint = (
             f'"{across[0]}" is a diameter: write half of each number in a column '
             f"position [cm]; {hint}"
         )
-    elif role == "position" and close and re.search(roles.SPHERE, close[0]):
+    elif role == "position" and close and re.search(SPHERE, close[0]):
         ways = (
             'from its surface, write also the lines "# position_from: surface" and "# '
             'ball_diameter: 10.16 cm"'

@@ -30,6 +30,9 @@ from gyrodata.base.errors import Diagnostic, InputError
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import roles
+from gyrodata.readings.names import name_roles, reported_key
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.turns import turns_in
 
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many
@@ -532,7 +535,7 @@ def read_reported(
     Examples are ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` and ``4.4(1) g
     m^2``.
     """
-    read = Reported(roles.reported_key(key), text.strip(), line=line)
+    read = Reported(reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
     bare = reduce(
         lambda so_far, pair: so_far.replace(*pair),
@@ -677,9 +680,7 @@ def read_options(
             known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)
         ):
             close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
-            close = close or [
-                role for role in roles.name_roles(name)[0] if role in known
-            ]
+            close = close or [role for role in name_roles(name)[0] if role in known]
             hint = (
                 f"did you mean {' or '.join(close)}?"
                 if close
@@ -712,11 +713,7 @@ def read_settings(
         known = key.lower()
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
-        if (
-            known == "time"
-            and ":" not in text.text
-            and (turns := roles.turns_in(text.text))
-        ):
+        if known == "time" and ":" not in text.text and (turns := turns_in(text.text)):
             known, text = "turns", replace(text, text=turns)  # "# time = 3 turns"
         # A line with the name of a quantity may be blank, the hour of the day, or a
         # sentence.
@@ -726,12 +723,12 @@ def read_settings(
             and len(text.text.split()) > 3
             and not re.search(r"\d", text.text)
         )
-        result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
+        result, (name, _, value) = reported_key(key), text.text.partition("=")
         if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
         elif result == "inertia":
             answers.append((key, text))
-        elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
+        elif known not in roles.KEYS and reported_key(name.strip()) == "inertia":
             answers.append(
                 (name.strip(), replace(text, text=value.strip()))
             )  # "# Result: I_zz = …"
@@ -785,7 +782,7 @@ def _enter_reported(
 
     A fault in it is only a note for its writer, because it is graded elsewhere.
     """
-    name = roles.reported_key(key)
+    name = reported_key(key)
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
@@ -821,10 +818,10 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
         close = [
             one
             for name in names
-            for one in roles.name_roles(name)[0]
+            for one in name_roles(name)[0]
             if roles.kind_of_role(one) != "text"
         ]
-    if close and not roles.turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
+    if close and not turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         # Of "14.8 cm from centre" the value is meant.
         match = (
             re.match(rf"{notation.NUMBER}\s*\S*", value)
@@ -909,7 +906,7 @@ a share."""
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
-    if key == "position" and roles.from_centre(text):
+    if key == "position" and from_centre(text):
         text = re.split(
             r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
         )[0]
@@ -963,7 +960,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
             if key in roles.COUNTS and notation.take_apart(text) is None:
-                text = roles.turns_in(f"{text} turns") or text  # "three", "one third"
+                text = turns_in(f"{text} turns") or text  # "three", "one third"
             # g is in m/s² if it has no unit.
             written = notation.take_apart(text) if key == "g" else None
             bare = written is not None and not written.unit

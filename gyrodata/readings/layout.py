@@ -21,9 +21,40 @@ from gyrodata.base.errors import InputError
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import are_equal, kinds_of
 from gyrodata.readings import roles, source
+from gyrodata.readings.headers import (
+    Header,
+    are_turns,
+    contains,
+    counts_weights,
+    hinted,
+    is_of_the_spin,
+    parse_header,
+    split_unit,
+)
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
-from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.origins import FROM, from_centre, origin_in
+from gyrodata.readings.remarks import (
+    ALTERED,
+    DIAMETER,
+    altered_role,
+    diameter_in,
+    noted_centre,
+    noted_origin,
+)
 from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.turns import is_of_turns, turns_in
+from gyrodata.readings.words import (
+    COUNTER_WORDS,
+    DIMENSION_WORDS,
+    MEAN_WORDS,
+    NOT_THE_WEIGHT,
+    SUMMARY_WORDS,
+    UNSURE_WORDS,
+    contains_word,
+    squeeze,
+    squeezed_words,
+)
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
@@ -211,7 +242,7 @@ def is_usual(grid: Grid) -> bool:
     if (
         len(heads) != 1
         or len(named) != 1
-        or any(roles.contains(_UNUSUAL, text) for text in heads[0].texts)
+        or any(contains(_UNUSUAL, text) for text in heads[0].texts)
     ):
         return False
     if len(filled_at(heads[0])) > len(set(filter(None, heads[0].texts))):
@@ -241,7 +272,7 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
         is_turns = at == 0 and stated and parse_header(text).roles == ("turns",)
         if (
             is_turns
-            or squeeze(text).lower() in roles.COUNTER_WORDS
+            or squeeze(text).lower() in COUNTER_WORDS
             or re.fullmatch(r"[^\W\d]|(?i:count)", text)
         ):
             rows = (
@@ -328,9 +359,7 @@ def _units(texts: Sequence[str]) -> list[str]:
         first = re.split(r"[\s,]+", unit)[0]  # "cm from centre", and "s, one turn"
         with_words = first != unit and kinds_of(first) and not kinds_of(unit)
         bare.append(
-            first
-            if with_words and (roles.from_centre(unit) or turns_in(unit))
-            else unit
+            first if with_words and (from_centre(unit) or turns_in(unit)) else unit
         )
     is_unit = [
         one == "%" or bool(kinds_of(one) and not notation.PLAIN.fullmatch(one))
@@ -385,14 +414,6 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
 
 
-def is_of_means(header: str) -> bool:
-    """Return whether a column contains means, by its name."""
-    return any(
-        squeeze(word).lower() in roles.MEAN_WORDS
-        for word in re.split(r"[\s_,;()\[\]\-]+", header)
-    )
-
-
 # --- What a caption says ---
 
 
@@ -409,7 +430,7 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(
     vocabulary.pattern, ("sphere", "weight_added", "not_timed")
 )
-_ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
+_ON_ROD = rf"{vocabulary.pattern('on')}\W+(?:\w+\W+)?{vocabulary.pattern('rod')}"
 """Where a weight is: such words say that a mass is not that of the rod."""
 _SAYS_NOTHING = (
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b"
@@ -456,7 +477,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
         return ""
     words = {
         word
-        for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause))
+        for word in squeezed_words(re.sub(QUANTITY, " ", clause))
         if not word.isdecimal()
     }
     # "Zeiten" and "times" are plurals.
@@ -470,9 +491,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     others = [
         word
         for word in words
-        if len(word) > 2
-        and not roles.is_of_turns(word)
-        and not roles.name_roles(word)[0]
+        if len(word) > 2 and not is_of_turns(word) and not name_roles(word)[0]
     ]
     return turns if len(others) < 2 else ""
 
@@ -619,11 +638,11 @@ def _said_in_sentence(
         )
         if re.search(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$", whole[: match.start()]):
             continue  # "u(r) = 1 mm"
-        if role == "position" and squeeze(after).lower() in roles.DIMENSION_WORDS:
+        if role == "position" and squeeze(after).lower() in DIMENSION_WORDS:
             continue
-        if role == "position" and roles.origin_in(whole):
-            if roles.noted_origin(whole) and not (
-                re.search(roles.DIAMETER, own) or roles.diameter_in(own)
+        if role == "position" and origin_in(whole):
+            if noted_origin(whole) and not (
+                re.search(DIAMETER, own) or diameter_in(own)
             ):
                 found.append(
                     (role, f"{number} {unit}", match.start(1 if match[1] else 4))
@@ -638,8 +657,7 @@ def _said_in_sentence(
             }
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (
-            roles.from_centre(behind)
-            or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)
+            from_centre(behind) or not (of_the_ball or beside & NOT_THE_WEIGHT)
         ):
             found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
     parts = (whole, *re.split(_CLAUSE_END, whole))
@@ -671,12 +689,11 @@ def _said_in_sentence(
             one[0] == "turns"
             and re.search(TIMED, whole)
             and not only_position
-            and not roles.is_of_the_spin(whole)
+            and not is_of_the_spin(whole)
         )
         is_of_run = (timed or not says_nothing) and not (several and one[0] != "turns")
         if is_of_run or (
-            one[0] == "position"
-            and (roles.from_centre(whole) or roles.noted_origin(whole))
+            one[0] == "position" and (from_centre(whole) or noted_origin(whole))
         ):
             yield one
 
@@ -697,9 +714,9 @@ def _stated_units(text: str) -> dict[str, str]:
         *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
         if match := re.fullmatch(_IN_A_UNIT, part):
             names = re.split(r"[\s:=()\[\]]+", match[1])
-            unit = re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:")
+            unit = re.split(rf"\s{FROM}\s", match[2])[0].strip(" ()[]:")
         words = {squeeze(name).lower() for name in names} - {""}
-        of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
+        of_another = bool(words & NOT_THE_WEIGHT) and not from_centre(part)
         if (
             of_another
             or not (listed or match)
@@ -712,9 +729,7 @@ def _stated_units(text: str) -> dict[str, str]:
             for end in ("", "s", "es", "n", "en")
         }
         named = {
-            roles.kind_of_role(role)
-            for form in forms
-            for role in roles.name_roles(form)[0]
+            roles.kind_of_role(role) for form in forms for role in name_roles(form)[0]
         }
         kinds = kinds_of(unit) & {*SAID_KINDS, "time"}
         if len(kinds) == 1 and (kinds & (named | forms) or (listed and not words)):
@@ -729,17 +744,13 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """
     there = {role for header in headers for role in header.roles}
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
-    there |= {
-        role for header in headers if not header.roles for role in roles.hinted(header)
-    }
+    there |= {role for header in headers if not header.roles for role in hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if "angle" in there or any(turns_in(header.text) for header in headers):
+    if "angle" in there or any(header.turns for header in headers):
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
-    if "mass" not in there and (
-        "force" in there or any(map(roles.counts_weights, headers))
-    ):
+    if "mass" not in there and ("force" in there or any(map(counts_weights, headers))):
         there.add("mass")
     if any(
         header.roles and all(role.startswith("spin") for role in header.roles)
@@ -766,35 +777,28 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     for key, text in grid.metadata:
         if key.lower() in roles.TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
-    origins, texts = list(map(roles.noted_origin, notes)), list(notes)
+    origins, texts = list(map(noted_origin, notes)), list(notes)
     for row in grid.rows:
         words = [at for at, text in enumerate(row.texts) if _WORD.search(text)]
         if words and not any(map(is_number, row.texts)):
-            origins.append(roles.noted_origin(", ".join(row.texts)))
+            origins.append(noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not is_head(row) else []
         # The header "centre to inner face (cm)" is a position, and not that of the
         # middle of the weight.
         words = [
             at
             for at in words
-            if not roles.parse_header(typed := row.texts[at]).roles
-            or (
-                roles.contains(roles.ALTERED["position"], typed)
-                and not roles.origin_in(typed)
-            )
+            if not parse_header(typed := row.texts[at]).roles
+            or (contains(ALTERED["position"], typed) and not origin_in(typed))
         ]
         note = ", ".join(row.texts[at] for at in words)
-        if words and note not in notes and roles.altered_role(note):
+        if words and note not in notes and altered_role(note):
             notes[note] = grid.cell(row, words[0])
     for note, cell in notes.items():
-        if role := roles.altered_role(note).replace("_", " "):
+        if role := altered_role(note).replace("_", " "):
             faults.add("note", cell, note=note, role=role)
     origin = next(filter(None, origins), "")
-    return (
-        "both"
-        if origin == "surface" and any(map(roles.noted_centre, texts))
-        else origin
-    )
+    return "both" if origin == "surface" and any(map(noted_centre, texts)) else origin
 
 
 # --- From row to row ---
@@ -916,7 +920,7 @@ class _Sheet:
                 self.faults.add("numbered_spins", self.here[at][0], second=pair)
         for at, (cell, header) in enumerate(self.here):
             words = self.legend.get(
-                squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text),
+                squeeze(header.name if header.unit else cell.text),
                 "",
             )
             explained = parse_header(words)
@@ -933,7 +937,7 @@ class _Sheet:
                 words
                 and "time" in kinds_of(header.unit or "")
                 and turns_in(words)
-                and not turns_in(cell.text)
+                and not header.turns
             ):
                 explained = parse_header(f"{words} [{header.unit}]")
                 if "time" in explained.roles:
@@ -941,9 +945,7 @@ class _Sheet:
         spins = any("spin" in header.roles for _, header in self.here)
         for at, (cell, header) in enumerate(self.here if self.units else ()):
             named = (
-                header.roles
-                if spins
-                else roles.name_roles(cell.text)[0] or header.roles
+                header.roles if spins else name_roles(cell.text)[0] or header.roles
             )  # "n in rpm"
             kinds = self.units.keys() & set(map(roles.kind_of_role, named))
             unit = self.units[min(kinds)] if len(kinds) == 1 else ""
@@ -961,10 +963,9 @@ class _Sheet:
                     "note", cell, note=f"{min(kinds)} in {unit}", role=header.roles[0]
                 )
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
-            name = roles.split_unit(cell.text)[0].strip()
+            name = header.name.strip()
             is_uncertainty = (
-                name in ("±", "+/-", "+-")
-                or squeeze(name).lower() in roles.UNSURE_WORDS
+                name in ("±", "+/-", "+-") or squeeze(name).lower() in UNSURE_WORDS
             )
             if len(left.roles) == 1 and is_uncertainty:
                 # "±" or "error" belongs to the column on its left.
@@ -1041,14 +1042,13 @@ class _Sheet:
             self._leave_out(
                 "taken_out", row
             )  # a # that a spreadsheet put into a cell of its own
-        elif not is_note and not roles.SUMMARY_WORDS.isdisjoint(
+        elif not is_note and not SUMMARY_WORDS.isdisjoint(
             squeeze(word).lower() for word in start
         ):
             self._leave_out("summary", row)
             # "slope", "intercept" above numbers
             self.below_results |= (
-                sum(squeeze(text).lower() in roles.SUMMARY_WORDS for text in row.texts)
-                > 1
+                sum(squeeze(text).lower() in SUMMARY_WORDS for text in row.texts) > 1
             )
         elif _is_text(row, headers):
             self.words.append(row)
@@ -1145,7 +1145,7 @@ class _Sheet:
         over = ""
         for at, text in enumerate(row.texts):
             over = named[at][0].text or over
-            name, unit = roles.split_unit(over)
+            name, unit = split_unit(over)
             if text and not (
                 parse_header(text).unit and {*parse_header(text).roles} - roles.TEXTS
             ):
@@ -1174,7 +1174,7 @@ class _Sheet:
             # until another value is typed.
             blank = set() if is_first else {"mass", "position"} - there
             lacking = blank | _lacking([header for _, header in self.here])
-            if any(roles.are_turns(header, [text]) for header, text in typed):
+            if any(are_turns(header, [text]) for header, text in typed):
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
             new = self.given.keys() - self.general.keys()
@@ -1219,22 +1219,23 @@ class _Sheet:
 
         This is not done if the rows of the table are not runs.
         """
-        names = [cell.text for cell, _ in self.here]
         # Next to a table of times, one of rates is calculated.
         timed = any("time" in header.roles for _, header in self.columns)
         wanted = {*roles.TIMINGS} - ({"precession_rate"} if timed else set())
         timings = [
-            header.text
-            for _, header in self.here
-            if not wanted.isdisjoint(header.roles)
+            header for _, header in self.here if not wanted.isdisjoint(header.roles)
         ]
         title = " ".join(
             text for words in self.words for text in words.texts if text[:1] != "#"
         )
-        means = (is_of_means(title) and not turns_in(title)) or (
-            bool(timings) and all(map(is_of_means, timings))
+        means = (contains_word(title, MEAN_WORDS) and not turns_in(title)) or (
+            bool(timings) and all(header.is_of_means for header in timings)
         )
-        untimed = self.any_timed and not timings and not any(map(turns_in, names))
+        untimed = (
+            self.any_timed
+            and not timings
+            and not any(header.turns for _, header in self.here)
+        )
         titles = [
             text for words in self.words for text in words.texts if len(text) < 60
         ]
@@ -1269,11 +1270,7 @@ class _Sheet:
                     header.roles,
                     header.number,
                 )
-                if (
-                    same
-                    and turns_in(old_cell.text) == turns_in(cell.text)
-                    and k not in self.places
-                ):
+                if same and old.turns == header.turns and k not in self.places:
                     place = min(place, k)
             if place == len(self.columns):
                 self.columns.append((cell, header))
@@ -1331,8 +1328,8 @@ class _Sheet:
     def _compare_with_headers(self, caption: Row, turns: str) -> None:
         """Warn of each header of times that states other turns than a caption."""
         for cell, header in self.here:
-            stated = turns_in(cell.text)
-            of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)
+            stated = header.turns
+            of_others = header.is_of_the_spin or header.roles == ("turns",)
             if turns and stated not in ("", turns) and not of_others:
                 self.faults.add(
                     "turns_contradict_header",
@@ -1375,7 +1372,7 @@ class _Sheet:
                 for row, places, _ in self.runs
             ]
             for at, (_, header) in enumerate(self.columns):
-                if roles.are_turns(header, [texts.get(at, "") for texts in cells_of]):
+                if are_turns(header, [texts.get(at, "") for texts in cells_of]):
                     lacking.discard(
                         "turns"
                     )  # a column with an unknown name counts them

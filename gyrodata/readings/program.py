@@ -8,7 +8,8 @@ from collections import Counter
 from typing import Any
 
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.roles import parse_header, turns_in
+from gyrodata.readings.headers import parse_header
+from gyrodata.readings.turns import turns_in
 
 _NAME = r"(?m)(?:^[^\S\n]*|[{(,]\s*)(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
 _SAID = r"[\])} \t;]*(?:,(?=[ \t]*[#%]))?[ \t]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"

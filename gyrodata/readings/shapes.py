@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import UnitError, kinds_of
 from gyrodata.readings import layout, roles, source
+from gyrodata.readings.headers import counts_weights, parse_header
 from gyrodata.readings.lablog import Fall, Faults, listing
 from gyrodata.readings.layout import (
     SAID_KINDS,
@@ -22,8 +23,9 @@ from gyrodata.readings.layout import (
     is_number,
     said_in,
 )
-from gyrodata.readings.roles import parse_header, squeeze
 from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.turns import words_of_turns
+from gyrodata.readings.words import squeeze
 
 
 def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
@@ -56,12 +58,14 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     return _split_spin_down(grid if heads else _turned_into_table(grid, faults))
 
 
-_ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
+_ONE_WEIGHT = "|".join(
+    re.sub("[sne]$", r"\g<0>?", name) for name in vocabulary.phrases("weights")
+)
 _MASS = rf"({notation.NUMBER}\s*k?g)\b"
 _MASS_OF_ONE = (
-    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?"
+    rf"(?i)\b{vocabulary.pattern('each')}\W+(?:\w+\W+)?"
     rf"(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
-    rf"|(?<![0-9]){_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+    rf"|(?<![0-9]){_MASS}\s*{vocabulary.pattern('each')}\b"
 )
 _IN_HEADER = (
     rf"(?i)(?:[\[(]\s*|(?<!\s)\s+)?(?:\b(?:{vocabulary.words('with').replace(' ', '|')}"
@@ -274,9 +278,7 @@ def _weigh(grid: Grid, faults: Faults) -> None:
     heads = [row for row in grid.rows if is_head(row)]
     named = ((head, at) for head in heads for at in filled_at(head))
     counting = [
-        (head, at)
-        for head, at in named
-        if roles.counts_weights(parse_header(head.texts[at]))
+        (head, at) for head, at in named if counts_weights(parse_header(head.texts[at]))
     ]
     texts = [
         *(text.text for text in grid.comments),
@@ -402,7 +404,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
                 "spin": ("", 0),
             }
         if {"spin", "time"} <= said.keys() and "turns" not in said:
-            part = roles.words_of_turns(
+            part = words_of_turns(
                 re.split("[0-9]", line)[-1].rstrip(" .;,)")
             )  # "9.97 s for a third"
             said |= {"turns": (part, 0)} if "/" in part else {}

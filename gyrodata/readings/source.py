@@ -35,6 +35,8 @@ from gyrodata.readings.lablog import (
     listing,
     read_reported,
 )
+from gyrodata.readings.names import is_word, reported_key
+from gyrodata.readings.words import MAX_HEADER
 from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 
 if TYPE_CHECKING:
@@ -219,9 +221,7 @@ def _known_letters(text: str) -> int:
         if not (re.search("[A-Za-z]", word) and re.search("[\u0370-\u04ff]", word))
     }
     known = [
-        word
-        for word in words
-        if (len(word) > 1 or word > "\u2e80") and roles.is_word(word)
+        word for word in words if (len(word) > 1 or word > "\u2e80") and is_word(word)
     ]
     return sum(map(len, known)) - 5 * text[:-1].count("\ufffd")
 
@@ -576,9 +576,7 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
             count=len(rows),
             most=MAX_TEXT_ROWS,
         )
-    cells = [
-        text for row in grid.rows for text in row.texts if len(text) > roles.MAX_HEADER
-    ]
+    cells = [text for row in grid.rows for text in row.texts if len(text) > MAX_HEADER]
     size = sum(
         map(len, (*notes, *cells, *(text for row in rows for text in row.texts)))
     )
@@ -642,7 +640,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     ):
         name, _, value = text.replace("=", ":").partition(":")
         value = (value or " ".join(row.texts[at + 1 :])).strip()
-        is_inertia = roles.reported_key(name.strip()) == "inertia"
+        is_inertia = reported_key(name.strip()) == "inertia"
         if is_inertia and read_reported("inertia", value).fault is None:
             grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
             del row.texts[at:]

@@ -23,6 +23,7 @@ from gyrodata.readings import choice as choices
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
 from gyrodata.readings.choice import Choice, Chosen
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -35,7 +36,11 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
+from gyrodata.readings.origins import FROM, from_centre, origin_in
+from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
+from gyrodata.readings.roles import TEXTS, kind_of_role
+from gyrodata.readings.turns import TURN, turns_in, words_of_turns
+from gyrodata.readings.words import COUNTER_WORDS, squeeze, squeezed_words
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
@@ -179,8 +184,7 @@ def read_log(
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN = vocabulary.pattern("turn")
-_TURN_BEHIND = rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{_TURN}\w*\.?"
+_TURN_BEHIND = rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{TURN}\w*\.?"
 
 
 @lru_cache(maxsize=4096)
@@ -193,9 +197,9 @@ def said_otherwise(text: str, role: str) -> str:
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
         return fraction
-    match = re.search(_TURN, text) and re.fullmatch(_TURN_BEHIND, text)
+    match = re.search(TURN, text) and re.fullmatch(_TURN_BEHIND, text)
     bare = match[1] if match else text
-    if words := roles.words_of_turns(bare, whole=True):
+    if words := words_of_turns(bare, whole=True):
         return words
     if bare != text and (bare == "" or notation.take_apart(bare) is not None):
         return bare or "1"
@@ -469,7 +473,7 @@ class TableReader:
         if (
             role in TEXTS
             or role[:2] == "u_"
-            or (role == "position" and roles.origin_in(chosen.header.text))
+            or (role == "position" and chosen.header.origin in ("surface", "tip"))
         ):
             self.faults.add(
                 "not_used",
@@ -499,13 +503,13 @@ class TableReader:
                 or not roles.BY_NAME[other.role].part
             ):
                 continue
-            if _CONSTANT in used.spots or layout.is_of_means(other.header):
+            header = parse_header(other.header)
+            if _CONSTANT in used.spots or header.is_of_means:
                 continue
-            header = roles.parse_header(other.header)
             by_clock = (
                 other.role == "time"
                 and header.unit is None
-                and roles.parse_header(used.header).unit
+                and parse_header(used.header).unit
             )
             if choices.may_number(header) or by_clock:
                 # "n" may number the runs, and "Time" next to "time [s]" may be that of
@@ -660,7 +664,7 @@ class TableReader:
                 if name.isdigit()
                 else ""
             )
-            behind = rf"\s*(?:[,;)\"]|\.\s|$)|\s{{2}}|\t|\s+\(?{roles.FROM}\b"
+            behind = rf"\s*(?:[,;)\"]|\.\s|$)|\s{{2}}|\t|\s+\(?{FROM}\b"
             quantity = rf"({notation.NUMBER}\s*[^\W\d_]+)(?={behind})"
             stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:,;\t]\s*{quantity}"
             stated = rf"(?:{stated}|#{name}\s+{quantity})" if name.isdigit() else stated
@@ -677,7 +681,7 @@ class TableReader:
                 if len(layout.filled_at(row)) == 2
             ):
                 if not layout.is_number(number):
-                    unit_of = roles.parse_header(number).unit or ""
+                    unit_of = parse_header(number).unit or ""
                 elif label == name and kind_of_role(chosen.role) in kinds_of(unit_of):
                     found.add(f"{number} {unit_of}")
             if len(found) == 1:
@@ -788,7 +792,7 @@ class TableReader:
                 if (
                     remark
                     and not turns_in(text)
-                    and not roles.altered_role(f"{role}: {text}")
+                    and not altered_role(f"{role}: {text}")
                 ):
                     with contextlib.suppress(UnitError):
                         read[text] = read_cell(remark[1], kind, unit, ask)
@@ -821,7 +825,7 @@ class TableReader:
             if fault:
                 faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, fault, hint
         said = (
-            (turns_in(chosen.header.text) or roles.words_of_turns(chosen.header.text))
+            (chosen.header.turns or words_of_turns(chosen.header.text))
             if role in _COUNTS
             else ""
         )
@@ -1115,8 +1119,8 @@ class TableReader:
         )
         if run is None:
             return
-        name = roles.squeeze(roles.split_unit(column.header)[0]).lower()
-        is_named = name == roles.squeeze(column.role)
+        name = squeeze(parse_header(column.header).name).lower()
+        is_named = name == squeeze(column.role)
         if given.place is None or is_named or not roles.BY_NAME[column.role].part:
             self.faults.add(
                 "line_not_used", given.place, given=given, header=column.header
@@ -1143,7 +1147,7 @@ class TableReader:
             re.search(layout.TIMED, text)
             or "turns" in layout.said_in(sources.Row(1, [text]))
             or not layout.TIME_WORDS.isdisjoint(
-                word.rstrip("s") for word in roles.squeezed_words(text)
+                word.rstrip("s") for word in squeezed_words(text)
             )
             for text in texts
         ]
@@ -1154,7 +1158,7 @@ class TableReader:
             if (said := turns_in(text)) != "0"
         }
         is_counter, role = (
-            roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS,
+            squeeze(counted.header).lower() in COUNTER_WORDS,
             "number of turns",
         )
         if is_counter and (given := self.settings.roles.get("turns")):
@@ -1303,7 +1307,7 @@ class TableReader:
         if position is None:
             return 0.0
         for text in layout.texts_of(self.grid):
-            of_arm = re.search(_ARM, text) and roles.from_centre(text)
+            of_arm = re.search(_ARM, text) and from_centre(text)
             said = (
                 layout.said_in(sources.Row(1, [text])).get("position")
                 if of_arm
@@ -1319,16 +1323,13 @@ class TableReader:
                 if layout.is_head(row)
             )
             if arm and not (
-                agrees
-                or roles.altered_role(text)
-                or re.search(roles.CORRECTED, text)
-                or is_head
+                agrees or altered_role(text) or re.search(CORRECTED, text) or is_head
             ):
                 self.faults.add("note", note=text, role="position")
         named = "" if position.header.startswith(("#", "--")) else position.header
         noted = self.settings.origin
-        of_header = roles.origin_in(named) or (
-            "centre" if noted and roles.from_centre(named) else ""
+        of_header = origin_in(named) or (
+            "centre" if noted and from_centre(named) else ""
         )
         if not stated and (noted, of_header) in (("both", ""), ("surface", "centre")):
             self.faults.add("two_origins", position.place(0))
@@ -1387,7 +1388,7 @@ class TableReader:
             found = [
                 one
                 for part in re.split(layout.SENTENCE_END, cell.text)
-                if (one := roles.diameter_in(part))
+                if (one := diameter_in(part))
             ]
             try:
                 quantity = read_cell(found[0], "length", None) if found else None

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import Quantity, read_cell
 from gyrodata.quantities.units import SI, Uncertainty, UnitError, from_si
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Column, Readings, form_of, header_of
 from gyrodata.readings.roles import (
     BY_NAME,
@@ -20,7 +21,6 @@ from gyrodata.readings.roles import (
     ROLES,
     TEXTS,
     kind_of_role,
-    parse_header,
     stated_u,
 )
 

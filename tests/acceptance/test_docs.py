@@ -36,7 +36,7 @@ from gyrodata.measurements import (
 from gyrodata.physics import motion
 from gyrodata.physics.models import MODELS
 from gyrodata.readings import read_log
-from gyrodata.readings.roles import parse_header
+from gyrodata.readings.headers import parse_header
 
 TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in PAGES}
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"

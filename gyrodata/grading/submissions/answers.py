@@ -37,7 +37,9 @@ from gyrodata.grading.submissions.documents import (
 from gyrodata.quantities.notation import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Faults, Reported, read_reported
-from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.roles import is_key
+from gyrodata.readings.words import UNSURE_WORDS, squeezed_words
 
 _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 100, 7, 100
 _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 120

@@ -43,7 +43,7 @@ from gyrodata.grading.submissions.documents import (
 )
 from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
-from gyrodata.readings.roles import noted_origin
+from gyrodata.readings.remarks import noted_origin
 from gyrodata.readings.source import Row, workbook_text
 
 _MOST_REPORT = 30_000_000  # bytes

@@ -1,0 +1,507 @@
+"""The headers of a table, each parsed once into a record.
+
+A header is a name and perhaps a unit: "m [g]", "m (g)", "m / g", "m in g", "m, g",
+"mass_g", "cm from the centre", or a unit alone.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from itertools import accumulate
+from typing import Literal, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
+from gyrodata.readings.origins import from_centre, origin_in
+from gyrodata.readings.remarks import altered_role
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
+from gyrodata.readings.words import (
+    END_WORDS,
+    FIRST_SIGN,
+    MAX_HEADER,
+    MEAN_WORDS,
+    MOTION_WORDS,
+    PRECESSION,
+    SMALL_WORDS,
+    SPINNING,
+    START_WORDS,
+    THEORY_WORDS,
+    TOKENS,
+    TRIAL_WORDS,
+    contains_word,
+    squeeze,
+    squeezed_words,
+)
+
+
+class Header(Struct, frozen=True):
+    """The content of a header."""
+
+    text: str
+    roles: tuple[str, ...] = ()
+    """Roles that the header may name."""
+    unit: str | None = None
+    """Unit text as written, known or not; None if there is none."""
+    spread: str = ""
+    """Text of a ±, with its unit if it has one; or ""."""
+    number: int | None = None
+    """Number of a repeat: ``time_2`` is 2."""
+    name: str = ""
+    """The text without its unit, its ± and the signs around them."""
+    turns: str = ""
+    """Turns that the text states: "1/3", "1", "2.5"; or ""."""
+    origin: Literal["", "centre", "surface", "tip"] = ""
+    """Where the text says that a position counts from."""
+    moment: Literal["", "start", "end"] = ""
+    """Part of a run to which the reading belongs, if the text says so."""
+    is_of_means: bool = False
+    """Whether the text says that the values are means."""
+    is_of_the_spin: bool = False
+    """Whether the text says that the ball turns, and not the rod."""
+
+
+_WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
+_SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
+_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
+"""A unit such as "mm:ss.cc"."""
+
+
+@lru_cache(maxsize=4096)
+def parse_header(text: str) -> Header:
+    """Read one header: its ± first, then its unit, then its name."""
+    if len(text) > MAX_HEADER:
+        return Header(text)
+    typed, spread = _take_spread(text.translate(_WIDE_SIGNS).rstrip("*†‡: "))
+    name, unit = split_unit(typed)
+    if unit is None and kinds_of(spread.partition(" ")[2]):
+        unit = spread.partition(" ")[2]
+    if unit and re.fullmatch(_CLOCK_FORM, unit):
+        unit = "s"  # its cells say themselves how they are written
+    roles, number = _roles_in(name, unit)
+    words = re.sub(_CAMEL_CASE, "_", text)
+    if not roles and words != text:
+        return replace(parse_header(words), text=text)
+    if contains_word(text, THEORY_WORDS):
+        roles, number = (), None  # worked out, not measured
+    return Header(
+        text,
+        roles,
+        unit,
+        spread,
+        number,
+        name=name,
+        turns=turns_in(text) or turns_in(name),
+        origin=origin_in(text) or ("centre" if from_centre(text) else ""),
+        moment=_moment(text),
+        is_of_means=contains_word(text, MEAN_WORDS),
+        is_of_the_spin=is_of_the_spin(text),
+    )
+
+
+def _take_spread(text: str) -> tuple[str, str]:
+    """Return a header without its ±, and the text of the ±."""
+    match = re.search(_SPREAD, text)
+    if match is None:
+        return text, ""
+    rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}"
+    return rest.strip(" ,;"), f"{match[1]} {match[2].strip()}".strip()
+
+
+# --- Where the unit is ---
+
+
+class _Split(NamedTuple):
+    """A way to split a header into a name and a unit."""
+
+    name: str
+    unit: str
+    mark: Literal["bracket", "sign", ""]
+    """What sets the unit apart: a bracket at the end, a slash or "in", or nothing."""
+
+
+_BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
+_WORD = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+"
+_BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
+_SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
+_LETTER = r"[^\W\d_]|[°%]"
+
+
+@lru_cache(maxsize=4096)
+def split_unit(text: str) -> tuple[str, str | None]:
+    """Split a header into its name and its unit, known or not; None if it has none.
+
+    A unit that the named quantity can have comes first, then a unit without a name,
+    then any other that is set apart: it is probably wrong, and the caller says so.
+    """
+    is_one_header = len(_units_in_brackets(text)) < 2
+    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text) or not is_one_header:
+        return text, None
+    splits = [split for split in _splits(text) if _is_unit(split.unit)]
+    in_brackets = [split for split in splits if split.mark == "bracket"]
+    split = _first(_fits, splits) or _first(_is_set_apart, in_brackets)
+    if split is None and not name_roles(text)[0]:
+        split = _first(_is_set_apart, splits) or _unknown_unit(text)
+    return (text, None) if split is None else (split.name, split.unit)
+
+
+def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | None:
+    return next(filter(test, splits), None)
+
+
+def _units_in_brackets(text: str) -> list[str]:
+    """Return the brackets of a text that contain a unit, and not a symbol."""
+    inside = [bracket[1] or bracket[2] or "" for bracket in re.finditer(_BRACKET, text)]
+    units_inside = [unit for unit in inside if _is_unit(unit) and not turns_in(unit)]
+    return [unit for unit in units_inside if squeeze(unit) not in SYMBOLS]
+
+
+def _splits(text: str) -> Iterator[_Split]:
+    """Yield the ways to split a header, the most certain one first."""
+    yield from _splits_at_brackets(text)
+    yield from _splits_at_signs(_WORD, text)
+    for blank in re.finditer(_BLANK, text):
+        yield _Split(text[: blank.start()], text[blank.end() :], "")
+    if quotient := re.fullmatch(_SNAKE_CASE, text):
+        yield _Split(quotient[1], f"{quotient[2]}/{quotient[3]}", "")
+    yield from _splits_at_signs("/", text)
+    for blank in re.finditer(_BLANK, text):
+        yield _Split(text[blank.end() :], text[: blank.start()], "")
+    yield _Split("", text, "")
+
+
+def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
+    """Yield the splits at each sign: "a / cm", "distance in cm from the centre"."""
+    for match in re.finditer(sign, text):
+        name, behind = text[: match.start()].strip(), text[match.end() :].strip()
+        yield _Split(name, behind, "sign")
+        unit, _, more = behind.partition(" ")
+        if more:
+            yield _Split(f"{name} {more}", unit, "sign")
+
+
+def _splits_at_brackets(text: str) -> Iterator[_Split]:
+    """Yield the splits at each bracket, the last one first: "a (cm, from centre)"."""
+    for bracket in reversed(list(re.finditer(_BRACKET, text))):
+        behind = text[bracket.end() :].strip()
+        name = f"{text[: bracket.start()].rstrip(' /,;')} {behind}".strip()
+        inside = (bracket[1] or bracket[2] or "").strip()
+        yield _Split(name, inside, "" if behind else "bracket")
+        unit, _, remark = inside.replace(",", " ").partition(" ")
+        yield _Split(f"{name} {remark.strip()}", unit, "")
+
+
+def _is_unit(text: str) -> bool:
+    if not re.search(_LETTER, text):
+        return False
+    return text == "%" or bool(kinds_of(text) or re.fullmatch(_CLOCK_FORM, text))
+
+
+def _fits(split: _Split) -> bool:
+    """Return whether a quantity of this name can have the unit."""
+    if not split.mark and kinds_of(split.unit) == _OF_TURNS:
+        return False  # "fraction of turn"
+    if split.mark != "bracket" and re.search(_NUMBER_AT_END, split.name):
+        return False  # "7 min"
+    roles, _ = _roles_in(split.name, split.unit)
+    return any(_measures(split.unit, role) for role in roles)
+
+
+_NUMBER_AT_END = r"(?:^|\s)[0-9.,/]+$"
+
+
+def _is_set_apart(split: _Split) -> bool:
+    """Return whether a known unit is meant as one, although the name cannot have it."""
+    if not split.name:
+        kinds = kinds_of(split.unit)
+        return split.mark == "bracket" or kinds in _KINDS_OF_BARE_UNITS
+    if name_roles(split.name)[0]:
+        return squeeze(split.unit) not in SYMBOLS
+    return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
+
+
+_KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
+_AT_END = r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
+
+
+def _unknown_unit(text: str) -> _Split | None:
+    """Split off a text at the place of a unit that is none; None if there is none."""
+    match = re.fullmatch(_AT_END, text)
+    if match is None:
+        return None
+    name, square, *others = match.groups()
+    unit = (square or others[0] or others[1] or "").strip()
+    if not unit or contains_word(unit, SMALL_WORDS) or re.search(TURN, unit):
+        return None
+    if turns_in(unit):
+        return None
+    if square is None and not name_roles(name)[0]:
+        return None
+    return _Split(name, unit, "bracket")
+
+
+# --- What the name means, next to the unit ---
+
+
+def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles that a name means next to a unit, and the number of a repeat.
+
+    If the named quantity cannot have the unit, the unit is wrong: the roles stay.
+    """
+    if unit is None:
+        return _roles_without_unit(name)
+    named, number = name_roles(name)
+    fitting = tuple(role for role in named if _measures(unit, role))
+    if fitting:
+        return fitting, number
+    kinds = kinds_of(unit)
+    if "time" in kinds and _is_per_turn(name):
+        return _period_of(name), None
+    if not named:
+        return _roles_of_statement(name, kinds)
+    other = _in_other_unit(name, named, unit)
+    if other:
+        return other, number
+    # A symbol says less than a unit: "D (s)" is not a torque.
+    is_symbol = len(name.strip()) == 1 and bool(kinds)
+    return (() if is_symbol else named), number
+
+
+def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles that a name means on its own."""
+    named, number = name_roles(name)
+    if not named and turns_in(name):
+        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
+        if any("time" in name_roles(begin)[0] for begin in begins):
+            return ("time",), None  # "Time for one turn" above "20.3 s"
+    # A bare "N" counts turns: the other readings would need a unit.
+    bare = tuple(
+        role for role in named if kind_of_role(role) in ("number", "text", "sign")
+    )
+    return bare or named, number
+
+
+def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
+    """Return what a name means in the unit of a related quantity."""
+    kinds = kinds_of(unit)
+    if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
+        rates = [role for role in named if role.startswith("spin")]
+        return tuple(role.replace("spin", "spin_period", 1) for role in rates)
+    if len(named) == 1 and (named[0], *kinds) in _IN_OTHER_UNITS:
+        return _IN_OTHER_UNITS[named[0], *kinds]
+    return _MOTION.get(kinds, ()) if contains_word(name, MOTION_WORDS) else ()
+
+
+_IN_OTHER_UNITS = {
+    ("mass", "force"): ("force",),
+    ("turns", "rate"): ("spin",),
+    ("turns", "angle"): ("angle",),
+    ("precession_rate", "time"): ("time", "precession_period"),
+}
+"""What a role becomes next to a unit of another kind: "Weight (N)"."""
+_OF_ONE = vocabulary.pattern("of_one")
+"""Words for one of several weights."""
+_OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
+_MOTION = {frozenset({"angle"}): ("angle",), _OF_TURNS: ("turns",)}
+"""What "rotation" and "precession" mean in units that no rate has."""
+
+
+def _roles_of_statement(
+    name: str, kinds: frozenset[str]
+) -> tuple[tuple[str, ...], int | None]:
+    """Return the roles of a header that names no quantity, but says something of it."""
+    if "time" in kinds:
+        return (("time",), None) if turns_in(name) else _number_of_trial(name)
+    if kinds == {"rate"} and _says_only_when(name):
+        return (f"spin_{_moment(name)}".rstrip("_"),), None
+    if "length" in kinds and (origin_in(name) or from_centre(name)):
+        return ("position",), None
+    return (), None
+
+
+def _is_per_turn(name: str) -> bool:
+    """Return whether a name says "per turn", and not "per 3 turns"."""
+    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, name))
+
+
+_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{TURN}"
+
+
+def _period_of(name: str) -> tuple[str, ...]:
+    """Return the periods that "per turn" means: those of the rod, of the ball, or both."""
+    if re.search(PRECESSION, name):
+        return ("precession_period",)
+    return (
+        ("spin_period",)
+        if is_of_the_spin(name)
+        else ("precession_period", "spin_period")
+    )
+
+
+def _says_only_when(name: str) -> bool:
+    """Return whether a name only says that the spin is meant, or when it was measured."""
+    words = [word for word in TOKENS.split(name) if word]
+    return is_of_the_spin(name) or all(
+        squeeze(word).lower() in SMALL_WORDS for word in words
+    )
+
+
+_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+
+
+def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
+    """Read "Trial 2" and "2nd measurement" above times: the time, and the number."""
+    numbers = []
+    for word in filter(None, TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name))):
+        ordinal = re.fullmatch(_ORDINAL, word.lower())
+        if ordinal:
+            numbers.append(int(ordinal[1]))
+        elif (
+            squeeze(word).lower() not in TRIAL_WORDS
+            and "time" not in name_roles(word)[0]
+        ):
+            return (), None
+    return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
+
+
+# --- Questions about a header ---
+
+
+def can_measure(header: Header) -> bool:
+    """Return whether the unit of a header fits one of its roles."""
+    return header.unit is None or any(
+        _measures(header.unit, role) for role in header.roles
+    )
+
+
+def counts_turns(header: Header) -> bool:
+    """Return whether the unit of a header is that of turns, as in "far (turns)"."""
+    return kinds_of(header.unit or "") == _OF_TURNS
+
+
+def is_one_letter(unit: str) -> bool:
+    """Return whether a unit is a single letter: V may be a volt, T a tesla, and m any length.
+
+    A sign of Chinese or Japanese is a word.
+    """
+    letters = units.fold_letters(unit).strip(". ")
+    return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
+
+
+def hinted(header: Header) -> set[str]:
+    """Return the roles that one word of a header names.
+
+    The unit of the header can measure them, or the header says that the reading is
+    "without" something.
+    """
+    if header.unit is None:
+        return {altered_role(header.text)}
+    words = re.findall(r"[^\W\d_]{2,}", header.text)
+    return {
+        role
+        for word in words
+        for role in name_roles(word)[0]
+        if _measures(header.unit, role)
+    }
+
+
+@lru_cache(maxsize=4096)
+def contains(pattern: str, text: str) -> bool:
+    """Return whether a header contains some words."""
+    return bool(re.search(pattern, text))
+
+
+def is_part_of_mass(header: str) -> bool:
+    """Return whether a header names a part of the mass.
+
+    Examples are "mass of one weight" and "mass without hanger".
+    """
+    return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"
+
+
+def _measures(unit: str, role: str) -> bool:
+    return kind_of_role(role) in kinds_of(unit) or (
+        unit == "%" and role.startswith("u_")
+    )
+
+
+_WEIGHTS = vocabulary.pattern("weights")
+
+
+def counts_weights(header: Header) -> bool:
+    """Return whether a column counts the weights on the rod, as "number of weights" does."""
+    return (
+        header.unit is None
+        and not header.roles
+        and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
+    )
+
+
+def _moment(header: str) -> Literal["", "start", "end"]:
+    """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
+    words = squeezed_words(header)
+    if words & START_WORDS:
+        return "start"
+    return "end" if words & END_WORDS else ""
+
+
+def is_of_the_spin(header: str) -> bool:
+    """Return whether a header says that turns of the ball are timed."""
+    return bool(re.search(SPINNING, header)) and not re.search(PRECESSION, header)
+
+
+def are_turns(header: Header, texts: Sequence[str]) -> bool:
+    """Return whether the cells of a column with an unknown name count turns.
+
+    An example is "how far" above 1/3, 2/3, 1.
+
+    Fractions and words such as "one third" are enough; for other numbers the name must
+    contain a word for a turn.
+    """
+    cells = [notation.fold_number(text) for text in texts if text]
+    if header.roles or header.unit is not None or not cells:
+        return False
+    if all(_is_part_of_turns(cell) or re.fullmatch(_COUNT, cell) for cell in cells):
+        return any(map(_is_part_of_turns, cells)) or _names_whole_turns(header)
+    return False
+
+
+def _is_part_of_turns(cell: str) -> bool:
+    """Return whether a cell states turns as a fraction or in words."""
+    return bool(
+        re.fullmatch(_FRACTION, cell)
+        or words_of_turns(cell, whole=True)
+        or turns_in(cell)
+    )
+
+
+def _names_whole_turns(header: Header) -> bool:
+    """Return whether a header names turns, and not "thirds of a turn" above 3."""
+    counts_parts = contains_word(header.text, NUMBERS) and "/" not in header.turns
+    return bool(re.search(TURN, header.text)) and not counts_parts
+
+
+_FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
+_COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+
+
+def suggest_role(header: str) -> str:
+    """Return the role whose name is nearly that of a header; "" if there is none."""
+    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    key = squeeze(name).lower()
+    if len(key) > 2 and (
+        close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
+    ):
+        return NAMES[close[0]][0]
+    match = re.fullmatch(INDEX, name)  # "T_P_1"
+    roles = name_roles(match[1])[0] if match else ()
+    return roles[0] if roles else ""

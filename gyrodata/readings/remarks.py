@@ -1,0 +1,157 @@
+"""Remarks that say that a reading is not what is typed."""
+
+from __future__ import annotations
+
+import re
+
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings.names import NAMES, name_roles
+from gyrodata.readings.origins import (
+    BEHIND_FROM,
+    CENTRE,
+    FROM,
+    OF_WEIGHT,
+    from_centre,
+    origin_in,
+)
+from gyrodata.readings.roles import BY_NAME
+from gyrodata.readings.turns import TURN
+from gyrodata.readings.words import squeeze
+
+_ROLES = ("spin", "turns", "mass", "position")
+ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in _ROLES}
+"""Words that say this of one role, and do not name it."""
+_ALTERED, _USUAL, CORRECTED = map(vocabulary.pattern, ("altered", "usual", "corrected"))
+"""Words that say that a reading is not what is typed, that only look so, and that say
+that it is corrected."""
+
+
+_HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
+_HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
+_HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
+_ADDED = rf"\+\s*{notation.NUMBER}\s*([^\W\d_]+)"
+_MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
+_ROLES_OF_UNIT = {("mass",): "mass", ("length",): "position"}
+_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
+"""In "4 = full turn"."""
+
+
+def altered_role(note: str) -> str:
+    """Find the reading that a note says is twice, half, without or minus something.
+
+    "" if there is none.
+    """
+    if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
+        return ""
+    if re.search(_DEFINITION, note):
+        return "turns"
+    for role, words in ALTERED.items():
+        if re.search(words, note):
+            return role
+    return _added_role(note) or _altered_by_word(note)
+
+
+def _added_role(note: str) -> str:
+    """Find the mass or the position to which a note adds something: "+ 5 g", "hook: 5 g"."""
+    if added := re.search(_ADDED, note):
+        return _ROLES_OF_UNIT.get(tuple(kinds_of(added[1])), "")
+    weighs = re.search(_HANGER, note) and re.search(_MASS, note)
+    return "mass" if weighs and not re.search(_INCLUDED, note) else ""
+
+
+def _altered_by_word(note: str) -> str:
+    """Find the first reading in a clause that says "twice", "half" or "without"."""
+    bare = re.sub(f"{_USUAL}|{_HALF_TURN}", "…", note)
+    for clause in re.split(r"[.;!?]\s", bare):
+        if not re.search(_ALTERED, clause):
+            continue
+        for word in re.findall(r"[\w/]+", clause):
+            for role in _roles_of_word(word):
+                if BY_NAME[role].part and role != "torque":
+                    return role
+    return ""
+
+
+def _roles_of_word(word: str) -> tuple[str, ...]:
+    """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
+    if re.match(_HANGER, word):
+        return ("mass",)
+    if kinds_of(word) == {"rate"}:
+        return ("spin",)
+    if len(word) <= 2:
+        return ()
+    singular = re.sub(r"e?[ns]$", "", word)
+    named = NAMES.get(squeeze(word).lower())
+    return named or NAMES.get(squeeze(singular).lower(), ())
+
+
+_SURFACE_NOTE = vocabulary.pattern("surface_note")
+
+
+def noted_origin(note: str) -> str:
+    """Return the origin of positions in a note; else "".
+
+    An example is "x is measured from the surface of the ball".
+    """
+    bare = re.sub(OF_WEIGHT, "", note)
+    if re.search(_SURFACE_NOTE, note):
+        return "" if re.search(CENTRE, bare) else "surface"
+    origin = origin_in(bare)
+    if not origin or _explains_position(bare):
+        return origin
+    starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
+    is_position = starts_with_from or bare != note or _names_position(bare)
+    places = (match[1] for match in re.finditer(f"(?={BEHIND_FROM})", bare))
+    return origin if is_position and any(map(origin_in, places)) else ""
+
+
+def noted_centre(note: str) -> bool:
+    """Return whether a note says that positions count from the centre of the ball."""
+    bare = re.sub(OF_WEIGHT, "", note)
+    is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
+    return bool(is_of_position) and from_centre(bare)
+
+
+def _explains_position(note: str) -> bool:
+    """Return whether a note explains its first word: "x: from the surface of …"."""
+    symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
+    return symbol is not None and "position" in name_roles(symbol[1])[0]
+
+
+def _names_position(note: str) -> bool:
+    """Return whether a note names the position or the weight, perhaps in the plural."""
+    return any(
+        role in ("position", "mass")
+        for word in re.findall(r"[^\W\d_]+", note)
+        for end in ("", "s", "n", "en", "e", "et")
+        for role in name_roles(word.removesuffix(end))[0]
+    )
+
+
+WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
+_LONG = rf"({notation.NUMBER}\s*[^\W\d_]{{1,20}})"
+DIAMETER = (
+    rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|(?<![0-9]){_LONG}\s*"
+    rf"(?:[^\W\d]{{1,30}}\s+)?{WIDE}"
+)
+
+
+def diameter_in(sentence: str) -> str:
+    """Return the diameter of the ball that a sentence states: "101.6 mm"; else ""."""
+    if not re.search(SPHERE, sentence):
+        return ""
+    # "diameter (mm): 101.6", "diameter, cm 10.2"
+    plain = re.sub(_UNIT_FIRST, r"\2 \1", sentence)
+    if diameter := re.search(DIAMETER, plain):
+        return diameter[1] or diameter[2]
+    radius = re.search(_RADIUS_IS, plain)
+    if radius is None and origin_in(plain) == "surface":
+        radius = re.search(_ADDED_RADIUS, plain)
+    return f"2 x {radius[1]}" if radius else ""
+
+
+_UNIT_FIRST = rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})"
+_RADIUS_IS = rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}"
+_ADDED_RADIUS = rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}"
+"""In "from the surface, r = x + 5.08 cm"."""

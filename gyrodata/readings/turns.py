@@ -1,0 +1,237 @@
+"""How many turns of precession a header, a caption or a cell states."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from fractions import Fraction
+from functools import lru_cache
+
+from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings.names import NAMES
+from gyrodata.readings.words import (
+    MAX_HEADER,
+    PRECESSION,
+    TOKENS,
+    squeeze,
+    squeezed_names,
+)
+
+_NUMBER_OF = (
+    r"(?i)(?<!\w)(?:number "
+    r"of|nombre|numero|anzahl|número|aantal|antal|liczb\w|počet|cantidad|quantidade)"
+)
+_NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
+AND, _FILLERS, _PARTS = (
+    tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part")
+)
+"""Words between two numbers of one count, "one and a half"; between a count and "turn";
+and "part of" one turn."""
+NUMBERS = {
+    word: number
+    for number in vocabulary.numbers()
+    for word in squeezed_names(",".join(vocabulary.words(number).split()))
+}
+"""The number that a word says: "2", "1/2", or the denominator "/3"."""
+_SIGNS = "|".join(
+    sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
+        ::-1
+    ]
+)
+_SIGNS = f"(?<!第)(?:{_SIGNS})"
+"""Numbers in languages without blanks between words."""
+TURN = vocabulary.expression("turn")
+_PERIOD, _ONE_TURN, _DIVIDED = map(
+    vocabulary.pattern, ("period", "one_turn", "divided")
+)
+_PARTS_OF_ONE = {
+    word: f"1{number}"[-3:]
+    for word, number in NUMBERS.items()
+    if "/" in number and len(word) > 2
+}
+_JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={TURN})"
+"""Joined words such as "Vierteldrehung"."""
+_ONES = "|".join([*_FILLERS, *vocabulary.words("1").split()])
+_AND_A_HALF = (
+    rf"(?i){TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
+    rf"|mezz[ao]|meia)\b"
+)
+_COUNTED = (
+    r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
+    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{TURN}(?!\w*/\w)"
+)
+_MIXED = (
+    rf"(?i)(?:^|\(|([^\W\d]{{1,20}})[\s_]{{1,20}})([1-9][0-9]?)\s+([1-9]/[2-9])\s*"
+    rf"(?:of\s+)?(?:an?\s+)?{TURN}"
+)
+_FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
+_ALONE = (
+    r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
+)
+_PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
+_ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
+
+
+@lru_cache(maxsize=4096)
+def turns_in(text: str) -> str:
+    """Find the turns that a header or a caption states: "1/3", "1", "2.5".
+
+    The function returns "" if it states none, or if they cannot be read.
+    """
+    if len(text) > MAX_HEADER or _states_no_turns(text):
+        return ""
+    plain = _in_plain_words(text)
+    names_turn = re.search(TURN, plain) is not None
+    counted = _count_of_turns(plain) if names_turn else None
+    if counted is not None:
+        return counted
+    if symbol := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
+        return _in_digits(symbol[1])
+    number = _number_of_turns(plain) if names_turn else ""
+    return _part_in_degrees(plain) or number or _part_of_period(plain)
+
+
+def _states_no_turns(text: str) -> bool:
+    """Return whether a text is a number, a unit or a name: most texts are.
+
+    The patterns of turns take 20 ms to compile.
+    """
+    if text.isalpha():
+        return bool(kinds_of(text)) or text.lower() in NAMES  # "rpm", "revolutions"
+    return not re.search(r"[^\W\d_]|[°º˚]", text)  # "20.3"
+
+
+def _part_of_period(plain: str) -> str:
+    """Return "1" for "full turn" in one word, and 1/2 for "half period"; else ""."""
+    if re.search(_ONE_TURN, plain):
+        return "1"
+    period = re.search(_PERIOD, plain)
+    number = words_of_turns(plain[: period.start()]) if period else ""
+    return "" if number == "1" else number
+
+
+def _in_plain_words(header: str) -> str:
+    """Write a header without joined words such as "Vierteldrehung", and without "⅓"."""
+    plain = "".join(
+        f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c
+        for c in header
+    )
+    for way, usual in vocabulary.WAYS["turns"]:
+        plain = re.sub(way, usual, plain)
+    if re.search(TURN, plain):
+        plain = re.sub(
+            _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
+        )
+    return plain
+
+
+def _count_of_turns(plain: str) -> str | None:
+    """Return the number in digits next to a word for a turn.
+
+    It is "" if the number cannot be read, and None if there is none.
+    """
+    if re.search(_AND_A_HALF, plain):
+        return ""  # nothing here reads a number from "1 tour et demi"
+    if re.search(_DIVIDED, plain) and re.search(
+        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?(?:{TURN})", plain
+    ):
+        return "1"  # "we timed 3 turns and divided"
+    if mixed := re.search(_MIXED, plain):
+        # "Time 1 1/3 turn" may be the first of several.
+        is_number = not mixed[1] or mixed[1].lower() in _FOR
+        return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
+    counted = re.search(_COUNTED, plain)
+    return _in_digits(counted[1]) if counted else None
+
+
+def _in_digits(number: str) -> str:
+    return number.replace(" ", "").replace(",", ".").replace("⁄", "/")
+
+
+def _part_in_degrees(plain: str) -> str:
+    """Return the part of a turn that an angle of whole degrees is, such as 1/3; else ""."""
+    match = re.search(_ANGLE, plain)
+    if match is None or kinds_of(match[2]) != {"angle"}:
+        return ""
+    if units.parse(match[2]).text != "deg":
+        return ""
+    part = Fraction(int(match[1]), 360)
+    return str(part) if part.denominator in (1, 2, 3, 4, 6, 12) else ""
+
+
+def _number_of_turns(plain: str) -> str:
+    """Return the number in words in front of a word for a turn; else ""."""
+    for turn in re.finditer(rf"{TURN}(?!\w*/\w)", plain):
+        before = plain[: turn.start()]
+        # "back at screw 1 (one turn)"
+        number = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
+        if number and not (number == "1" and re.search(_NOT_COUNTED, before)):
+            return number
+    return ""
+
+
+def is_of_turns(word: str) -> bool:
+    """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
+    return (
+        word in _FILLERS
+        or word in NUMBERS
+        or bool(re.search(f"{TURN}|{_ONE_TURN}|{PRECESSION}", word))
+    )
+
+
+def words_of_turns(text: str, whole: bool = False) -> str:
+    """Read the last words before "turn" as a number; else return "".
+
+    For example, "one third of a" is 1/3, "zwei" is 2, and "one and a half" is 3/2.
+
+    With `whole` the text contains nothing else, as in a cell, and digits count: "5
+    half" is 5/2.
+    """
+    words = _number_words(text)
+    if not words or words[-1] not in NUMBERS:
+        return ""
+    numbers = [NUMBERS.get(word, word) for word in words]
+    part = _take_part(numbers, whole)
+    is_sum = bool(numbers) and numbers[-1] in AND
+    if is_sum:
+        numbers.pop()
+    count = _take_count(numbers)
+    # The digit of a header may number a trial, and not count parts of a turn.
+    is_trial = bool(count) and not whole and words[len(numbers)].isdecimal()
+    is_inside = bool(numbers) and (whole or numbers[-1] in _PARTS)
+    if not part or is_trial or is_inside:
+        return ""
+    if count and is_sum:
+        return str(int(count) + Fraction(part))
+    return str(int(count or 1) * Fraction(part))
+
+
+def _number_words(text: str) -> list[str]:
+    """Return the words of a number, without small words in it and behind it."""
+    spaced = re.sub(_SIGNS, r" \g<0> ", text.lower())
+    words = [
+        word if re.search("[0-9]", word) else squeeze(word).lower()
+        for word in TOKENS.split(spaced)
+        if word and word not in _FILLERS and not re.fullmatch(PRECESSION, word)
+    ]
+    if len(words) > 1 and "/" in NUMBERS.get(words[-2], words[-2]):
+        is_one = NUMBERS.get(words[-1]) == "1"
+        if is_one or words[-1] in _PARTS:
+            return words[:-1]  # "a third of one", "trzecia część"
+    return words
+
+
+def _take_part(numbers: list[str], whole: bool) -> str:
+    """Remove the last number, with the count of a denominator: "two", "/3"."""
+    part = numbers.pop()
+    if not part.startswith("/"):
+        return part
+    is_alone = whole and not numbers  # "Drittel" in a cell
+    count = _take_count(numbers) or ("1" if is_alone else "")
+    return count and count + part
+
+
+def _take_count(numbers: list[str]) -> str:
+    """Remove a whole number at the end, and return it; else return ""."""
+    return numbers.pop() if numbers and numbers[-1].isdecimal() else ""

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import Quantity, read_cell
 from gyrodata.quantities.units import SI, Uncertainty, UnitError, from_si
-from gyrodata.readings.lablog import Column, Readings, form_of, header_of
+from gyrodata.readings.lablog import Column, Readings, header_of
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
@@ -23,6 +23,7 @@ from gyrodata.readings.roles import (
     parse_header,
     stated_u,
 )
+from gyrodata.readings.settings import form_of
 
 SIMULATED = "Simulated, not measured"
 """What the first line of every simulated log says."""

@@ -158,6 +158,11 @@ class CellReader:
         """What is wrong with each other text."""
         self.lacks_unit = False
         """Whether neither the header nor a cell has a unit."""
+        self.finest: dict[str, float] = {}
+        """Finest step of a digit of each unit [SI unit of the role].
+
+        A spreadsheet drops zeros at the end: the finest digit in the column shows how
+        all were read."""
 
     def read_all(self, texts: list[str]) -> None:
         """Read all texts."""
@@ -168,6 +173,10 @@ class CellReader:
             self._count_parts()
         if self.role == "turns":
             self._ask_for_angles()
+        for one in self.read.values():
+            if one.step is not None:
+                finest = self.finest.get(one.unit, math.inf)
+                self.finest[one.unit] = min(one.step, finest)
 
     def _read_one(self, text: str) -> None:
         try:
@@ -249,18 +258,6 @@ class CellReader:
             return []
         unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
         return [text for text in unclear if fraction_of_date(text)]
-
-    def finest_steps(self) -> dict[str, float]:
-        """Return the finest step of a digit for each unit [SI unit of the role].
-
-        A spreadsheet drops zeros at the end: the finest digit in the column shows how
-        all were read.
-        """
-        finest: dict[str, float] = {}
-        for one in self.read.values():
-            if one.step is not None:
-                finest[one.unit] = min(one.step, finest.get(one.unit, math.inf))
-        return finest
 
 
 def _times(part: str, count: float) -> str:

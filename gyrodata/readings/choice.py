@@ -49,17 +49,10 @@ def choose(
     unit show. At the end a reading of the spin gets the moment that the other columns
     leave to it.
     """
-    choice = Choice({*settings.roles})
-    mapped = _mapped(table, mapping, faults)
-    for column in mapped.values():
-        choice.serve(column)
-    columns = _with_roles([one for one in columns_of(table) if one.at not in mapped])
-    stating = [column for column in columns if _states_turns(column)]
-    several = _serve_by_name(
-        [column for column in columns if column not in stating], choice
-    )
-    if stating or mapped:
-        _serve_stating(_in_order_of_trust(stating, columns), table, choice)
+    choice = Choice({*settings.roles}, mapped={*mapping})
+    columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
+    several = _serve_by_name(columns, choice)
+    _serve_stating(columns, table, choice)
     _serve_periods_of_one_turn(table, choice, faults)
     _eliminate(table, several, choice, faults)
     unnamed.place_columns(table, choice, faults)
@@ -77,18 +70,19 @@ def choose(
 # ----------------------------------------------------------------------------------
 
 
-def _mapped(
-    table: layout.Layout, mapping: Mapping[str, str], faults: Faults
-) -> dict[int, Chosen]:
-    """Find the columns that ``--map`` names, by their numbers."""
-    columns: dict[int, Chosen] = {}
+def _serve_mapped(
+    table: layout.Layout, mapping: Mapping[str, str], choice: Choice, faults: Faults
+) -> list[Chosen]:
+    """Use the columns that ``--map`` names; return the others."""
+    mapped: dict[int, Chosen] = {}
     for key, header in mapping.items():
         column = _column_called(header, key, table, faults)
-        if column.at in columns:
-            first = columns[column.at].role
+        if column.at in mapped:
+            first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
-        columns[column.at] = _with_mapped_role(column, key)
-    return columns
+        mapped[column.at] = _with_mapped_role(column, key)
+        choice.serve(mapped[column.at])
+    return [column for column in columns_of(table) if column.at not in mapped]
 
 
 def _column_called(
@@ -122,11 +116,10 @@ def _unit_for(role: str, header: Header) -> str | None:
         return None
     if unit and (unit == "%" or kind in kinds_of(unit) or not kinds_of(unit)):
         return unit
-    marks = [mark for mark in ",;/_ " if mark in header.text]
-    ends = [header.text.rpartition(mark)[2].strip() for mark in marks]
-    fitting = [end for end in ends if kind in kinds_of(end)]
+    parts = re.split(r"[,;/_ ]", header.text)
+    ends = [end for end in parts[1:] if kind in kinds_of(end)]
     of_spread = header.spread.partition(" ")[2]
-    return next(iter(fitting), unit or of_spread) or None
+    return (ends[-1] if ends else unit or of_spread) or None
 
 
 # By name
@@ -224,8 +217,10 @@ def _are_times(texts: tuple[str, ...]) -> bool:
 def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     """Use the columns that name one role; return those that name several."""
     several: list[Chosen] = []
-    for column in _in_order_of_trust(columns, columns):
+    for column in _in_order_of_trust(columns):
         header = column.header
+        if _states_turns(column):
+            continue
         if len(header.roles) == 1:
             choice.serve(replace(column, role=header.roles[0], number=header.number))
         elif header.roles:
@@ -235,7 +230,7 @@ def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     return several
 
 
-def _in_order_of_trust(columns: list[Chosen], table: list[Chosen]) -> list[Chosen]:
+def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
     """Sort columns so that the better one of two columns of a role comes first.
 
     A unit that does not fit the name comes after one that fits; numbers of weights or
@@ -243,7 +238,7 @@ def _in_order_of_trust(columns: list[Chosen], table: list[Chosen]) -> list[Chose
     readings of which they are the mean; a bare letter, which may number runs, after a
     name; and a distance from the surface after one from the centre.
     """
-    with_unit = {one.header.roles for one in table if one.header.unit is not None}
+    with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
     def doubts(column: Chosen) -> tuple[bool, ...]:
         header = column.header
@@ -262,14 +257,14 @@ def _in_order_of_trust(columns: list[Chosen], table: list[Chosen]) -> list[Chose
 # ----------------------------------------------------------------------------------
 
 
-def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) -> None:
+def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) -> None:
     """Use the columns that state their turns.
 
     For example, "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
     """
     rates = [one for one in table.headers if kinds_of(one.unit or "") == {"rate"}]
     spin_is_known = bool(rates) or choice.gives_spin()
-    for column in stating:
+    for column in filter(_states_turns, _in_order_of_trust(columns)):
         turns = turns_in(column.text)
         if roles.is_of_the_spin(column.text):
             _serve_time_of_ball(column, turns, choice)
@@ -302,22 +297,23 @@ def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
 
 
 def _share_turns(choice: Choice) -> None:
-    """Give the times without turns those that the other times state.
+    """Give the times without turns those that the other times state."""
+    times = choice.times()
+    shared = "" if "turns" in choice.there else _shared_turns(times)
+    if shared:
+        choice.used["time"] = [replace(one, turns=one.turns or shared) for one in times]
+
+
+def _shared_turns(times: list[Chosen]) -> str:
+    """Return the turns of times that state none.
 
     "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one turn.
     """
-    times = choice.times()
     stated = {time.turns for time in times if time.turns}
     others = [time.number for time in times if not time.turns]
-    if not (stated and others) or "turns" in choice.there:
-        return
-    if others == [1] and all("/" in turns for turns in stated):
-        shared = "1"
-    elif len(stated) == 1:
-        shared = "".join(stated)
-    else:
-        return
-    choice.used["time"] = [replace(one, turns=one.turns or shared) for one in times]
+    if others == [1] and stated and all("/" in turns for turns in stated):
+        return "1"
+    return "".join(stated) if len(stated) == 1 else ""
 
 
 def _serve_periods_of_one_turn(
@@ -448,15 +444,24 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     if key := _uncertainty_of_symbol(column, choice):
         return [key]
     left = [role for role in column.header.roles if _is_open(role, there, choice)]
-    if "spin" in left and not there.isdisjoint(roles.TIMINGS):
-        # "rotation" next to "period" is the spin; next to "before" and "after" it is
-        # not.
-        closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
-        left = [role for role in left if role not in closed]
+    left = _without_second_motion(left, there, choice)
     # A quantity that follows from the readings is not needed, if the header can be
     # another one.
     derived = roles.derived_roles(there)
     return [role for role in left if role not in derived] or left
+
+
+def _without_second_motion(
+    left: list[str], there: set[str], choice: Choice
+) -> list[str]:
+    """Decide between the spin and the precession, if only one of them is left.
+
+    "rotation" next to "period" is the spin; next to "before" and "after" it is not.
+    """
+    if "spin" not in left or there.isdisjoint(roles.TIMINGS):
+        return left
+    closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
+    return [role for role in left if role not in closed]
 
 
 def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:

@@ -80,6 +80,8 @@ class Choice(Struct):
     """Columns whose headers name no role."""
     asked: set[str] = field(default_factory=set)
     """Roles that a header may mean, if the log's author has to decide."""
+    mapped: set[str] = field(default_factory=set)
+    """Roles whose columns --map names."""
 
     def serve(self, column: Chosen) -> None:
         """Use a column for its role, or put it with the others."""

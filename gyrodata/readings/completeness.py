@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from gyrodata.base import diagnostics
 from gyrodata.quantities.units import DISPLAY
@@ -31,13 +31,11 @@ def check_completeness(
     choice: Choice,
     table: layout.Layout,
     unread: set[str],
-    mapped: Collection[str],
     faults: Faults,
 ) -> None:
     """Add a fault for everything that is missing or contradicts itself.
 
-    `unread` are the roles that are there, and that could not be read; `mapped` are
-    those whose columns --map names.
+    `unread` are the roles that are there, and that could not be read.
     """
     missing = _missing_from_log(log, choice, unread)
     if missing:
@@ -45,7 +43,7 @@ def check_completeness(
     elif not _is_uncertain(unread | choice.asked, faults):
         _report_runs_that_lack(log, faults)
     _compare_turns_with_angle(log, faults)
-    if "precession_period" not in mapped:
+    if "precession_period" not in choice.mapped:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
         headers = listing([column.text for column in choice.unplaced])

@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Mapping
 
+from msgspec import Struct
+
 from gyrodata.quantities.notation import read_cell, to_float
 from gyrodata.quantities.units import UnitError
 from gyrodata.readings import layout, roles, source
@@ -23,46 +25,97 @@ TIMES_OF = {"turns": "time", "spin_turns": "spin_time"}
 """Time whose header may state turns, by the role of these turns."""
 
 
-def add_stated_turns(
-    columns: dict[str, Column],
-    role: str,
-    times: list[Chosen],
-    runs: list[Chosen],
-    settings: Settings,
-    table: layout.Layout,
-    faults: Faults,
-) -> None:
-    """Give each run the turns that the header of its time states.
+class StatedTurns(Struct, frozen=True):
+    """The turns that the texts of a log state, next to the columns that were read."""
 
-    `times` are the columns of the times, and `runs` the one of each run. Report other
-    turns of a column.
-    """
-    stating = [time for time in times if time.turns]
-    counts = {time.turns: read_turns(time.turns, time.cell, faults) for time in stating}
-    if not runs or None in counts.values():
-        return
-    u = roles.stated_u(role, settings.uncertainties)
-    readings = [
-        Reading(counts[time.turns], None, u, time.turns) if time.turns else Reading()
-        for time in runs
-    ]
-    given = _given_turns(columns, role)
-    if given is not None:
-        if role == "turns":
-            _compare_with_headers(given, readings, runs, faults)
-        return
-    headers = source.Row(table.cells[0].place.line, [])
-    spots = [headers.spot(time.at) for time in runs]
-    columns[role] = Column(
-        role,
-        stating[0].text,
-        "",
-        tuple(readings),
-        tuple(spots),
-        find=table.grid.place_of,
-    )
-    said = [f'{role} is {one.turns} by the header "{one.text}"' for one in stating]
-    faults.add("turns_in_header", times[0].cell, said="; ".join(said))
+    columns: dict[str, Column]
+    """Columns of the runs; stated turns become one of them."""
+    settings: Settings
+    table: layout.Layout
+    faults: Faults
+
+    def use(self, role: str, times: list[Chosen], runs: list[Chosen]) -> None:
+        """Give each run the turns that the header of its time states.
+
+        `times` are the columns of the times, and `runs` the one of each run. Report
+        other turns of a column.
+        """
+        stating = [time for time in times if time.turns]
+        u = roles.stated_u(role, self.settings.uncertainties)
+        stated = {"": Reading()}
+        for time in stating:
+            turns = _read_turns(time.turns, time.cell, self.faults)
+            if turns is None:
+                return
+            stated[time.turns] = Reading(turns, None, u, time.turns)
+        readings = [stated[run.turns] for run in runs]
+        given = _given_turns(self.columns, role)
+        if not runs:
+            return
+        if given is None:
+            self._add(role, stating, runs, readings)
+            said = [
+                f'{role} is {one.turns} by the header "{one.text}"' for one in stating
+            ]
+            self.faults.add("turns_in_header", times[0].cell, said="; ".join(said))
+        elif role == "turns" and not given.header.startswith("--"):
+            _compare_with_headers(given, readings, runs, self.faults)
+
+    def _add(
+        self,
+        role: str,
+        stating: list[Chosen],
+        runs: list[Chosen],
+        readings: list[Reading],
+    ) -> None:
+        """Add the column of the stated turns, with the places of the headers."""
+        headers = source.Row(self.table.cells[0].place.line, [])
+        self.columns[role] = Column(
+            role,
+            stating[0].text,
+            "",
+            tuple(readings),
+            tuple([headers.spot(run.at) for run in runs]),
+            find=self.table.grid.place_of,
+        )
+
+    def compare_with_texts(self) -> None:
+        """Report each line that states turns with which no run agrees.
+
+        It is an error if the column of turns may number the runs.
+        """
+        counted = _counted(self.columns)
+        if counted is None or counted.header.startswith("--"):
+            return
+        is_counter = roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS
+        known = _turns_of(counted)
+        for line, (turns, cell) in self._lines(is_counter).items():
+            count = _read_turns(turns, cell, self.faults)
+            if count is None or any(abs(one - count) < _AGREE for one in known):
+                continue
+            if is_counter:
+                said = {"line": line, "turns": turns, "header": counted.header}
+                says, place = counted.readings[0].text, counted.place(0)
+                self.faults.add("turns_contradict_line", place, says=says, **said)
+            else:
+                is_period = counted.role == "precession_period"
+                role = "time" if is_period else "number of turns"
+                self.faults.add("note", note=line, role=role)
+
+    def _lines(self, is_counter: bool) -> dict[str, tuple[str, Text | None]]:
+        """Return the turns and the place of each text that states how many were timed."""
+        heads = [cell.text for cell in self.table.cells]
+        lines: dict[str, tuple[str, Text | None]] = {}
+        for cell in layout.places_of(self.table.grid):
+            is_header = all(head in cell.text for head in heads)
+            turns = "" if is_header else turns_in(cell.text)
+            # A run without a weight has 0 turns.
+            if turns not in ("", "0") and _is_about_times(cell.text):
+                lines[cell.text] = turns, cell
+        given = self.settings.roles.get("turns")
+        if is_counter and given:
+            lines[f"{given.label}: {given.text}"] = given.text, None
+        return lines
 
 
 def _given_turns(columns: Mapping[str, Column], role: str) -> Column | None:
@@ -71,12 +124,16 @@ def _given_turns(columns: Mapping[str, Column], role: str) -> Column | None:
     return columns.get("angle")
 
 
+def _counted(columns: Mapping[str, Column]) -> Column | None:
+    """Return the column that says how far the rod turned in each run."""
+    names = [one for one in ("turns", "angle", "precession_period") if one in columns]
+    return columns[names[0]] if names else None
+
+
 def _compare_with_headers(
     given: Column, stated: list[Reading], runs: list[Chosen], faults: Faults
 ) -> None:
     """Report the first run whose turns differ from those of its header."""
-    if given.header.startswith("--"):
-        return
     for run, (turns, reading) in enumerate(zip(_turns_of(given), stated, strict=True)):
         if not turns or not reading.value:
             continue
@@ -88,12 +145,14 @@ def _compare_with_headers(
 
 
 def _turns_of(counted: Column) -> list[float]:
-    """Return the turns of each run in a column of turns or of angles; 0 if not known."""
+    """Return the turns of each run in a column of turns, angles or periods; 0 if unknown."""
+    if counted.role == "precession_period":
+        return [1.0] * len(counted.readings)
     full = 2 * math.pi if counted.role == "angle" else 1.0
     return [(value or 0.0) / full for value in counted.values]
 
 
-def read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
+def _read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
     """Read the turns that a line or a header states.
 
     None, with an error, for an impossible number.
@@ -107,54 +166,6 @@ def read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
     if fault:
         faults.add("stated_turns", cell, turns=turns, fault=fault, hint=hint)
     return None if fault else count
-
-
-def compare_with_texts(
-    columns: Mapping[str, Column],
-    settings: Settings,
-    table: layout.Layout,
-    faults: Faults,
-) -> None:
-    """Report each line that states turns with which no run agrees.
-
-    It is an error if the column of turns may number the runs.
-    """
-    names = [
-        role for role in ("turns", "angle", "precession_period") if role in columns
-    ]
-    if not names or columns[names[0]].header.startswith("--"):
-        return
-    counted = columns[names[0]]
-    is_counter = roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS
-    is_period = counted.role == "precession_period"
-    lines = _lines_with_turns(table)
-    if is_counter and (given := settings.roles.get("turns")):
-        lines[f"{given.label}: {given.text}"] = given.text, None
-    values = [1.0] if is_period else _turns_of(counted)
-    for line, (turns, cell) in lines.items():
-        count = read_turns(turns, cell, faults)
-        if count is None or any(abs(value - count) < _AGREE for value in values):
-            continue
-        if is_counter:
-            said = {"line": line, "turns": turns, "header": counted.header}
-            says = counted.readings[0].text
-            faults.add("turns_contradict_line", counted.place(0), says=says, **said)
-        else:
-            role = "time" if is_period else "number of turns"
-            faults.add("note", note=line, role=role)
-
-
-def _lines_with_turns(table: layout.Layout) -> dict[str, tuple[str, Text | None]]:
-    """Return the turns and the place of each text that states how many were timed."""
-    heads = [cell.text for cell in table.cells]
-    lines: dict[str, tuple[str, Text | None]] = {}
-    for cell in layout.places_of(table.grid):
-        is_header = all(head in cell.text for head in heads)
-        turns = "" if is_header else turns_in(cell.text)
-        # A run without a weight has 0 turns.
-        if turns not in ("", "0") and _is_about_times(cell.text):
-            lines[cell.text] = turns, cell
-    return lines
 
 
 def _is_about_times(text: str) -> bool:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.readings import layout, roles
 from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
-from gyrodata.readings.source import Row
 
 Values = tuple[float | None, ...]
 """Values of a column [SI unit of its role]."""
@@ -48,125 +47,118 @@ class Loads(Struct, frozen=True):
         return bool(values) and values[row] != values[other]
 
 
-class _Blanks(Struct):
-    """The blank cells of a column."""
+class Filler:
+    """Completes the columns of a table in which not every cell is filled."""
 
-    above: dict[int, int] = field(default_factory=dict)
-    """Row with the valid value above, by row."""
-    early: list[int] = field(default_factory=list)
-    """Runs above the first value."""
+    def __init__(
+        self, table: layout.Layout, loads: Loads, is_run: list[bool], faults: Faults
+    ) -> None:
+        self.table, self.loads, self.is_run = table, loads, is_run
+        self.faults = faults
 
+    def ask_for_unknown(self, column: Column, at: int) -> Column:
+        """Report the cells of runs that contain "?" or "n/a".
 
-def fill_down(
-    column: Column,
-    table: layout.Layout,
-    at: int,
-    loads: Loads,
-    is_run: list[bool],
-    faults: Faults,
-) -> Column:
-    """Give blank cells the value above.
+        Return the column, with such cells of other rows blank. Without a weight no
+        position is needed.
+        """
+        readings = list(column.readings)
+        for i, reading in enumerate(readings):
+            if reading.text not in UNKNOWN:
+                continue
+            is_needed = column.role not in roles.LOADS or not self.loads.is_unloaded(i)
+            if self.is_run[i] and is_needed:
+                cell = self.table.grid.cell(self.table.rows[i], at)
+                self.faults.add("unknown_cell", cell, role=column.role)
+            else:
+                readings[i] = Reading()
+        return replace(column, readings=tuple(readings))
 
-    Never upwards, across a run without a weight, or from its turns.
+    def fill_down(self, column: Column, at: int) -> Column:
+        """Give blank cells the value above.
 
-    A position is valid for another weight only if the log states no other one. A cell
-    such as "?" is not blank.
-    """
-    typed = [i for i, reading in enumerate(column.readings) if reading.text]
-    if len(typed) == len(column.readings):
-        return column
-    blanks = _find_blanks(column, loads, is_run, table.grid.dittos)
-    # An unreadable value above is reported once: the blank cells below it lack nothing.
-    filled = [
-        i for i, j in blanks.above.items() if is_run[i] and column.values[j] is not None
-    ]
-    own = [i for i in filled if _has_other_readings(table.rows[i])]
-    if _is_measured_each_time(column.role, len(filled), len(own), sum(is_run)):
-        # A blank cell was forgotten.
-        blanks.above = {i: j for i, j in blanks.above.items() if i not in filled}
-        blanks.early = sorted([*blanks.early, *filled]) if blanks.early else []
-        filled = []
-    if blanks.early and typed:
-        cell = table.grid.cell(table.rows[typed[0]], at)
-        lines = [table.rows[i].line for i in blanks.early]
-        faults.add("below_first_row", cell, role=column.role, lines=lines)
-    if filled:
-        place = table.grid.cell(table.rows[filled[0]], at).place
-        lines = [table.rows[i].line for i in filled]
-        faults.add("filled_down", place, role=column.role, lines=lines)
-    sources = [blanks.above.get(i, i) for i in range(len(column.readings))]
-    return column.select(sources)
+        Never upwards, across a run without a weight, or from its turns.
 
+        A position is valid for another weight only if the log states no other one. A
+        cell such as "?" is not blank.
+        """
+        if all(reading.text for reading in column.readings):
+            return column
+        above = self._values_above(column)
+        filled = self._runs_filled(column, above)
+        early = self._runs_above_first(column)
+        if self._is_measured_each_time(column.role, filled):
+            # A blank cell was forgotten.
+            above = {i: j for i, j in above.items() if i not in filled}
+            early, filled = ([*early, *filled] if early else []), []
+        if early:
+            first = self._rows_typed(column)[0]
+            cell = self.table.grid.cell(self.table.rows[first], at)
+            lines = self._lines(early)
+            self.faults.add("below_first_row", cell, role=column.role, lines=lines)
+        if filled:
+            cell = self.table.grid.cell(self.table.rows[filled[0]], at)
+            lines = self._lines(filled)
+            self.faults.add("filled_down", cell.place, role=column.role, lines=lines)
+        return column.select([above.get(i, i) for i in range(len(column.readings))])
 
-def _find_blanks(
-    column: Column, loads: Loads, is_run: list[bool], dittos: set[int]
-) -> _Blanks:
-    """Find the value that is valid in each blank cell."""
-    blanks = _Blanks()
-    several = sum(value is not None for value in column.values) > 1
-    moves = column.role == "position" and several
-    begun, last = False, None
-    for i, reading in enumerate(column.readings):
-        if reading.text:
-            begun, last = True, i
-        elif column.role in roles.LOADS and loads.is_without_weight(i):
-            last = None
-        elif last is not None:
-            is_other = moves and column.spots[i] not in dittos
-            if is_other and loads.differs(last, i):
-                continue  # where the new weight hung is not known
-            if not _turns_end(column.role, loads, last, i):
-                blanks.above[i] = last
-        elif not begun and is_run[i]:
-            blanks.early.append(i)
-    return blanks
+    def _lines(self, rows: list[int]) -> list[int]:
+        return [self.table.rows[i].line for i in rows]
 
+    def _rows_typed(self, column: Column) -> list[int]:
+        return [i for i, reading in enumerate(column.readings) if reading.text]
 
-def _turns_end(role: str, loads: Loads, last: int, row: int) -> bool:
-    """Return whether turns are those of a run without a weight, in which the rod turns less."""
-    if role not in roles.COUNTS:
-        return False
-    return loads.is_without_weight(last) and not loads.is_without_weight(row)
+    def _runs_above_first(self, column: Column) -> list[int]:
+        """Return the runs above the first value; a run without a weight needs no load."""
+        typed = self._rows_typed(column)
+        above = list(range(typed[0] if typed else 0))
+        if column.role in roles.LOADS:
+            above = [i for i in above if not self.loads.is_without_weight(i)]
+        return [i for i in above if self.is_run[i]]
 
+    def _values_above(self, column: Column) -> dict[int, int]:
+        """Return the row with the valid value above each blank cell, by its row."""
+        above: dict[int, int] = {}
+        last = None
+        for i, reading in enumerate(column.readings):
+            if reading.text:
+                last = i
+            elif column.role in roles.LOADS and self.loads.is_without_weight(i):
+                last = None
+            elif last is not None and self._is_valid_below(column, last, i):
+                above[i] = last
+        return above
 
-def _has_other_readings(row: Row) -> bool:
-    """Return whether a row does more than repeat a time."""
-    return len(layout.filled_at(row)) > 2
-
-
-def _is_measured_each_time(role: str, blank: int, own: int, runs: int) -> bool:
-    """Return whether nearly every run has its own value, so that none is filled down.
-
-    `own` of the blank cells are in rows with other readings. Two runs show no pattern.
-    """
-    if role == "mass":
-        return 8 * blank < runs
-    if role in roles.COUNTS and runs == 2 and own:
+    def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
+        """Return whether the value of a row may be that of a row below."""
+        if column.role == "position":
+            several = sum(value is not None for value in column.values) > 1
+            is_other = several and self.loads.differs(last, row)
+            return not is_other or column.spots[row] in self.table.grid.dittos
+        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
+            return self.loads.is_without_weight(row)  # without a weight it turns less
         return True
-    return roles.BY_NAME[role].part in ("spin", "count") and 2 * blank < runs
 
+    def _runs_filled(self, column: Column, above: dict[int, int]) -> list[int]:
+        """Return the runs that take a value from above.
 
-def ask_for_unknown(
-    column: Column,
-    table: layout.Layout,
-    at: int,
-    loads: Loads,
-    is_run: list[bool],
-    faults: Faults,
-) -> Column:
-    """Report the cells of runs that contain "?" or "n/a".
+        An unreadable value above is reported once: the blank cells below it lack
+        nothing.
+        """
+        values = column.values
+        return [i for i, j in above.items() if self.is_run[i] and values[j] is not None]
 
-    Return the column, with such cells of other rows blank. Without a weight no position
-    is needed.
-    """
-    readings = list(column.readings)
-    for i, reading in enumerate(readings):
-        if reading.text not in UNKNOWN:
-            continue
-        is_needed = column.role not in roles.LOADS or not loads.is_unloaded(i)
-        if is_run[i] and is_needed:
-            cell = table.grid.cell(table.rows[i], at)
-            faults.add("unknown_cell", cell, role=column.role)
-        else:
-            readings[i] = Reading()
-    return replace(column, readings=tuple(readings))
+    def _is_measured_each_time(self, role: str, blank: list[int]) -> bool:
+        """Return whether nearly every run has its own value, so that none is filled down.
+
+        Two runs show no pattern, unless the second only repeats a time.
+        """
+        runs = sum(self.is_run)
+        if role == "mass":
+            return 8 * len(blank) < runs
+        if role in roles.COUNTS and runs == 2:
+            filled = [layout.filled_at(self.table.rows[i]) for i in blank]
+            if any(len(places) > 2 for places in filled):
+                return True
+        is_reading = roles.BY_NAME[role].part in ("spin", "count")
+        return is_reading and 2 * len(blank) < runs

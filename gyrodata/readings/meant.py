@@ -36,27 +36,27 @@ def meant_texts(
     faults: Faults,
 ) -> list[str]:
     """Return the texts of a column, as the quantities that they mean."""
-    texts = list(column.texts)
     if column.part:
-        pairs = filter(None, map(pair_in, texts))
+        pairs = filter(None, map(pair_in, column.texts))
         return [pair[column.part - 1] for pair in pairs]
-    if column.role in roles.TIMINGS and any(map(layout.is_number, texts)):
-        texts = [text if _has_digit(text) else "" for text in texts]  # "aborted"
-    if column.role == "mass":
+    texts = list(column.texts)
+    if column.role in roles.TIMINGS:
+        texts = _without_words(texts)
+    elif column.role == "mass":
         texts = _with_zero_for_dashes(texts, positions)
-    if unit in ("s", None) and any(":" in fold_number(text) for text in texts):
+    if unit in ("s", None) and ":" in fold_number(" ".join(texts)):
         meant = _without_colons(column, texts, table, faults)
     else:
         meant = _explained_names(column, unit, texts, table)
-        if meant:
-            said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add("name_explained", column.cell, said=said)
-            _take_remarks_back(meant, table, faults)
+        _note_explanations(meant, column, table, faults)
     return [_replaced(text, meant) for text in texts] if meant else texts
 
 
-def _has_digit(text: str) -> bool:
-    return re.search("[0-9]", text) is not None
+def _without_words(texts: list[str]) -> list[str]:
+    """Leave out words between numbers, such as "aborted"."""
+    if not any(map(layout.is_number, texts)):
+        return texts
+    return [text if re.search("[0-9]", text) else "" for text in texts]
 
 
 def _replaced(text: str, meant: dict[str, str]) -> str:
@@ -136,10 +136,14 @@ def _quantities_in_tables(
             yield f"{number} {unit}"
 
 
-def _take_remarks_back(
-    meant: dict[str, str], table: layout.Layout, faults: Faults
+def _note_explanations(
+    meant: dict[str, str], column: Chosen, table: layout.Layout, faults: Faults
 ) -> None:
-    """Remove the warnings of lines that explain the names."""
+    """Say what the names mean, and remove the warnings of the lines that explain them."""
+    if not meant:
+        return
+    said = ", ".join(f"{name} is {text}" for name, text in meant.items())
+    faults.add("name_explained", column.cell, said=said)
     lines = enumerate(table.grid.lines, 1)
     used = {n for n, line in lines if any(text in line for text in meant.values())}
     faults.take_back("remark", used)

@@ -40,11 +40,15 @@ def _missing_spin(there: set[str], columns: Collection[str]) -> list[str]:
 def _missing_timing(there: set[str], columns: Collection[str]) -> list[str]:
     if not there.isdisjoint(roles.ONE_TURN):
         return []
+    missing = [] if "time" in there else ["time"]
     whole = [role for role in roles.ONE_TURN if role in columns]
     if whole and "time" not in columns:
-        return [] if "time" in there else whole[:1]
-    missing = [] if "time" in there else ["time"]
-    if there.isdisjoint(roles.COUNTS):
-        counts = [role for role in roles.COUNTS if role in columns]
-        missing.append(counts[0] if counts else "turns")
-    return missing
+        return whole[:1] if missing else []
+    return [*missing, *_missing_count(there, columns)]
+
+
+def _missing_count(there: set[str], columns: Collection[str]) -> list[str]:
+    if not there.isdisjoint(roles.COUNTS):
+        return []
+    counts = [role for role in roles.COUNTS if role in columns]
+    return counts[:1] or ["turns"]

@@ -85,10 +85,7 @@ def read_options(
 
     Return the values of ``--set`` and ``--config``.
     """
-    table = {} if config is None else _read_config(config)
-    given = [
-        Given(key, str(value), f"--config {key}", None) for key, value in table.items()
-    ]
+    given = [] if config is None else _read_config(config)
     for key, text in settings.items():
         given.append(Given(key.strip(), text.strip(), f"--set {key}", None))
     faults = Faults("")
@@ -107,15 +104,17 @@ def read_options(
     return given
 
 
-def _read_config(path: str | os.PathLike[str]) -> dict[str, str | int | float]:
+def _read_config(path: str | os.PathLike[str]) -> list[Given]:
     """Read a TOML file of settings."""
     try:
         with Path(path).open("rb") as file:
             text = file.read(1_000_000).decode("utf-8-sig")
-        return msgspec.toml.decode(text, type=dict[str, str | int | float])
+        table = msgspec.toml.decode(text, type=dict[str, str | int | float])
     except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or error
         raise Faults("").refuse("config", path=str(path), why=why) from None
+    pairs = table.items()
+    return [Given(key, str(value), f"--config {key}", None) for key, value in pairs]
 
 
 def _did_you_mean(name: str, known: list[str]) -> str:
@@ -457,12 +456,17 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":
-        if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
-            raise UnitError("contains a value that is impossible", hint)
+        _check_falling_mass(numbers, hint)
         return numbers
     for kind, number in zip(kinds, numbers, strict=True):
         _check_in_line(kind, number, hint)
     return _fall(numbers) if key == "spin_down" else numbers
+
+
+def _check_falling_mass(numbers: tuple[float, ...], hint: str) -> None:
+    mass, *others, friction = numbers
+    if min(mass, *others) <= 0 or not 0 <= friction < mass:
+        raise UnitError("contains a value that is impossible", hint)
 
 
 def _parts_between(separators: list[str], text: str) -> list[str]:

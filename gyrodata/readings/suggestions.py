@@ -70,16 +70,20 @@ class Lack(Struct, frozen=True, dict=True):
     @cached_property
     def similar(self) -> list[Chosen]:
         """Those with a name that is nearly one of the role."""
-        unnamed = [one for one in self.columns if one.header.unit is None]
-        alone = len(self.columns) == len(self.missing) == 1
-        if self.role in ("mass", "spin") and alone and unnamed:
-            return unnamed
+        if self._is_only_gap():
+            return self.columns
         near = [
-            one for one in self.columns if roles.suggest_role(one.text) == self.role
+            column
+            for column in self.columns
+            if roles.suggest_role(column.text) == self.role
         ]
-        if self.role != "turns":
-            return near
-        return [one for one in near if one not in self.timed and _are_counts(one)]
+        return list(filter(_may_be_turns, near)) if self.role == "turns" else near
+
+    def _is_only_gap(self) -> bool:
+        """Return whether one role is missing, and one column without a unit is left."""
+        if self.role not in ("mass", "spin") or len(self.missing) > 1:
+            return False
+        return [column.header.unit for column in self.columns] == [None]
 
     @cached_property
     def fitting(self) -> list[tuple[str, Chosen]]:
@@ -98,8 +102,10 @@ def is_nameless(column: Chosen) -> bool:
     return _NAMELESS.fullmatch(column.text) is not None
 
 
-def _are_counts(column: Chosen) -> bool:
-    """Return whether no cell is too large for a number of turns."""
+def _may_be_turns(column: Chosen) -> bool:
+    """Return whether a column has no unit of time, and no cell is too large for turns."""
+    if "time" in column.kinds:
+        return False
     numbers = (text for text in column.texts if text.isdecimal())
     return all(int(number) <= MOST_TURNS for number in numbers)
 

@@ -12,7 +12,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import units
-from gyrodata.quantities.notation import Quantity
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import counts, layout, roles, shapes
 from gyrodata.readings import source as sources
@@ -27,7 +26,7 @@ from gyrodata.readings.compared import (
 )
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.derived import with_derived_columns
-from gyrodata.readings.filling import Loads, ask_for_unknown, fill_down
+from gyrodata.readings.filling import Filler, Loads
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -165,14 +164,14 @@ def _with_runs(
     """Return the log with the runs of its table, after all questions about them."""
     table = with_derived_columns(table, faults)
     choice = choose(table, mapping, given, faults)
-    log, unmoved = TableReader(table, choice, given, faults, mapping).read(log)
+    log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
         faults.add("no_timed_runs")
     else:
         if log.runs and len(unmoved) == len(log.runs):
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
-        check_completeness(log, choice, table, lost | given.unread, mapping, faults)
+        check_completeness(log, choice, table, lost | given.unread, faults)
     moved = [run for run in range(len(log.runs)) if run not in unmoved]
     if unmoved and moved:
         return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
@@ -200,12 +199,9 @@ class TableReader:
         choice: Choice,
         settings: Settings,
         faults: Faults,
-        mapped: Collection[str] = (),
     ) -> None:
         self.table, self.choice = table, choice
         self.settings, self.faults = settings, faults
-        self.mapped = {*mapped}
-        """Roles whose columns --map names."""
         self.grid, self.rows = table.grid, table.rows
         typed_signs = sources.decimal_signs(self.grid, by_delimiter=False)
         expected = typed_signs or sources.decimal_signs(self.grid)
@@ -266,7 +262,7 @@ class TableReader:
         self._use_stated_turns(columns, runs, len(rows))
         origin_u = count_from_centre(columns, self.settings, self.grid, self.faults)
         others = self._read_others(rows)
-        ask_which(columns, others, self.derived | self.mapped, self.faults)
+        ask_which(columns, others, self.derived | self.choice.mapped, self.faults)
         log = replace(
             log,
             runs=self._labels(rows),
@@ -365,11 +361,11 @@ class TableReader:
     ) -> Column:
         """Fill blank cells, and ask for unknown ones."""
         faults = self.faults if strict else Faults("")
-        loads = Loads.of(self.columns)
-        column = ask_for_unknown(column, self.table, at, loads, is_run, faults)
+        filler = Filler(self.table, Loads.of(self.columns), is_run, faults)
+        column = filler.ask_for_unknown(column, at)
         if column.role in self.settings.roles:
             return column  # the constant of the log is in the blank cells already
-        return fill_down(column, self.table, at, loads, is_run, faults)
+        return filler.fill_down(column, at)
 
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
         """Read one column, with the value of the whole log in blank cells.
@@ -402,41 +398,45 @@ class TableReader:
         cells.read_all(texts)
         self._report(cells, texts, faults)
         spreads = self.uncertainties.of_role(role, chosen, unit, faults)
-        finest = cells.finest_steps()
-        if strict and self._is_of_floats(chosen) and None in spreads:
-            finest = {}  # a float drops them too: 15.0 cm may be 15 or 15.00 cm
+        if strict and None in spreads and self._is_of_floats(chosen):
+            cells.finest.clear()  # a float drops zeros: 15.0 cm may be 15 or 15.00 cm
             self.floats.append(role)
+        return self._column(cells, texts, spreads)
+
+    def _column(
+        self, cells: CellReader, texts: list[str], spreads: list[Uncertainty | None]
+    ) -> Column:
+        """Return one reading for each text, with the value of the whole log in blanks."""
+        role, at, given = (
+            cells.role,
+            cells.column.at,
+            self.settings.roles.get(cells.role),
+        )
         readings = [
-            self._reading(role, text, cells.read.get(text), u, finest)
+            self._reading(cells, text, u)
             for text, u in zip(texts, spreads, strict=True)
         ]
-        given = self.settings.roles.get(role)
         spots = [
-            CONSTANT if self._takes_constant(role, text) else row.spot(chosen.at)
+            CONSTANT if self._takes_constant(role, text) else row.spot(at)
             for row, text in zip(self.rows, texts, strict=True)
         ]
         of_cells = next((one.unit for one in cells.read.values()), "")
         return Column(
             role,
-            chosen.header.text,
-            unit or of_cells,
+            cells.column.header.text,
+            cells.unit or of_cells,
             tuple(readings),
             tuple(spots),
             given.place if given else None,
             self.grid.place_of,
         )
 
-    def _reading(
-        self,
-        role: str,
-        text: str,
-        quantity: Quantity | None,
-        u: Uncertainty | None,
-        finest: Mapping[str, float],
-    ) -> Reading:
+    def _reading(self, cells: CellReader, text: str, u: Uncertainty | None) -> Reading:
         """Return the reading of one cell; `u` is used if the cell states no other one."""
+        role, quantity = cells.role, cells.read.get(text)
         if quantity is not None:
-            step = finest.get(quantity.unit) if quantity.step is not None else None
+            known = quantity.step is not None
+            step = cells.finest.get(quantity.unit) if known else None
             return Reading(quantity.value, step, quantity.uncertainty or u, text)
         if self._takes_constant(role, text):
             return self.settings.roles[role].reading(u)
@@ -530,14 +530,11 @@ class TableReader:
         self, columns: dict[str, Column], runs: list[_Run], count: int
     ) -> None:
         """Use the turns that headers and notes state, and compare them."""
+        stated = counts.StatedTurns(columns, self.settings, self.table, self.faults)
         for role, times in self.stating.items():
             of_runs = [run.time for run in runs]
-            if role != "turns":
-                of_runs = times[:1] * count
-            counts.add_stated_turns(
-                columns, role, times, of_runs, self.settings, self.table, self.faults
-            )
-        counts.compare_with_texts(columns, self.settings, self.table, self.faults)
+            stated.use(role, times, of_runs if role == "turns" else times[:1] * count)
+        stated.compare_with_texts()
         if "turns" in columns:
             counts.warn_of_rounded_turns(columns["turns"], self.faults)
 

@@ -33,51 +33,56 @@ class Uncertainties(Struct, frozen=True):
         """
         common = roles.stated_u(role, self.of_log)
         if column is not None and column.header.spread:
-            kind = kind_of_role(role)
-            common = _read(column, column.header.spread, kind, unit or "", faults)
+            common = _read(column, column.header.spread, unit or "", faults)
         spreads = [common] * len(self.table.rows)
         keys = [key for key in roles.u_keys(role) if key in self.columns]
         if keys:
-            self._read_column(keys[0], role, unit, spreads, faults)
+            own = self.columns[keys[0]][0]
+            unit = _own_unit(own, role, unit)
+            self._read_column(own, role, unit, spreads, faults)
         return spreads
 
     def _read_column(
         self,
-        key: str,
+        column: Chosen,
         role: str,
         unit: str | None,
         spreads: list[Uncertainty | None],
         faults: Faults,
     ) -> None:
         """Replace the uncertainties of the readings that have their own in a column."""
-        column, kind = self.columns[key][0], kind_of_role(key)
-        own_unit = column.header.unit or (unit if kind == kind_of_role(role) else None)
-        if own_unit is None and kind != "number":
-            _ask_for_unit(column, key, faults)
+        if unit is None and kind_of_role(column.role) != "number":
+            _ask_for_unit(column, faults)
             return
-        percent = " %" if own_unit == "%" else ""
-        own_unit = "" if percent else own_unit or ""
-        if _read(column, f"0{percent}", kind, own_unit, faults) is None:
+        percent = " %" if unit == "%" else ""
+        unit = "" if percent else unit or ""
+        if _read(column, f"0{percent}", unit, faults) is None:
             return
         for i, text in enumerate(column.texts):
             if text in BLANKS:
                 continue
             cell = self.table.grid.cell(self.table.rows[i], column.at)
             typed = text if "%" in text else text + percent
-            u = _read(column, typed, kind, own_unit, faults, cell)
-            spreads[i] = None if u is None else roles.as_u_of(role, key, u)
+            u = _read(column, typed, unit, faults, cell)
+            spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
+
+
+def _own_unit(column: Chosen, role: str, unit: str | None) -> str | None:
+    """Return the unit of a ``u_…`` column: its own, or else that of its readings."""
+    is_same_kind = kind_of_role(column.role) == kind_of_role(role)
+    return column.header.unit or (unit if is_same_kind else None)
 
 
 def _read(
     column: Chosen,
     text: str,
-    kind: str,
     unit: str,
     faults: Faults,
     cell: Text | None = None,
 ) -> Uncertainty | None:
     """Read one uncertainty; None, with an error at its cell or header, if that fails."""
     try:
+        kind = kind_of_role(column.role)
         return notation.parse_uncertainty(text, kind, unit, ask=False)
     except UnitError as error:
         values = {"role": column.role, "header": column.text, "error": error}
@@ -85,7 +90,7 @@ def _read(
         return None
 
 
-def _ask_for_unit(column: Chosen, key: str, faults: Faults) -> None:
-    kind = units.KINDS[kind_of_role(key)]
-    values = {"text": column.header.text[:60], "role": key, "kind": kind}
+def _ask_for_unit(column: Chosen, faults: Faults) -> None:
+    kind = units.KINDS[kind_of_role(column.role)]
+    values = {"text": column.header.text[:60], "role": column.role, "kind": kind}
     faults.add("no_unit", column.cell.place, units=kind.examples, **values)

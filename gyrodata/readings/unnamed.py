@@ -174,16 +174,21 @@ def _says_no_more(
     """Return whether the name of a column says nothing that its unit does not say."""
     if role == "position" and _is_from_centre(column, table):
         return True
-    if role == "mass" and roles.is_part_of_mass(column.text):
-        return False
-    if role == "spin" and re.search(roles.PRECESSION, column.text):
-        return False
-    if _is_unit_of_column_before(column, choice) or re.match(_NUMBERED, column.text):
+    if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False
     words = _words_of_name(column)
     if role == "spin":
         words = {word for word in words if not re.search(roles.SPINNING, word)}
     return words.isdisjoint(_OTHER_THINGS)
+
+
+def _names_a_part(role: str, header: str) -> bool:
+    """Return whether a header says a part or another thing than a role."""
+    if role == "mass" and roles.is_part_of_mass(header):
+        return True
+    if role == "spin" and re.search(roles.PRECESSION, header):
+        return True
+    return re.match(_NUMBERED, header) is not None
 
 
 def _is_from_centre(column: Chosen, table: layout.Layout) -> bool:

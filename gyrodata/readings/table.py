@@ -247,15 +247,8 @@ class TableReader:
         times = self._read_times()
         is_run = self._are_runs([time for time, _ in times])
         self._read_columns(is_run)
-        runs = [
-            _Run(i, time, column)
-            for i in range(len(self.rows))
-            for time, column in times
-            if column.readings[i].text
-        ]
-        rows = [run.row for run in runs]
-        if not times:
-            rows = [i for i, timed in enumerate(is_run) if timed]
+        runs = _runs_of(times, len(self.rows))
+        rows = [run.row for run in runs] if times else _true_at(is_run)
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
@@ -618,6 +611,20 @@ class TableReader:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
+
+
+def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
+    """Return the timed runs: one for each time in a row."""
+    return [
+        _Run(i, time, column)
+        for i in range(rows)
+        for time, column in times
+        if column.readings[i].text
+    ]
+
+
+def _true_at(values: list[bool]) -> list[int]:
+    return [i for i, value in enumerate(values) if value]
 
 
 def _loads_first(names: Collection[str]) -> list[str]:

@@ -32,6 +32,11 @@ _TURN_BEHIND = re.compile(
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
 """Parts of a turn that a column can count."""
 _PERCENT = "1/100"
+_TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
+    ("time", "min"): (600.0, "s"),
+    ("angle", "rad"): (60.0, "deg"),
+}
+"""Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
 _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 """Roles whose numbers may be written in words."""
 
@@ -173,6 +178,7 @@ class CellReader:
             self._count_parts()
         if self.role == "turns":
             self._ask_for_angles()
+        self._ask_for_likelier_unit()
         for one in self.read.values():
             if one.step is not None:
                 finest = self.finest.get(one.unit, math.inf)
@@ -251,6 +257,21 @@ class CellReader:
             )
             fault = "looks like an angle, and not like a number of turns"
             self.wrong[text] = Wrong(diagnostics.NUMBER_IMPOSSIBLE, fault, hint)
+
+    def _ask_for_likelier_unit(self) -> None:
+        """Ask for the unit of seconds below "min", or of degrees below "rad"."""
+        if (self.role, self.unit) not in _TOO_LARGE:
+            return
+        most, likely = _TOO_LARGE[self.role, self.unit]
+        large = [
+            text
+            for text, one in self.read.items()
+            if notation.PLAIN.fullmatch(text) and one.value > most
+        ]
+        if large:
+            values = {"role": self.role, "unit": self.unit, "likely": likely}
+            cell = self.column.cell
+            self.faults.add("unit_unlikely", cell, text=large[0], **values)
 
     def fractions_of_dates(self) -> list[str]:
         """Return the texts that were read as fractions of which a program made dates."""

@@ -221,7 +221,9 @@ def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
         header = column.header
         if _states_turns(column):
             continue
-        if len(header.roles) == 1:
+        if unnamed.unit_says_otherwise(column, choice):
+            choice.unplaced.append(column)
+        elif len(header.roles) == 1:
             choice.serve(replace(column, role=header.roles[0], number=header.number))
         elif header.roles:
             several.append(column)

@@ -80,6 +80,8 @@ class Choice(Struct):
     """Columns whose headers name no role."""
     asked: set[str] = field(default_factory=set)
     """Roles that a header may mean, if the log's author has to decide."""
+    corrected: dict[int, str] = field(default_factory=dict)
+    """Header with a unit of each column that lacks one."""
     mapped: set[str] = field(default_factory=set)
     """Roles whose columns --map names."""
 

@@ -37,7 +37,8 @@ def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     if role == "time" and (used.header.unit, column.header.unit) == ("min", "s"):
         faults.add("minutes_and_seconds", column.cell, header=used.header.text)
         return True
-    from_elsewhere = role == "position" and roles.origin_in(column.header.text) != ""
+    origins = [roles.origin_in(one.header.text) for one in (used, column)]
+    from_elsewhere = role == "position" and origins[1] not in ("", origins[0])
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
     why = f'is not used: {role} is read from "{used.header.text}"'

@@ -299,6 +299,8 @@ YES_OR_NO |= dict.fromkeys(vocabulary.words("no").split(), False)
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the
 poles."""
+_BALL = 0.02, 200.0
+"""Smallest and largest mass of a ball [kg]."""
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
 """Uncertainties of quantities with the expected value 0, with a sample: they cannot be
 a share."""
@@ -395,12 +397,22 @@ def _enter_constant(
         _check_gravity(cell.value)
     if not cell.value > 0:
         raise UnitError("is not above zero", "")
+    if key == "ball_mass":
+        _check_ball(cell.value)
     _check(key, cell.value)
     if bare:
         faults.add("g_without_unit", item.place, text=item.text)
     settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
     if cell.uncertainty is not None:
         settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
+
+
+def _check_ball(mass: float) -> None:
+    low, high = _BALL
+    if not low <= mass <= high:
+        likely = f"{1000 * mass:.6g} kg" if mass < low else f"{mass:.6g} g"
+        fault = f"is {mass:.4g} kg, which is not the mass of a ball in a lab"
+        raise UnitError(fault, f'is its unit wrong? Write "# ball_mass: {likely}"')
 
 
 def _check_gravity(g: float) -> None:

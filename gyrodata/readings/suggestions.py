@@ -76,6 +76,7 @@ class Lack(Struct, frozen=True, dict=True):
             column
             for column in self.columns
             if roles.suggest_role(column.text) == self.role
+            and (not column.kinds or kind_of_role(self.role) in column.kinds)
         ]
         return list(filter(_may_be_turns, near)) if self.role == "turns" else near
 
@@ -165,6 +166,16 @@ def _time_of_ball(lack: Lack) -> str:
     )
 
 
+def _named_after_ball(lack: Lack) -> str:
+    named = [one.text for one in lack.columns if roles.is_of_the_spin(one.text)]
+    if lack.role != "spin" or not named:
+        return ""
+    return (
+        f'is it "{named[0]}"? Write "spin [rpm]" instead above rates, or "spin_period '
+        '[s]" above times of one turn'
+    )
+
+
 def _diameter(lack: Lack) -> str:
     across = [one.text for one in lack.columns if re.search(roles.WIDE, one.text)]
     if lack.role != "position" or not across:
@@ -215,6 +226,7 @@ SUGGESTIONS: tuple[Callable[[Lack], str], ...] = (
     _part_of_mass,
     _number_of_weights,
     _time_of_ball,
+    _named_after_ball,
     _diameter,
     _from_ball,
     _similar_name,
@@ -294,7 +306,7 @@ def _joined(guess: str, ways: str) -> str:
 
 def likely_headers(missing: list[str], choice: Choice) -> dict[int, str]:
     """Return the header of each missing role above the column that may contain it."""
-    headers: dict[int, str] = {}
+    headers: dict[int, str] = dict(choice.corrected)
     for role in missing:
         lack = Lack(role, tuple(missing), choice)
         likely = [*lack.similar, *(column for _, column in lack.fitting)]
@@ -311,10 +323,11 @@ def header_row(
 
     "" if the headers are not in one line of the file.
     """
-    if len({cell.place.line for cell in table.cells}) > 1:
+    typed = list(dict.fromkeys(table.cells))  # a derived column has the cell of another
+    lines = {cell.place.line for cell in typed}
+    if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
         return ""
-    typed = {cell.place: at for at, cell in reversed(list(enumerate(table.cells)))}
-    headers = [changes.get(at, table.cells[at].text) for at in sorted(typed.values())]
+    headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
     delimiter = table.grid.delimiter.strip() or ", "
     return delimiter.join(map(_as_cell, [*headers, *added]))
 

@@ -35,6 +35,8 @@ from gyrodata.readings.lablog import (
     Place,
     Reading,
     Readings,
+    header_of,
+    listing,
 )
 from gyrodata.readings.meant import meant_texts
 from gyrodata.readings.origins import count_from_centre
@@ -45,6 +47,7 @@ from gyrodata.readings.settings import (
     read_options,
     read_settings,
 )
+from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.uncertainties import Uncertainties
 
 LOADS = ("mass", "force", "torque")
@@ -224,6 +227,8 @@ class TableReader:
         """One reading for each row of the table, without the times."""
         self.floats: list[str] = []
         """Roles without a stated uncertainty that a DataFrame has as floats."""
+        self.without_unit: list[CellReader] = []
+        """Columns of which neither the header nor a cell has a unit."""
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
@@ -247,6 +252,7 @@ class TableReader:
         times = self._read_times()
         is_run = self._are_runs([time for time, _ in times])
         self._read_columns(is_run)
+        self._ask_for_units()
         runs = _runs_of(times, len(self.rows))
         rows = [run.row for run in runs] if times else _true_at(is_run)
         columns = self._columns_of(rows, times, runs)
@@ -390,6 +396,7 @@ class TableReader:
         cells = CellReader(chosen, unit, self.signs, faults)
         cells.read_all(texts)
         self._report(cells, texts, faults)
+        self._note_dates(cells, texts)
         spreads = self.uncertainties.of_role(role, chosen, unit, faults)
         if strict and None in spreads and self._is_of_floats(chosen):
             cells.finest.clear()  # a float drops zeros: 15.0 cm may be 15 or 15.00 cm
@@ -448,9 +455,11 @@ class TableReader:
         return at in self.grid.floats and units.SI[kind_of_role(chosen.role)] != ""
 
     def _report(self, cells: CellReader, texts: list[str], faults: Faults) -> None:
-        """Report the cells that cannot be read, and what was read otherwise than typed."""
-        if cells.lacks_unit:
-            self._ask_for_unit(cells, texts, faults)
+        """Report the cells that cannot be read."""
+        if cells.lacks_unit and faults is self.faults:
+            self.without_unit.append(cells)
+        elif cells.lacks_unit:
+            _ask_for_unit(cells, faults)
         loads = Loads.of(self.columns)
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             if text not in cells.wrong or cells.lacks_unit:
@@ -462,9 +471,13 @@ class TableReader:
                 values = {"role": cells.role, "fault": wrong.fault, "hint": wrong.hint}
                 cell = self.grid.cell(row, cells.column.at)
                 faults.add("cell", cell, code=wrong.code, text=text, **values)
-        if dates := cells.fractions_of_dates():
+
+    def _note_dates(self, cells: CellReader, texts: list[str]) -> None:
+        """Say which dates were read as fractions."""
+        dates = cells.fractions_of_dates()[:4]
+        if dates:
             cell = self.grid.cell(self.rows[texts.index(dates[0])], cells.column.at)
-            pairs = [(text, fraction_of_date(text)) for text in dates[:4]]
+            pairs = [(text, fraction_of_date(text)) for text in dates]
             said = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
             self.faults.add("date", cell, said="; ".join(said))
 
@@ -474,18 +487,24 @@ class TableReader:
             return False
         return text in cells.read and cells.read[text].value == 0
 
-    def _ask_for_unit(
-        self, cells: CellReader, texts: list[str], faults: Faults
-    ) -> None:
-        kind, role = units.KINDS[cells.kind], cells.role
-        examples = kind.examples + (", N for a weight" if role == "mass" else "")
-        is_numbered = role in ("mass", "position") and all(
-            text.isdigit() and len(text) == 1 for text in texts if text
-        )
-        name = "no_unit_but_numbers" if is_numbered else "no_unit"
-        text = cells.column.header.text[:60]
-        values = {"text": text, "role": role, "kind": kind, "units": examples}
-        faults.add(name, cells.column.cell.place, **values)
+    def _ask_for_units(self) -> None:
+        """Ask for the units of all columns without one in one message."""
+        lacking = self.without_unit
+        for cells in lacking:
+            header = cells.column.header.text.strip()
+            usual = header_of(header, units.KINDS[cells.kind].shown)
+            self.choice.corrected[cells.column.at] = usual
+        row = header_row(self.table, self.choice.corrected, [])
+        if len(lacking) > 1 and row:
+            names = listing(
+                [f'"{cells.column.text}" ({cells.role})' for cells in lacking]
+            )
+            self.faults.add(
+                "no_units", lacking[0].column.cell.place, names=names, row=row
+            )
+            return
+        for cells in lacking:
+            _ask_for_unit(cells, self.faults)
 
     # Runs
 
@@ -643,6 +662,18 @@ def _unit_of(column: Chosen) -> str | None:
     if unit:
         return units.parse_unit(unit, kind).text
     return "" if kind in ("number", "sign") else None
+
+
+def _ask_for_unit(cells: CellReader, faults: Faults) -> None:
+    kind, role, texts = units.KINDS[cells.kind], cells.role, cells.column.texts
+    examples = kind.examples + (", N for a weight" if role == "mass" else "")
+    is_numbered = role in ("mass", "position") and all(
+        text.isdigit() and len(text) == 1 for text in texts if text
+    )
+    name = "no_unit_but_numbers" if is_numbered else "no_unit"
+    text = cells.column.header.text[:60]
+    values = {"text": text, "role": role, "kind": kind, "units": examples}
+    faults.add(name, cells.column.cell.place, **values)
 
 
 def _is_number_alone(text: str) -> bool:

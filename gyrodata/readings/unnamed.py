@@ -106,6 +106,21 @@ def way_counted(column: Chosen) -> tuple[str, ...]:
 # ----------------------------------------------------------------------------------
 
 
+def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
+    """Return whether a column has the unit of a role that is missing, and not of its name.
+
+    The unit says more than the word: "Masa (s)" is a time in Malay.
+    """
+    header = column.header
+    if len(header.roles) != 1 or not column.kinds or roles.can_measure(header):
+        return False
+    return any(
+        kind_of_role(role.name) in column.kinds
+        for role in roles.TABLE
+        if _can_have_role_by_unit(role, choice.there)
+    )
+
+
 def _can_have_role_by_unit(role: Role, there: set[str]) -> bool:
     if not role.by_unit_without or not there.isdisjoint(role.by_unit_without):
         return False

@@ -24,7 +24,7 @@ from gyrodata.judging.procedure import what_lacks
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, Model
-from gyrodata.readings import Readings, read_log, value_text
+from gyrodata.readings import Readings, read_log, value_text, without_wrong_runs
 from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
 if TYPE_CHECKING:
@@ -320,22 +320,37 @@ torques are reported as errors."""
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
     """Analyse a log and list what is missing.
 
-    Return the analysis, or None if the log has no answer, and all diagnostics.
+    Return the analysis, or None if the log has no answer, and all diagnostics. If cells
+    of some runs cannot be read, the other runs are checked without them.
     """
+    if not readings.ok:
+        return None, (*readings.diagnostics, *_findings_of_other_runs(readings))
     try:
         analysis = analyze_readings(readings)
     except LogError as error:
-        measured = measure(readings) if readings.ok else None
-        lacking = (
-            what_lacks(readings, measured, None)
-            if measured is not None and measured.torque.any()
-            else []
-        )
+        measured = measure(readings)
+        has_torque = measured.torque.any()
+        lacking = what_lacks(readings, measured, None) if has_torque else []
         return None, (*error.diagnostics, *lacking)
     return analysis, (
         *analysis.diagnostics,
         *what_lacks(readings, analysis.measurements, analysis.lab),
     )
+
+
+def _findings_of_other_runs(readings: Readings) -> list[Diagnostic]:
+    """Check the runs of a log without those whose cells cannot be read.
+
+    Return the findings about single cells; those about the whole log have to wait.
+    """
+    rest = without_wrong_runs(readings)
+    if rest is None:
+        return []
+    try:
+        found = analyze_readings(rest).diagnostics
+    except LogError as error:
+        found = error.diagnostics
+    return [one for one in found if one.line in rest.lines and one.severity != "note"]
 
 
 def fit_runs(

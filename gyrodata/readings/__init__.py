@@ -8,6 +8,7 @@ reports every fault in one pass, with its place and what to type.
 
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings.cells import rounded_turns
+from gyrodata.readings.completeness import without_wrong_runs
 from gyrodata.readings.lablog import (
     Column,
     Faults,

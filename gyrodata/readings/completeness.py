@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from msgspec.structs import replace
+
 from gyrodata.base import diagnostics
 from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
@@ -111,6 +113,20 @@ def _missing_from_run(log: Readings, run: int) -> list[str]:
     typed = {role for role, column in columns.items() if column.readings[run].text}
     loaded = mass is None or mass.values[run] != 0
     return missing_roles(typed, columns, loaded)
+
+
+def without_wrong_runs(log: Readings) -> Readings | None:
+    """Return a log without the runs whose cells cannot be read, and without messages.
+
+    None if more is wrong: a header, a line for the whole log, or what all runs need.
+    """
+    wrong = {one.line for one in log.diagnostics if one.severity == "error"}
+    if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns, True):
+        return None
+    complete = [run for run, line in enumerate(log.lines) if line not in wrong]
+    for column in log.columns.values():
+        complete = [run for run in complete if column.values[run] is not None]
+    return replace(log.select(complete), diagnostics=()) if complete else None
 
 
 # Contradictions

@@ -9,6 +9,7 @@ from functools import cached_property
 from msgspec import Struct
 
 from gyrodata.quantities import units
+from gyrodata.quantities.notation import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
 from gyrodata.readings.lablog import header_of, listing
@@ -107,8 +108,8 @@ def _may_be_turns(column: Chosen) -> bool:
     """Return whether a column has no unit of time, and no cell is too large for turns."""
     if "time" in column.kinds:
         return False
-    numbers = (text for text in column.texts if text.isdecimal())
-    return all(int(number) <= MOST_TURNS for number in numbers)
+    numbers = [to_float(text) for text in column.texts if layout.is_bare(text)]
+    return max(numbers, default=0.0) <= MOST_TURNS
 
 
 # One way to repair a log each: a hint, or "" if it does not apply

@@ -127,7 +127,7 @@ def part_counted(header: Header) -> str:
 
 
 class Wrong(Struct, frozen=True):
-    """What is wrong with a text, and what to type."""
+    """The fault of a text, and the text to type instead."""
 
     code: str
     fault: UnitError | str

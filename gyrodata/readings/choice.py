@@ -42,12 +42,12 @@ def choose(
 ) -> Choice:
     """Give each column its role.
 
-    Each step needs the roles that the steps before it have given. What is certain comes
-    first: what the user names with --map; what a header names alone; a time whose
-    header states its turns, which needs to know whether the spin is still open; a
-    header of several roles of which one is left; and last what only the cells or the
-    unit show. At the end a reading of the spin gets the moment that the other columns
-    leave to it.
+    Each step needs the roles that the steps before it have given, and the certain ones
+    come first: columns that the user names with --map; headers that name one role;
+    times whose header states its turns, which may be those of the ball as long as no
+    other column gives the spin; headers of several roles of which one is left; and last
+    columns of which only the cells or the unit show what they contain. At the end a
+    reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
     columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
@@ -147,7 +147,7 @@ def _with_role(
         _roles_of_difference(column, names)
         or _roles_of_end(column)
         or _roles_of_many(column)
-        or (_roles_of_way(column) if timed else ())
+        or (_roles_of_way(column, names) if timed else ())
     )
     if not found:
         return column
@@ -183,15 +183,22 @@ def _roles_of_many(column: Chosen) -> tuple[str, ...]:
     return ("spin",) if min(numbers, default=0) > MOST_TURNS else ()
 
 
-def _roles_of_way(column: Chosen) -> tuple[str, ...]:
+def _roles_of_way(
+    column: Chosen, names: Mapping[str, tuple[str, ...]]
+) -> tuple[str, ...]:
     """Return what a "rotation" or "precession" without a unit counts next to a time.
 
-    Its cells decide: an angle above "120°", and turns above "one third" or "2/3".
+    Its cells decide: an angle above "120°", and turns above "one third" or "2/3". Small
+    numbers may be turns, or the rate of the precession.
     """
     header = column.header
     if header.unit is not None or "precession_rate" not in header.roles:
         return ()
-    return unnamed.way_counted(column)
+    way = unnamed.way_counted(column)
+    is_open = header.roles == ("precession_rate",) or ("spin",) in names.values()
+    if way or not is_open or not unnamed.are_small_counts(column):
+        return way
+    return ("turns", "precession_rate")
 
 
 def _states_turns(column: Chosen) -> bool:

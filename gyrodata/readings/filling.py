@@ -15,7 +15,7 @@ Values = tuple[float | None, ...]
 
 
 class Loads(Struct, frozen=True):
-    """What pulls in each row, as far as it was read."""
+    """The loads of each row, as far as they were read."""
 
     mass: Values = ()
     force: Values = ()

@@ -1,4 +1,4 @@
-"""What a run or a log lacks."""
+"""Name the roles that a run or a log lacks."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def _fault_of(error: UnitError, text: str) -> Fault:
 
 
 def _as_if_in_si(text: str, kind: str) -> Quantity | None:
-    """Read the number of a text as one in SI units; None if there is no number."""
+    """Read the number of a text as one in SI units; None without a number."""
     written = notation.take_apart(text)
     if written is None:
         return None

@@ -1,4 +1,4 @@
-"""What to type if a quantity is missing: a guess from the log, and every way to add it."""
+"""Propose how to add a missing quantity: a guess from the log, and every other way."""
 
 from __future__ import annotations
 
@@ -76,7 +76,8 @@ class Lack(Struct, frozen=True, dict=True):
         near = [
             column
             for column in self.columns
-            if roles.suggest_role(column.text) == self.role
+            if len(column.text) > 3
+            and roles.suggest_role(column.text) == self.role
             and (not column.kinds or kind_of_role(self.role) in column.kinds)
         ]
         return list(filter(_may_be_turns, near)) if self.role == "turns" else near
@@ -121,8 +122,8 @@ def _time_of_stated_turns(lack: Lack) -> str:
         return ""
     [column] = lack.of_rod
     turns = turns_in(column.text)
-    stated = f"--set turns={turns}?" if turns else "with its turns, as --set turns=1/3?"
-    return f'is it --map time="{column.text}" {stated}'
+    stated = f" --set turns={turns}?" if turns else ", with a column turns?"
+    return f'is it --map time="{column.text}"{stated}'
 
 
 def _period_of_one_turn(lack: Lack) -> str:
@@ -187,6 +188,24 @@ def _diameter(lack: Lack) -> str:
     )
 
 
+def _count_of_parts(lack: Lack) -> str:
+    """Ask what the only column of numbers without a unit counts."""
+    counts = [one for one in lack.columns if _contains_numbers(one)]
+    if lack.role != "turns" or len(counts) != 1:
+        return ""
+    [column] = counts
+    cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
+    return (
+        f'if "{column.text}" ({cells}) counts turns, write "turns" above it; if thirds, '
+        '"thirds of a turn"; if percent, "turns [%]"; if degrees, "angle [deg]"'
+    )
+
+
+def _contains_numbers(column: Chosen) -> bool:
+    texts = [text for text in column.texts if text]
+    return column.header.unit is None and all(map(layout.is_bare, texts))
+
+
 def _from_ball(lack: Lack) -> str:
     if lack.role != "position" or not lack.similar:
         return ""
@@ -229,6 +248,7 @@ SUGGESTIONS: tuple[Callable[[Lack], str], ...] = (
     _time_of_ball,
     _named_after_ball,
     _diameter,
+    _count_of_parts,
     _from_ball,
     _similar_name,
     _fitting_unit,
@@ -276,7 +296,7 @@ def question_of(missing: list[str], choice: Choice, header_row: str) -> tuple[st
         texts = [column.text for column in choice.unplaced]
         message += f"; headers that could not be placed: {listing(texts)}"
     hints = [_how_to_add(lack) for lack in lacks]
-    if len(lacks) > 1 and header_row:
+    if header_row and len(lacks) + len(choice.corrected) > 1:
         hints = [f"write this header row, with the numbers: {header_row}", *hints]
     return message, "\n".join(hints)
 

@@ -489,7 +489,7 @@ class TableReader:
 
     def _ask_for_units(self) -> None:
         """Ask for the units of all columns without one in one message."""
-        lacking = self.without_unit
+        lacking = sorted(self.without_unit, key=lambda cells: cells.column.at)
         for cells in lacking:
             header = cells.column.header.text.strip()
             usual = header_of(header, units.KINDS[cells.kind].shown)

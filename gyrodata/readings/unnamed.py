@@ -8,9 +8,10 @@ from operator import attrgetter
 from msgspec.structs import replace
 
 from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities.notation import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import Choice, Chosen
+from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.roles import Header, Role, kind_of_role, squeezed_words, turns_in
 
@@ -100,6 +101,14 @@ def way_counted(column: Chosen) -> tuple[str, ...]:
     if all(units.kinds_of(mark) == {"angle"} for mark in marks):
         return ("angle",)
     return ()
+
+
+def are_small_counts(column: Chosen) -> bool:
+    """Return whether a column contains plain numbers that may be turns."""
+    texts = [text for text in column.texts if text]
+    if not texts or not all(map(layout.is_bare, texts)):
+        return False
+    return max(map(to_float, texts)) <= MOST_TURNS
 
 
 # By unit

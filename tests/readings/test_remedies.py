@@ -82,8 +82,12 @@ def test_columns_that_count_parts_of_a_turn_are_read_as_turns(
 
 
 def test_whole_numbers_below_precession_are_asked_about() -> None:
-    (asked,) = questions(log(f"{START},precession", f"{FOUR},1"))
-    assert asked.code == "G206"
+    head = f"{START},precession"
+    text = log(head, "{mass},14.8,{spin},{period:.2f},1")
+    (asked,) = questions(text)
+    assert asked.code == "G207"
+    assert '--map turns="precession"' in asked.hint
+    assert is_true(text, mapping={"turns": "precession"})
 
 
 @pytest.mark.parametrize(
@@ -160,9 +164,21 @@ def test_rate_of_the_precession_is_not_proposed_for_the_spin() -> None:
     assert "f_precession" not in asked.hint
 
 
-def test_percentages_without_a_sign_are_not_proposed_as_turns() -> None:
-    (asked,) = questions(log(f"{START},percent of a turn", FOUR + ",{percent}"))
-    assert 'Write "turns"' not in asked.hint
+@pytest.mark.parametrize(
+    ("header", "cell", "new"),
+    [
+        ("percent of a turn", "{percent}", "turns [%]"),
+        ("screws", "{thirds}", "thirds of a turn"),
+        ("deg turned", "{degrees}", "angle [deg]"),
+    ],
+)
+def test_column_of_unknown_counts_gets_the_header_that_the_question_proposes(
+    header: str, cell: str, new: str
+) -> None:
+    text = log(f"{START},{header}", f"{FOUR},{cell}")
+    (asked,) = questions(text)
+    assert f'"{new}"' in asked.hint
+    assert is_true(text.replace(header, new))
 
 
 def test_findings_of_other_runs_are_shown_next_to_an_unreadable_cell(

@@ -35,6 +35,7 @@ _PERCENT = "1/100"
 _TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
     ("time", "min"): (600.0, "s"),
     ("angle", "rad"): (60.0, "deg"),
+    ("turns", ""): (MOST_TURNS, "%"),
 }
 """Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
 _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
@@ -259,19 +260,22 @@ class CellReader:
             self.wrong[text] = Wrong(diagnostics.NUMBER_IMPOSSIBLE, fault, hint)
 
     def _ask_for_likelier_unit(self) -> None:
-        """Ask for the unit of seconds below "min", or of degrees below "rad"."""
-        if (self.role, self.unit) not in _TOO_LARGE:
+        """Ask for the unit of seconds below "min", degrees below "rad", or percent.
+
+        A header that names turns itself needs no other unit.
+        """
+        if self.column.header.roles == ("turns",):
             return
-        most, likely = _TOO_LARGE[self.role, self.unit]
+        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
         large = [
             text
             for text, one in self.read.items()
-            if notation.PLAIN.fullmatch(text) and one.value > most
+            if one.value > most and notation.PLAIN.fullmatch(text)
         ]
-        if large:
-            values = {"role": self.role, "unit": self.unit, "likely": likely}
-            cell = self.column.cell
-            self.faults.add("unit_unlikely", cell, text=large[0], **values)
+        if large and large[0] not in self.wrong:
+            values = {"role": self.role, "likely": likely, "text": large[0]}
+            unit = self.unit or self.role
+            self.faults.add("unit_unlikely", self.column.cell, unit=unit, **values)
 
     def fractions_of_dates(self) -> list[str]:
         """Return the texts that were read as fractions of which a program made dates."""

@@ -107,6 +107,13 @@ def test_unit_of_impossible_numbers_is_replaced_as_the_question_says(
     assert is_true(text.replace(wrong, right))
 
 
+def test_mapped_percentages_are_asked_about() -> None:
+    head = f"{START},how far around"
+    text = log(head, FOUR + ",{percent}")
+    with pytest.raises(LogError, match=r'write the header as "turns \[%\]"'):
+        analyze_briefly(text.encode(), mapping={"turns": "how far around"})
+
+
 def test_unit_of_large_numbers_may_be_right_in_each_cell() -> None:
     head = f"{START.replace('[s]', '[min]')},turns"
     assert is_true(log(head, "{mass},14.8,{spin},{minutes:.4f} min,{turns}"))

@@ -210,17 +210,17 @@ def _head(readings: Readings) -> list[str]:
     lines["balance_tilt"] = _several(readings.balance_tilt, "balance_tilt")
     lines["balance_drift"] = _several(readings.balance_drift, "balance_drift")
     lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
-    falls = [_several(fall, "spin_down") for fall in readings.spin_down]
-    lines["spin_down"] = "; ".join(filter(None, falls)) or None
+    falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
+    lines["spin_down"] = "; ".join(falls) or None
     lines["tachometer"] = readings.tachometer
     lines["motion"] = readings.motion
     lines["balanced"] = {None: None, True: "yes", False: "no"}[readings.balanced]
     lines["position_from"] = readings.position_from
-    # The digits with which the length is written say how well it is known, and they are
-    # lost above.
-    key, share, _ = ORIGIN_LENGTHS.get(readings.position_from or "", ("", 1.0, ""))
-    if readings.origin_u and f"u_{key}" not in lines:
-        lines[f"u_{key}"] = f"{readings.origin_u / share!r} m"
+    if readings.origin_u and readings.position_from:
+        # The digits with which the length is written say how well it is known, and they
+        # are lost above.
+        key, share, _ = ORIGIN_LENGTHS[readings.position_from]
+        lines.setdefault(f"u_{key}", f"{readings.origin_u / share!r} m")
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 
 
@@ -282,11 +282,19 @@ def _cell_text(column: Column, run: int) -> str:
     is_part = column.role in COUNTS and read and not math.isclose(read.value, value)
     if not text or is_part:
         return repr(from_si(value, unit, kind) if unit else value)
-    # Between other commas, a decimal comma may look like a mark between thousands.
+    return _with_point(text, kind, unit)
+
+
+def _with_point(text: str, kind: str, unit: str | None) -> str:
+    """Write a decimal comma as a point.
+
+    Between other commas, it may look like a mark between thousands.
+    """
     pointed = text.replace(",", ".")
-    other = _read(pointed, kind, unit)
-    same = read is not None and other is not None and other.value == read.value
-    return pointed if same else text
+    read, other = _read(text, kind, unit), _read(pointed, kind, unit)
+    if read is None or other is None or other.value != read.value:
+        return text
+    return pointed
 
 
 def uncertainty_text(u: Uncertainty, kind: str) -> str:

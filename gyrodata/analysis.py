@@ -25,7 +25,7 @@ from gyrodata.judging.recommended import recommend
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, Model
-from gyrodata.readings import Readings, read_log, value_text
+from gyrodata.readings import Readings, read_log, value_text, without_wrong_runs
 from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
 if TYPE_CHECKING:
@@ -308,19 +308,39 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
     """Analyse a log and list what is missing.
 
-    Return the analysis, or None if the log has no answer, and all diagnostics.
+    Return the analysis, or None if the log has no answer, and all diagnostics. If cells
+    of some runs cannot be read, the other runs are checked without them.
     """
+    if not readings.ok:
+        return None, (*readings.diagnostics, *_findings_of_other_runs(readings))
     try:
         analysis = analyze_readings(readings)
     except LogError as error:
-        lacking = []
-        if readings.ok:
-            measured = measure(readings)
-            if measured.torque.any():
-                lacking = what_lacks(readings, measured, None)
+        measured = measure(readings)
+        has_torque = measured.torque.any()
+        lacking = what_lacks(readings, measured, None) if has_torque else []
         return None, (*error.diagnostics, *lacking)
     lacking = what_lacks(readings, analysis.measurements, analysis.lab)
     return analysis, (*analysis.diagnostics, *lacking)
+
+
+def _findings_of_other_runs(readings: Readings) -> list[Diagnostic]:
+    """Check the runs of a log without those whose cells cannot be read.
+
+    Return the findings about single cells; those about the whole log have to wait.
+    """
+    rest = without_wrong_runs(readings)
+    if rest is None:
+        return []
+    try:
+        findings_of_rest = analyze_readings(rest).diagnostics
+    except LogError as error:
+        findings_of_rest = error.diagnostics
+    return [
+        finding
+        for finding in findings_of_rest
+        if finding.line in rest.lines and finding.severity != "note"
+    ]
 
 
 def _result(estimate: Estimate) -> Result:

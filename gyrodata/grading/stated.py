@@ -29,8 +29,8 @@ from gyrodata.readings import (
     to_display,
     u_keys,
 )
-from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import ORIGIN_LENGTHS
+from gyrodata.readings.settings import Given, read_settings
 
 OVER_USUAL, OVER_BENCH = 5.0, 2.0
 """A larger stated uncertainty, in units of the default or of that of the bench, is a

@@ -42,8 +42,8 @@ from gyrodata.readings import (
     read_reported,
     u_keys,
 )
-from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
+from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import inertia_text
 
 if TYPE_CHECKING:

@@ -7,6 +7,8 @@ reports every fault in one pass, with its place and what to type.
 """
 
 from gyrodata.quantities.units import Uncertainty
+from gyrodata.readings.cells import rounded_turns
+from gyrodata.readings.completeness import without_wrong_runs
 from gyrodata.readings.lablog import (
     Column,
     Faults,
@@ -15,8 +17,8 @@ from gyrodata.readings.lablog import (
     Readings,
     Reported,
     listing,
-    read_reported,
 )
+from gyrodata.readings.reported import read_reported
 from gyrodata.readings.roles import (
     SHARED_UNCERTAINTIES,
     as_u_of,
@@ -26,5 +28,5 @@ from gyrodata.readings.roles import (
     u_keys,
 )
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
-from gyrodata.readings.table import read_log, rounded_turns
+from gyrodata.readings.table import read_log
 from gyrodata.readings.writing import fixed_log, write_log

@@ -8,7 +8,7 @@ does not contain 0.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from msgspec import Struct, field
 
@@ -79,9 +79,7 @@ def without_value(content: Content) -> dict[Cell, Formula]:
     the workbook asks for a calculation, or if none of its formulas has another value
     although this one has an input that is not 0.
     """
-    lacking = {
-        formula.cell: formula for formula in content.formulas if formula.value is None
-    }
+    lacking = {one.cell: one for one in content.formulas if one.value is None}
     zeros = [formula for formula in content.formulas if formula.may_lack_result]
     if content.to_calculate:
         return lacking | {formula.cell: formula for formula in zeros}
@@ -90,11 +88,17 @@ def without_value(content: Content) -> dict[Cell, Formula]:
     for formula in zeros:
         # A program writes the formulas from the top to the bottom, so that a formula
         # comes after its inputs.
-        if any(
-            cell in lacking or content.numbers.get(cell) for cell in inputs_of(formula)
-        ):
+        if _has_input(formula, content, lacking):
             lacking[formula.cell] = formula
     return lacking
+
+
+def _has_input(
+    formula: Formula, content: Content, lacking: Mapping[Cell, Formula]
+) -> bool:
+    """Return whether an input of a formula is not 0, or was not calculated."""
+    inputs = inputs_of(formula)
+    return any(cell in lacking or content.numbers.get(cell) for cell in inputs)
 
 
 def inputs_of(formula: Formula) -> Iterator[Cell]:

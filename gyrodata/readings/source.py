@@ -27,15 +27,10 @@ from gyrodata.base.errors import printable
 from gyrodata.quantities import vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles, workbook
-from gyrodata.readings.lablog import (
-    YES_OR_NO,
-    Faults,
-    Place,
-    Text,
-    listing,
-    read_reported,
-)
+from gyrodata.readings.lablog import Faults, Place, Text, listing
 from gyrodata.readings.names import is_word, reported_key
+from gyrodata.readings.reported import read_reported
+from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.words import MAX_HEADER
 from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 
@@ -454,7 +449,11 @@ class Grid(Struct, frozen=True):
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
-        return Text(row.texts[at], find_place(self.lines, self.delimiter, row.spot(at)))
+        return Text(row.texts[at], self.place_of(row.spot(at)))
+
+    def place_of(self, spot: int) -> Place:
+        """Return the place of a cell, by its number."""
+        return find_place(self.lines, self.delimiter, spot)
 
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that

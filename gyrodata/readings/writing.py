@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
+from gyrodata.base.errors import Diagnostic
 from gyrodata.quantities.notation import Quantity, read_cell
 from gyrodata.quantities.units import SI, Uncertainty, UnitError, from_si
 from gyrodata.readings.headers import parse_header
-from gyrodata.readings.lablog import Column, Readings, form_of, header_of
+from gyrodata.readings.lablog import Column, Readings, header_of
 from gyrodata.readings.roles import (
     BY_NAME,
     COUNTS,
@@ -23,10 +22,13 @@ from gyrodata.readings.roles import (
     kind_of_role,
     stated_u,
 )
+from gyrodata.readings.settings import form_of
 
 SIMULATED = "Simulated, not measured"
 """What the first line of every simulated log says."""
 
+_CONSTANT = -1
+"""Number of the cell of a value that is valid for the whole log."""
 _Columns = list[tuple[str, list[str]]]
 """Header and cells of each column."""
 
@@ -74,52 +76,59 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     errors = [one for one in readings.diagnostics if one.severity == "error"]
     if not errors:
         return _text(head, columns), ()
-    left = [one.message for one in errors if one.line is None]
-    wrong = {one.line for one in errors}
-    lines = [
-        line
-        for at, line in enumerate(readings.source_text.splitlines(), 1)
-        if at in wrong and line[:1] == "#"
+    lines = _lines_with_errors(readings, errors)
+    left = [
+        *(error.message for error in errors if error.line is None),
+        *(f"the line {line}" for line in lines),
+        *_unread_headers(readings),
+        *_unread_cells(readings),
     ]
-    left += [f"the line {line}" for line in lines]
-    unread = [
-        header
-        for header, _ in readings.unread
-        if TEXTS.isdisjoint(parse_header(header).roles)
-    ]
-    left += [f'the column "{header}": its name, or its unit' for header in unread]
+    left = left or [error.message for error in errors]
+    return _text([*head, *lines], columns), tuple(left)
+
+
+def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str]:
+    """Return the ``#`` lines that were not understood."""
+    wrong = {error.line for error in errors}
+    lines = enumerate(readings.source_text.splitlines(), 1)
+    return [line for at, line in lines if at in wrong and line.startswith("#")]
+
+
+def _unread_headers(readings: Readings) -> Iterator[str]:
+    for header, _ in readings.unread:
+        if TEXTS.isdisjoint(parse_header(header).roles):
+            yield f'the column "{header}": its name, or its unit'
+
+
+def _unread_cells(readings: Readings) -> Iterator[str]:
     for role, column in readings.columns.items():
-        for run, text in enumerate(
-            _without_repeats([one.text for one in column.readings], column.spots)
-        ):
+        typed = [reading.text for reading in column.readings]
+        for run, text in enumerate(_without_repeats(typed, column.spots)):
             if text and column.readings[run].value is None:
-                left.append(f'{role} of run {readings.runs[run]}, written "{text}"')
-    return _text([*head, *lines], columns), tuple(
-        left or [one.message for one in errors]
-    )
+                yield f'{role} of run {readings.runs[run]}, written "{text}"'
 
 
 def _text(head: list[str], columns: _Columns) -> str:
-    lines = [
-        [header for header, _ in columns],
-        *zip(*(texts for _, texts in columns), strict=True),
-    ]
-    needs_quotes = re.compile(r'[",;\t]|^[\s#]|\s$').search
-    cells = [
-        [
-            '"' + cell.replace('"', '""') + '"' if needs_quotes(cell) else cell
-            for cell in line
-        ]
-        for line in lines
-    ]
-    return "\n".join([*head, *map(",".join, cells)]) + "\n"
+    headers = [header for header, _ in columns]
+    rows = [headers, *zip(*(texts for _, texts in columns), strict=True)]
+    lines = [",".join(map(_quoted, row)) for row in rows]
+    return "\n".join([*head, *lines]) + "\n"
+
+
+def _quoted(cell: str) -> str:
+    """Write a cell, in quotes if a reader of CSV would change it."""
+    is_plain = cell.strip() == cell and not cell.startswith("#")
+    if is_plain and not set(cell) & set('",;\t'):
+        return cell
+    return '"' + cell.replace('"', '""') + '"'
 
 
 def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:
     """Replace a text by a blank one if it is from the same cell as the text above."""
+    above = [None, *cells]
     return [
-        "" if cell == above else text
-        for text, (above, cell) in zip(texts, pairwise([None, *cells]), strict=True)
+        "" if cell == before else text
+        for text, cell, before in zip(texts, cells, above, strict=False)
     ]
 
 
@@ -131,98 +140,97 @@ def _unread(readings: Readings) -> _Columns:
     ]
 
 
+# Columns
+# ----------------------------------------------------------------------------------
+
+
 def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     """Write the lines above the table, and its columns."""
     head = _head(readings)
     columns: _Columns = []
     for role in sorted(readings.columns, key=ROLES.index):
-        column, kind, part = (
-            readings.columns[role],
-            kind_of_role(role),
-            BY_NAME[role].part,
-        )
-        texts = [_cell_text(column, run) for run in range(len(readings.runs))]
-        once = _without_repeats(texts, column.spots)
-        if -1 in column.spots:
-            # A value from a line for the whole log becomes a line again.
-            alone = texts[column.spots.index(-1)]
-            head.append(
-                (
-                    f"# {role}: "
-                    f"{alone if _read(alone, kind, None) else f'{alone} {column.unit}'}"
-                ).rstrip()
-            )
-            texts = [
-                "" if spot == -1 else text
-                for spot, text in zip(column.spots, texts, strict=True)
-            ]
-        elif part == "load" or (part == "spin" and 2 * once.count("") >= len(texts)):
-            # One cell becomes one cell again; if nearly every run has its own spin, a
-            # blank one is an error.
-            texts = once
-        columns += (
-            [(header_of(role, column.unit), texts)]
-            if any(texts) or -1 not in column.spots
-            else []
-        )
-        common = stated_u(role, readings.uncertainties)
-        texts = []
-        for reading in column.readings:
-            read = _read(reading.text, kind, column.unit or None)
-            known = reading.u is None or reading.u in (
-                common,
-                read and read.uncertainty,
-            )
-            texts.append(
-                "" if known else uncertainty_text(reading.u or Uncertainty(), kind)
-            )
-        columns += [(header_of(f"u_{role}", SI[kind]), texts)] if any(texts) else []
+        column = readings.columns[role]
+        if _CONSTANT in column.spots:
+            head.append(_constant_line(column))
+        texts = _column_texts(column)
+        if any(texts) or _CONSTANT not in column.spots:
+            columns.append((header_of(role, column.unit), texts))
+        spreads = _spread_texts(column, stated_u(role, readings.uncertainties))
+        if any(spreads):
+            columns.append((header_of(f"u_{role}", SI[kind_of_role(role)]), spreads))
     columns.append(("run", [*readings.runs]))
-    columns += [("note", [*readings.notes])] if any(readings.notes) else []
+    if any(readings.notes):
+        columns.append(("note", [*readings.notes]))
     return head, columns
+
+
+def _constant_line(column: Column) -> str:
+    """Write a value for the whole log as a line again."""
+    text = _cell_text(column, column.spots.index(_CONSTANT))
+    has_unit = _read(text, kind_of_role(column.role), None) is not None
+    return f"# {column.role}: {text if has_unit else f'{text} {column.unit}'}".rstrip()
+
+
+def _column_texts(column: Column) -> list[str]:
+    """Write the cells of a column.
+
+    One cell becomes one cell again; if nearly every run has its own spin, a blank one
+    is an error.
+    """
+    texts = [_cell_text(column, run) for run in range(len(column.readings))]
+    if _CONSTANT in column.spots:
+        pairs = zip(column.spots, texts, strict=True)
+        return ["" if spot == _CONSTANT else text for spot, text in pairs]
+    part, once = BY_NAME[column.role].part, _without_repeats(texts, column.spots)
+    is_shared = part == "spin" and 2 * once.count("") >= len(texts)
+    return once if part == "load" or is_shared else texts
+
+
+def _spread_texts(column: Column, common: Uncertainty | None) -> list[str]:
+    """Write the uncertainties that neither a cell nor the whole log states."""
+    kind = kind_of_role(column.role)
+    texts = []
+    for reading in column.readings:
+        read = _read(reading.text, kind, column.unit or None)
+        known = (None, common, read and read.uncertainty)
+        u = None if reading.u in known else reading.u
+        texts.append(uncertainty_text(u, kind) if u else "")
+    return texts
 
 
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
-    lines |= {
-        f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()
-    }
-    lines |= {
-        key: f"{value!r} {SI[kind_of_role(key)]}"
-        for key, value in readings.constants.items()
-    }
-    lines |= {
-        key: uncertainty_text(u, kind_of_role(key))
-        for key, u in readings.uncertainties.items()
-    }
-    for key in ("balance_tilt", "balance_drift", "falling_mass", "spin_down"):
-        form, kinds = form_of(key)
-        values = getattr(readings, key) or ()
-        # Only a spin-down may have several lines.
-        if values and key != "spin_down":
-            values = (values,)
-        for numbers in values:
-            text = form.format(
-                *(
-                    f"{number!r} {SI[kind]}"
-                    for number, kind in zip(numbers, kinds, strict=True)
-                )
-            )
-            lines[key] = f"{lines[key]}; {text}" if key in lines else text
-    words = {None: None, True: "yes", False: "no"}
+    for key, reported in readings.reported.items():
+        lines[f"{REPORTED}{key}"] = reported.text
+    for key, value in readings.constants.items():
+        lines[key] = f"{value!r} {SI[kind_of_role(key)]}"
+    for key, u in readings.uncertainties.items():
+        lines[key] = uncertainty_text(u, kind_of_role(key))
+    lines["balance_tilt"] = _several(readings.balance_tilt, "balance_tilt")
+    lines["balance_drift"] = _several(readings.balance_drift, "balance_drift")
+    lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
+    falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
+    lines["spin_down"] = "; ".join(falls) or None
     lines["tachometer"] = readings.tachometer
-    lines |= {
-        "motion": readings.motion,
-        "balanced": words[readings.balanced],
-        "position_from": readings.position_from,
-    }
-    # The digits with which the length is written say how well it is known, and they are
-    # lost above.
-    key, share, _ = ORIGIN_LENGTHS.get(readings.position_from or "", ("", 1.0, ""))
-    if readings.origin_u and f"u_{key}" not in lines:
-        lines[f"u_{key}"] = f"{readings.origin_u / share!r} m"
+    lines["motion"] = readings.motion
+    lines["balanced"] = {None: None, True: "yes", False: "no"}[readings.balanced]
+    lines["position_from"] = readings.position_from
+    if readings.origin_u and readings.position_from:
+        # The digits with which the length is written say how well it is known, and they
+        # are lost above.
+        key, share, _ = ORIGIN_LENGTHS[readings.position_from]
+        lines.setdefault(f"u_{key}", f"{readings.origin_u / share!r} m")
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
+
+
+def _several(numbers: tuple[float, ...] | None, key: str) -> str | None:
+    """Write a line of several quantities; None if there are none."""
+    if not numbers:
+        return None
+    form, kinds = form_of(key)
+    pairs = zip(numbers, kinds, strict=True)
+    return form.format(*(f"{number!r} {SI[kind]}" for number, kind in pairs))
 
 
 def _joined(readings: Readings) -> Readings:
@@ -233,29 +241,23 @@ def _joined(readings: Readings) -> Readings:
     columns = {}
     for role, column in readings.columns.items():
         more = last.columns[role]
-        columns[role] = replace(
-            column,
-            readings=column.readings + more.readings,
-            spots=column.spots + more.spots,
-        )
-    unread = tuple(
-        (head, texts + more)
-        for (head, texts), (_, more) in zip(readings.unread, last.unread, strict=True)
-    )
-    runs, lines, notes = (
-        readings.runs + last.runs,
-        readings.lines + last.lines,
-        readings.notes + last.notes,
-    )
+        both = column.readings + more.readings
+        columns[role] = replace(column, readings=both, spots=column.spots + more.spots)
+    pairs = zip(readings.unread, last.unread, strict=True)
+    unread = tuple((header, texts + more) for (header, texts), (_, more) in pairs)
     return replace(
         readings,
-        runs=runs,
-        lines=lines,
-        notes=notes,
+        runs=readings.runs + last.runs,
+        lines=readings.lines + last.lines,
+        notes=readings.notes + last.notes,
         columns=columns,
         unread=unread,
         unmoved=None,
     )
+
+
+# Numbers
+# ----------------------------------------------------------------------------------
 
 
 def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
@@ -277,31 +279,31 @@ def _cell_text(column: Column, run: int) -> str:
     kind, unit = kind_of_role(column.role), column.unit or None
     read = _read(text, kind, unit)
     # A header may count halves or thirds of a turn, and the new one does not.
-    if text and (
-        read is None or column.role not in COUNTS or math.isclose(read.value, value)
-    ):
-        # Between other commas, a decimal comma may look like a mark between thousands.
-        pointed = _read(text.replace(",", "."), kind, unit)
-        return (
-            text.replace(",", ".")
-            if read and pointed and read.value == pointed.value
-            else text
-        )
-    return repr(from_si(value, unit, kind) if unit else value)
+    is_part = column.role in COUNTS and read and not math.isclose(read.value, value)
+    if not text or is_part:
+        return repr(from_si(value, unit, kind) if unit else value)
+    return _with_point(text, kind, unit)
+
+
+def _with_point(text: str, kind: str, unit: str | None) -> str:
+    """Write a decimal comma as a point.
+
+    Between other commas, it may look like a mark between thousands.
+    """
+    pointed = text.replace(",", ".")
+    read, other = _read(text, kind, unit), _read(pointed, kind, unit)
+    if read is None or other is None or other.value != read.value:
+        return text
+    return pointed
 
 
 def uncertainty_text(u: Uncertainty, kind: str) -> str:
     """Write an uncertainty: "0.1 % + 0.01 s"."""
     # The shortest percentage that gives exactly this share when it is read.
-    percent = next(
-        (
-            short
-            for short in (round(u.relative * 100, 12),)
-            if short / 100 == u.relative
-        ),
-        u.relative * 100,
-    )
-    terms = [f"{percent!r} %"] * (u.relative > 0 or not u.absolute)
-    return " + ".join(
-        [*terms, *[f"{u.absolute!r} {SI[kind]}".strip()] * (u.absolute > 0)]
-    )
+    percent = 100 * u.relative
+    short = round(percent, 12)
+    share = f"{short if short / 100 == u.relative else percent!r} %"
+    absolute = f"{u.absolute!r} {SI[kind]}".strip()
+    if not u.absolute:
+        return share
+    return f"{share} + {absolute}" if u.relative > 0 else absolute

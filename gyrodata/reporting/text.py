@@ -171,10 +171,9 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
 
 
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
-    """Say why a log cannot be analysed yet."""
-    found = "".join(
-        f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error"
-    )
+    """Say why a log cannot be analysed yet, with all warnings: one may be the cause."""
+    said = [diagnostic for diagnostic in errors if diagnostic.severity != "note"]
+    found = "".join(f"{diagnostic}\n" for diagnostic in said)
     return f"{name}: no answer yet\n\n{found}".translate(PICTURES)
 
 

@@ -436,7 +436,6 @@ def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
         ("ball diameter (cm)", "G301"),
         ("ruler (cm)", "G340"),
         ("position from the end (cm)", "G340"),
-        ("thirds of a turn", "G301"),
     ],
 )
 def test_a_header_that_may_mean_something_else_is_asked_about(

@@ -950,7 +950,7 @@ def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
     bare = "m;d;n;T;turns\n" + runs(row, 2)
     with pytest.raises(
         LogError,
-        match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)"n" \(spin\) has no unit',
+        match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)no unit: (?s:.*)"n" \(spin\)',
     ):
         analyze(bare)
     assert is_right("m [g];d [cm];n [rpm];time [s];turns\n" + runs(row, 2))

@@ -1,0 +1,301 @@
+"""Read the cells of one column as quantities."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection
+from fractions import Fraction
+from functools import lru_cache
+
+from msgspec import Struct
+
+from gyrodata.base import diagnostics
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.notation import Quantity, read_cell, to_float
+from gyrodata.quantities.units import UnitError, kinds_of
+from gyrodata.readings import roles
+from gyrodata.readings.chosen import MOST_TURNS, Chosen
+from gyrodata.readings.headers import Header
+from gyrodata.readings.lablog import BLANKS, Faults
+from gyrodata.readings.remarks import altered_role
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.turns import turns_in, words_of_turns
+
+_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
+_FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
+"""A number, or a fraction such as 1/3."""
+_REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
+"""A number with a remark: "8.83 (maybe late)"."""
+_NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
+_TURN = vocabulary.pattern("turn")
+_TURN_BEHIND = re.compile(
+    rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{_TURN}\w*\.?"
+)
+_PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
+"""Parts of a turn that a column can count."""
+_PERCENT = "1/100"
+_TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
+    ("time", "min"): (600.0, "s"),
+    ("angle", "rad"): (60.0, "deg"),
+    ("turns", ""): (MOST_TURNS, "%"),
+}
+"""Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
+_IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
+"""Roles whose numbers may be written in words."""
+
+
+# What a text means
+# ----------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=4096)
+def number_in_words(text: str, role: str) -> str:
+    """Return the number that a cell writes in words; else "".
+
+    Examples are "none" of a mass, and "one third" or "120°" of turns.
+    """
+    if role != "mass":
+        return fraction_of_date(text) or _turns_in_words(text) or _turns_of_angle(text)
+    bare = "".join(letter for letter in text if letter not in ".-" and letter.strip())
+    return "0 g" if bare.lower() in _NO_WEIGHT else ""
+
+
+def _turns_in_words(text: str) -> str:
+    """Read "one third", "1/3 of a turn" or "turn"."""
+    match = _TURN_BEHIND.fullmatch(text)
+    if match is None:
+        return words_of_turns(text, whole=True)
+    bare = match[1]
+    if words := words_of_turns(bare, whole=True):
+        return words
+    is_number = bare == "" or notation.take_apart(bare) is not None
+    return (bare or "1") if is_number else ""
+
+
+def _turns_of_angle(text: str) -> str:
+    written = notation.take_apart(text)
+    if written is None or written.spread is not None:
+        return ""
+    return turns_in(text) if kinds_of(written.unit or "") == {"angle"} else ""
+
+
+def fraction_of_date(text: str) -> str:
+    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01.
+
+    Mrz"; "" for other texts.
+    """
+    low, high = sorted(notation.date_pair(text) or (0, 0))
+    is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
+    return f"{low}/{high}" if is_part else ""
+
+
+def rounded_turns(text: str) -> tuple[str, float]:
+    """Return the fraction that was rounded to 0.33 or 0.7.
+
+    The function also returns half of the rounding's width. The result is ("", 0) for
+    other numbers.
+
+    The screws of the ball are a third of a turn apart; a run without a weight takes a
+    twelfth.
+    """
+    # Whole turns, however many, are meant as written.
+    if not notation.PLAIN.fullmatch(text) or notation.last_place(text) >= 0:
+        return "", 0.0
+    value, step = to_float(text), float(f"1e{notation.last_place(text)}")
+    twelfths = round(value * 12)
+    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
+    # by nearly a whole step.
+    if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
+        return "", 0.0
+    return str(Fraction(twelfths, 12)), step / math.sqrt(3)
+
+
+def part_counted(header: Header) -> str:
+    """Return the part of a turn that a column of turns counts; "" for whole turns.
+
+    It is "1/3" for "number of thirds", "1/2" for "half turns", and "1/100" for "%".
+    """
+    if header.unit == "%" or "%" in header.text:
+        return _PERCENT
+    stated = header.turns or words_of_turns(header.text)
+    if stated:
+        return stated if stated in _PARTS else ""
+    words = re.split(r"[\W_]+", header.text)
+    named = {words_of_turns(word, whole=True) for word in words} & _PARTS
+    return named.pop() if len(named) == 1 else ""
+
+
+# The cells of a column
+# ----------------------------------------------------------------------------------
+
+
+class Wrong(Struct, frozen=True):
+    """The fault of a text, and the text to type instead."""
+
+    code: str
+    fault: UnitError | str
+    hint: str
+
+
+class DecimalSigns(Struct, frozen=True):
+    """The decimal signs of a table."""
+
+    typed: Collection[str]
+    """Those of its numbers that cannot separate thousands."""
+    expected: Collection[str]
+    """Those that the delimiter allows as well."""
+
+    def may_separate_thousands(self, text: str) -> bool:
+        """Return whether the comma or the point in "1,284" may separate thousands."""
+        if not _THOUSANDS.fullmatch(text):
+            return False
+        return set(self.expected) != {","} if "," in text else set(self.typed) == {","}
+
+
+class CellReader:
+    """Reads each text of a column once."""
+
+    def __init__(
+        self, column: Chosen, unit: str | None, signs: DecimalSigns, faults: Faults
+    ) -> None:
+        self.column, self.unit, self.signs, self.faults = column, unit, signs, faults
+        self.role, self.kind = column.role, kind_of_role(column.role)
+        self.read: dict[str, Quantity] = {}
+        """Quantity of each text that can be read."""
+        self.wrong: dict[str, Wrong] = {}
+        """What is wrong with each other text."""
+        self.lacks_unit = False
+        """Whether neither the header nor a cell has a unit."""
+        self.finest: dict[str, float] = {}
+        """Finest step of a digit of each unit [SI unit of the role].
+
+        A spreadsheet drops zeros at the end: the finest digit in the column shows how
+        all were read."""
+
+    def read_all(self, texts: list[str]) -> None:
+        """Read all texts."""
+        for text in dict.fromkeys(texts):
+            if text not in BLANKS and not self.lacks_unit:
+                self._read_one(text)
+        if self.role in roles.COUNTS or self.role == "spin_turns":
+            self._count_parts()
+        if self.role == "turns":
+            self._ask_for_angles()
+        self._ask_for_likelier_unit()
+        for one in self.read.values():
+            if one.step is not None:
+                finest = self.finest.get(one.unit, math.inf)
+                self.finest[one.unit] = min(one.step, finest)
+
+    def _read_one(self, text: str) -> None:
+        try:
+            quantity = self._quantity(text)
+        except UnitError as error:
+            self.lacks_unit = error.code == diagnostics.UNIT_MISSING
+            self.wrong[text] = Wrong(error.code, error, error.hint + _missed(text))
+            return
+        self.read[text] = quantity
+        fault, hint = roles.check_value(self.role, quantity.value)
+        if fault:
+            self.wrong[text] = Wrong(diagnostics.NUMBER_IMPOSSIBLE, fault, hint)
+
+    def _quantity(self, text: str) -> Quantity:
+        ask = self.signs.may_separate_thousands(text)
+        if ask:
+            read_cell(text.replace(".", ","), self.kind, self.unit, ask=True)
+        is_word = self.role in _IN_WORDS and not _FRACTION.fullmatch(text)
+        number = number_in_words(text, self.role) if is_word else ""
+        try:
+            return read_cell(number or text, self.kind, self.unit, ask)
+        except UnitError:
+            without = self._without_remark(text)
+            if not without:
+                raise
+            try:
+                return read_cell(without, self.kind, self.unit, ask)
+            except UnitError:
+                pass  # the fault of the whole text says more
+            raise
+
+    def _without_remark(self, text: str) -> str:
+        """Return a number without the remark behind it; "" if the remark may change it."""
+        remark = _REMARK.fullmatch(text)
+        if remark is None or turns_in(text):
+            return ""
+        return "" if altered_role(f"{self.role}: {text}") else remark[1]
+
+    def _count_parts(self) -> None:
+        """Read whole numbers below "half turns" as halves, and below "%" as percent.
+
+        Fractions are turns already.
+        """
+        part = part_counted(self.column.header)
+        if not part or not self.read:
+            return
+        if part == _PERCENT:
+            are_counts = all(map(notation.PLAIN.fullmatch, self.read))
+        else:
+            are_counts = all(one.value.is_integer() for one in self.read.values())
+        if not are_counts:
+            return
+        counted = {
+            text: read_cell(_times(part, one.value), "number", "")
+            for text, one in self.read.items()
+        }
+        shown = [f"{text} is {_times(part, self.read[text].value)}" for text in counted]
+        self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
+        self.read |= counted
+
+    def _ask_for_angles(self) -> None:
+        """Ask for the unit of numbers that are too large for turns, such as 120."""
+        large = [text for text, one in self.read.items() if one.value > MOST_TURNS]
+        angles = [text for text in large if text.isdecimal() and int(text) % 15 == 0]
+        if len(large) == len(self.read) and angles != large:
+            return
+        for text in angles:
+            part = Fraction(int(text), 360)
+            hint = (
+                f'if it is in degrees, write {part}, or the header as "angle [deg]"; '
+                f"else {text}.0"
+            )
+            fault = "looks like an angle, and not like a number of turns"
+            self.wrong[text] = Wrong(diagnostics.NUMBER_IMPOSSIBLE, fault, hint)
+
+    def _ask_for_likelier_unit(self) -> None:
+        """Ask for the unit of seconds below "min", degrees below "rad", or percent.
+
+        A header that names turns itself needs no other unit.
+        """
+        if self.column.header.roles == ("turns",):
+            return
+        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
+        large = [
+            text
+            for text, one in self.read.items()
+            if one.value > most and notation.PLAIN.fullmatch(text)
+        ]
+        if large and large[0] not in self.wrong:
+            values = {"role": self.role, "likely": likely, "text": large[0]}
+            unit = self.unit or self.role
+            self.faults.add("unit_unlikely", self.column.cell, unit=unit, **values)
+
+    def fractions_of_dates(self) -> list[str]:
+        """Return the texts that were read as fractions of which a program made dates."""
+        if self.kind != "number":
+            return []
+        unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
+        return [text for text in unclear if fraction_of_date(text)]
+
+
+def _times(part: str, count: float) -> str:
+    return (
+        f"{count / 100:.9g}" if part == _PERCENT else str(Fraction(part) * int(count))
+    )
+
+
+def _missed(text: str) -> str:
+    """Return what to do with a cell without a digit."""
+    if any(letter.isdigit() for letter in text):
+        return ""
+    return "; or put # before the line of a run that was not measured"

@@ -1,0 +1,189 @@
+"""Ask for everything that a log lacks, and report what contradicts itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from msgspec.structs import replace
+
+from gyrodata.base import diagnostics
+from gyrodata.quantities.units import DISPLAY
+from gyrodata.readings import layout, roles
+from gyrodata.readings.chosen import Choice
+from gyrodata.readings.lablog import (
+    Column,
+    Faults,
+    Place,
+    Readings,
+    header_of,
+    listing,
+)
+from gyrodata.readings.missing import missing_roles
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.suggestions import header_row, likely_headers, question_of
+
+_WHOLE = 1e-3
+"""Difference from one turn that is not due to rounding."""
+_SAME_TURNS = 0.02
+
+
+def check_completeness(
+    log: Readings,
+    choice: Choice,
+    table: layout.Layout,
+    unread: set[str],
+    faults: Faults,
+) -> None:
+    """Add a fault for everything that is missing or contradicts itself.
+
+    `unread` are the roles that are there, and that could not be read.
+    """
+    missing = _missing_from_log(log, choice, unread)
+    if missing:
+        _ask_for(missing, choice, table, faults)
+    elif not _is_uncertain(unread | choice.asked, faults):
+        _report_runs_that_lack(log, faults)
+    _compare_turns_with_angle(log, faults)
+    if "precession_period" not in choice.mapped:
+        _check_period(log.columns, faults)
+    if choice.unplaced and not missing:
+        headers = listing([column.text for column in choice.unplaced])
+        several = len(choice.unplaced) > 1
+        faults.add("headers_unknown" if several else "header_unknown", headers=headers)
+
+
+def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[str]:
+    there = unread.union(log.columns)
+    mass = log.columns.get("mass")
+    loaded = (
+        mass is None or "force" in there or any(value != 0 for value in mass.values)
+    )
+    needless = set(choice.asked)
+    if "precession_period" in choice.asked:
+        needless.add("turns")  # needed or not, by what is answered
+    missing = missing_roles(there, log.columns, loaded)
+    return [role for role in missing if role not in needless]
+
+
+def _ask_for(
+    missing: list[str], choice: Choice, table: layout.Layout, faults: Faults
+) -> None:
+    likely = likely_headers(missing, choice)
+    usual = [header_of(role, DISPLAY[kind_of_role(role)]) for role in missing]
+    added = [header for header in usual if header not in likely.values()]
+    row = header_row(table, likely, added)
+    message, hint = question_of(missing, choice, row)
+    faults.add("missing", message=message, hint=hint)
+
+
+def _is_uncertain(unread: set[str], faults: Faults) -> bool:
+    """Return whether blank cells may be due to a fault that is reported already."""
+    codes = {fault.code for fault in faults.found}
+    if diagnostics.VALUE_BELOW_ITS_FIRST_ROW in codes:
+        return True
+    readings = [role for role in unread if not role.startswith("u_")]
+    return any(kind_of_role(role) != "text" for role in readings)
+
+
+def _report_runs_that_lack(log: Readings, faults: Faults) -> None:
+    """Report the runs without a quantity that the log has for others."""
+    lines: dict[str, list[int]] = {}
+    for run in _runs_with_blanks(log):
+        for role in _missing_from_run(log, run):
+            lines.setdefault(role, []).append(log.lines[run])
+    for role, of_role in lines.items():
+        name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
+        unique = list(dict.fromkeys(of_role))
+        faults.add(name, Place(unique[0], 1), lines=unique, role=role)
+
+
+def _runs_with_blanks(log: Readings) -> list[int]:
+    """Return the runs with a blank cell: others lack nothing.
+
+    A cell that could not be read is reported already.
+    """
+    readings = [column.readings for column in log.columns.values()]
+    runs = range(len(log.runs))
+    return [run for run in runs if not all(cells[run].text for cells in readings)]
+
+
+def _missing_from_run(log: Readings, run: int) -> list[str]:
+    columns, mass = log.columns, log.columns.get("mass")
+    typed = {role for role, column in columns.items() if column.readings[run].text}
+    loaded = mass is None or mass.values[run] != 0
+    return missing_roles(typed, columns, loaded)
+
+
+def without_wrong_runs(log: Readings) -> Readings | None:
+    """Return a log without the runs whose cells cannot be read, and without messages.
+
+    None if more is wrong: a header, a line for the whole log, or what all runs need.
+    """
+    wrong = {one.line for one in log.diagnostics if one.severity == "error"}
+    if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns, True):
+        return None
+    complete = [run for run, line in enumerate(log.lines) if line not in wrong]
+    for column in log.columns.values():
+        complete = [run for run in complete if column.values[run] is not None]
+    return replace(log.select(complete), diagnostics=()) if complete else None
+
+
+# Contradictions
+# ----------------------------------------------------------------------------------
+
+
+def _compare_turns_with_angle(log: Readings, faults: Faults) -> None:
+    turns, angle = log.columns.get("turns"), log.columns.get("angle")
+    if turns is None or angle is None:
+        return
+    pairs = zip(turns.readings, angle.readings, strict=True)
+    for run, (count, swept) in enumerate(pairs):
+        full = 2 * math.pi * (count.value or 0.0)
+        if not full or not swept.value:
+            continue
+        rounding = max(swept.step or 0.0, 0.01 * abs(swept.value))
+        if abs(swept.value - full) > rounding:
+            values = {"run": log.runs[run], "turns": count, "swept": swept}
+            place, degrees = angle.place(run), math.degrees(full)
+            faults.add("turns_contradict_angle", place, degrees=degrees, **values)
+
+
+def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
+    """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
+    period, time = columns.get("precession_period"), columns.get("time")
+    counted = columns.get("turns") or columns.get("angle")
+    if period is None or counted is None:
+        return
+    if time is None:
+        _ask_for_counted_turns(period, counted, faults)
+    elif time.header != period.header and _are_exchanged(time, period, counted):
+        names = {"period": period.header, "time": time.header}
+        faults.add("exchanged", period.cell(0), **names)
+
+
+def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> None:
+    """Ask if the time of one turn has another number of turns."""
+    known = [abs(turns) for turns in _turns_of(counted) if turns is not None]
+    if all(abs(turns - 1) < _WHOLE for turns in known):
+        return
+    places = filter(None, map(counted.place, range(len(counted.readings))))
+    values = {"header": period.header, "counted": counted.role}
+    faults.add("turns_for_one_period", next(places, period.place(0)), **values)
+
+
+def _turns_of(counted: Column) -> Iterator[float | None]:
+    full = 1.0 if counted.role == "turns" else 2 * math.pi
+    for value in counted.values:
+        yield None if value is None else value / full
+
+
+def _are_exchanged(time: Column, period: Column, counted: Column) -> bool:
+    """Return whether most periods are the turns times the time."""
+    runs = zip(time.values, period.values, _turns_of(counted), strict=True)
+    exchanged = [
+        abs(value / seconds - abs(turns)) < _SAME_TURNS * abs(turns)
+        for seconds, value, turns in runs
+        if seconds and value and turns and not 0.8 < abs(turns) < 1.25
+    ]
+    return 2 * sum(exchanged) > len(exchanged)

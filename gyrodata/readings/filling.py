@@ -1,0 +1,164 @@
+"""Give blank cells the value above, and ask for cells whose value is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata.readings import layout, roles
+from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
+
+Values = tuple[float | None, ...]
+"""Values of a column [SI unit of its role]."""
+
+
+class Loads(Struct, frozen=True):
+    """The loads of each row, as far as they were read."""
+
+    mass: Values = ()
+    force: Values = ()
+    torque: Values = ()
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Column]) -> Loads:
+        """Return the loads in the columns that were read."""
+        names = [role for role in ("mass", "force", "torque") if role in columns]
+        return cls(**{role: columns[role].values for role in names})
+
+    def is_without_weight(self, row: int) -> bool:
+        """Return whether the mass in a row is 0."""
+        return bool(self.mass) and self.mass[row] == 0
+
+    def is_unloaded(self, row: int) -> bool:
+        """Return whether the first load that was read is 0 in a row."""
+        values = self.mass or self.force or self.torque
+        return bool(values) and values[row] == 0
+
+    def pulls_nothing(self, row: int) -> bool:
+        """Return whether one of the loads is 0 in a row."""
+        loads = (self.mass, self.force, self.torque)
+        return any(values[row] == 0 for values in loads if values)
+
+    def differs(self, row: int, other: int) -> bool:
+        """Return whether another weight hangs in another row."""
+        values = self.mass or self.force
+        return bool(values) and values[row] != values[other]
+
+
+class Filler:
+    """Completes the columns of a table in which not every cell is filled."""
+
+    def __init__(
+        self, table: layout.Layout, loads: Loads, is_run: list[bool], faults: Faults
+    ) -> None:
+        self.table, self.loads, self.is_run = table, loads, is_run
+        self.faults = faults
+
+    def ask_for_unknown(self, column: Column, at: int) -> Column:
+        """Report the cells of runs that contain "?" or "n/a".
+
+        Return the column, with such cells of other rows blank. Without a weight no
+        position is needed.
+        """
+        readings = list(column.readings)
+        for i, reading in enumerate(readings):
+            if reading.text not in UNKNOWN:
+                continue
+            is_needed = column.role not in roles.LOADS or not self.loads.is_unloaded(i)
+            if self.is_run[i] and is_needed:
+                cell = self.table.grid.cell(self.table.rows[i], at)
+                self.faults.add("unknown_cell", cell, role=column.role)
+            else:
+                readings[i] = Reading()
+        return replace(column, readings=tuple(readings))
+
+    def fill_down(self, column: Column, at: int) -> Column:
+        """Give blank cells the value above.
+
+        Never upwards, across a run without a weight, or from its turns.
+
+        A position is valid for another weight only if the log states no other one. A
+        cell such as "?" is not blank.
+        """
+        if all(reading.text for reading in column.readings):
+            return column
+        above = self._values_above(column)
+        filled = self._runs_filled(column, above)
+        early = self._runs_above_first(column)
+        if self._is_measured_each_time(column.role, filled):
+            # A blank cell was forgotten.
+            above = {i: j for i, j in above.items() if i not in filled}
+            early, filled = ([*early, *filled] if early else []), []
+        if early:
+            first = self._rows_typed(column)[0]
+            cell = self.table.grid.cell(self.table.rows[first], at)
+            lines = self._lines(early)
+            self.faults.add("below_first_row", cell, role=column.role, lines=lines)
+        if filled:
+            cell = self.table.grid.cell(self.table.rows[filled[0]], at)
+            lines = self._lines(filled)
+            self.faults.add("filled_down", cell.place, role=column.role, lines=lines)
+        return column.select([above.get(i, i) for i in range(len(column.readings))])
+
+    def _lines(self, rows: list[int]) -> list[int]:
+        return [self.table.rows[i].line for i in rows]
+
+    def _rows_typed(self, column: Column) -> list[int]:
+        return [i for i, reading in enumerate(column.readings) if reading.text]
+
+    def _runs_above_first(self, column: Column) -> list[int]:
+        """Return the runs above the first value; a run without a weight needs no load."""
+        typed = self._rows_typed(column)
+        above = list(range(typed[0] if typed else 0))
+        if column.role in roles.LOADS:
+            above = [i for i in above if not self.loads.is_without_weight(i)]
+        return [i for i in above if self.is_run[i]]
+
+    def _values_above(self, column: Column) -> dict[int, int]:
+        """Return the row with the valid value above each blank cell, by its row."""
+        above: dict[int, int] = {}
+        last = None
+        for i, reading in enumerate(column.readings):
+            if reading.text:
+                last = i
+            elif column.role in roles.LOADS and self.loads.is_without_weight(i):
+                last = None
+            elif last is not None and self._is_valid_below(column, last, i):
+                above[i] = last
+        return above
+
+    def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
+        """Return whether the value of a row may be that of a row below."""
+        if column.role == "position":
+            several = sum(value is not None for value in column.values) > 1
+            is_other = several and self.loads.differs(last, row)
+            return not is_other or column.spots[row] in self.table.grid.dittos
+        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
+            return self.loads.is_without_weight(row)  # without a weight it turns less
+        return True
+
+    def _runs_filled(self, column: Column, above: dict[int, int]) -> list[int]:
+        """Return the runs that take a value from above.
+
+        An unreadable value above is reported once: the blank cells below it lack
+        nothing.
+        """
+        values = column.values
+        return [i for i, j in above.items() if self.is_run[i] and values[j] is not None]
+
+    def _is_measured_each_time(self, role: str, blank: list[int]) -> bool:
+        """Return whether nearly every run has its own value, so that none is filled down.
+
+        Two runs show no pattern, unless the second only repeats a time.
+        """
+        runs = sum(self.is_run)
+        if role == "mass":
+            return 8 * len(blank) < runs
+        if role in roles.COUNTS and runs == 2:
+            filled = [layout.filled_at(self.table.rows[i]) for i in blank]
+            if any(len(places) > 2 for places in filled):
+                return True
+        is_reading = roles.BY_NAME[role].part in ("spin", "count")
+        return is_reading and 2 * len(blank) < runs

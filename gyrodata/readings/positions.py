@@ -1,0 +1,155 @@
+"""Make positions count from the centre of the ball."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+
+from msgspec.structs import replace
+
+from gyrodata.quantities.notation import read_cell
+from gyrodata.quantities.units import UnitError
+from gyrodata.readings import layout, roles, source
+from gyrodata.readings.lablog import Column, Faults, Text
+from gyrodata.readings.origins import from_centre, origin_in
+from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
+from gyrodata.readings.settings import Settings
+from gyrodata.readings.source import Grid
+
+_ARM = r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
+"""A length that may be an arm."""
+_ARM_DIFFERS = 0.05
+"""Difference of an arm in a note from all positions that is reported, as a share."""
+
+
+def count_from_centre(
+    columns: dict[str, Column], settings: Settings, grid: Grid, faults: Faults
+) -> float:
+    """Make positions count from the centre, if the log says that they do not.
+
+    Return the standard uncertainty of the distance between both places [m]. A text that
+    gives another position is reported.
+    """
+    position = columns.get("position")
+    if position is None:
+        return 0.0
+    _report_other_arms(position, grid, faults)
+    origin = _origin_of(position, settings)
+    if origin == "both":
+        faults.add("two_origins", position.place(0))
+    if origin in ("", "centre", "both"):
+        return 0.0
+    is_line = settings.fields.get("position_from") is not None
+    settings.fields["position_from"] = origin
+    key, share, unknown = roles.ORIGIN_LENGTHS[origin]
+    if origin == "surface" and key not in settings.constants:
+        _read_diameter(settings, grid, faults)
+    length = settings.constants.get(key)
+    if length is None:
+        centre = '; if they count from the centre: "# position_from: centre"'
+        faults.add(unknown, position.place(0), otherwise="" if is_line else centre)
+        return 0.0
+    columns["position"] = _moved(position, origin, share * length, faults)
+    u = settings.uncertainties.get(f"u_{key}")
+    u_length = settings.steps[key] / math.sqrt(12) if u is None else u.at(length)
+    return share * u_length
+
+
+def _origin_of(position: Column, settings: Settings) -> str:
+    """Return from where positions count: by a line, the header, or a note.
+
+    "both" if a note contradicts the header or another note.
+    """
+    if stated := settings.fields.get("position_from"):
+        return str(stated)
+    is_option = position.header.startswith(("#", "--"))
+    header = "" if is_option else position.header
+    of_header = origin_in(header)
+    if not of_header and settings.origin and from_centre(header):
+        of_header = "centre"
+    if (settings.origin, of_header) == ("surface", "centre"):
+        return "both"
+    return of_header or settings.origin
+
+
+def _moved(position: Column, origin: str, shift: float, faults: Faults) -> Column:
+    """Return the positions from the centre; `shift` is the distance of both places [m]."""
+    moved = [
+        reading
+        if reading.value is None
+        else replace(reading, value=_from_centre(reading.value, origin, shift))
+        for reading in position.readings
+    ]
+    amount = f"{100 * shift:.4g} cm"
+    done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
+    faults.add("moved", position.place(0), origin=origin, done=done)
+    return replace(position, readings=tuple(moved))
+
+
+def _from_centre(value: float, origin: str, shift: float) -> float:
+    if origin == "tip":
+        return shift - value
+    # A negative distance is on the counterweight's side.
+    return value + math.copysign(shift, value)
+
+
+# Lengths in texts
+# ----------------------------------------------------------------------------------
+
+
+def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:
+    """Report each note with an arm with which no position agrees."""
+    for text in layout.texts_of(grid):
+        arm = _arm_in(text)
+        if not arm or _is_reported(text) or _is_header(text, grid):
+            continue
+        values = (value or 0.0 for value in position.values)
+        if all(abs(arm - value) > _ARM_DIFFERS * arm for value in values):
+            faults.add("note", note=text, role="position")
+
+
+def _arm_in(text: str) -> float:
+    """Return the distance from the centre in a text [m]; 0 if it states none."""
+    if not (re.search(_ARM, text) and from_centre(text)):
+        return 0.0
+    said = layout.said_in(source.Row(1, [text])).get("position")
+    return read_cell(said[0], "length", None).value if said else 0.0
+
+
+def _is_reported(text: str) -> bool:
+    """Return whether a note says that a reading is not what is typed."""
+    return bool(altered_role(text)) or bool(re.search(CORRECTED, text))
+
+
+def _is_header(text: str, grid: Grid) -> bool:
+    same = [row for row in grid.rows if " ".join(row.texts) == text]
+    return any(map(layout.is_head, same))
+
+
+def _read_diameter(settings: Settings, grid: Grid, faults: Faults) -> None:
+    """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
+    for cell in _sentences(grid):
+        parts = re.split(layout.SENTENCE_END, cell.text)
+        diameters = list(filter(None, map(diameter_in, parts)))
+        try:
+            quantity = read_cell(diameters[0], "length", None) if diameters else None
+        except UnitError:
+            continue
+        if quantity is not None:
+            key, line = "ball_diameter", [cell.place.line]
+            settings.constants[key] = quantity.value
+            settings.steps[key] = quantity.step or 0.0
+            faults.add("line_read_as_key", cell, line=line, key=key, value=diameters[0])
+            return
+
+
+def _sentences(grid: Grid) -> Iterator[Text]:
+    """Yield the notes, the rows of words and the lines with a key."""
+    yield from grid.comments
+    for row in grid.rows:
+        text = " ".join(row.texts)
+        if " " in text:
+            yield replace(grid.cell(row, layout.filled_at(row)[0]), text=text)
+    for key, cell in grid.metadata:
+        yield replace(cell, text=f"{key.replace('_', ' ')}: {cell.text}")

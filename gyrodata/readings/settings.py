@@ -1,0 +1,511 @@
+"""Read the values for the whole log: ``# key: value`` lines, ``--set`` and ``--config``."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from gyrodata.base.errors import InputError
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
+from gyrodata.readings import roles
+from gyrodata.readings.lablog import (
+    BLANKS,
+    Faults,
+    Place,
+    Reading,
+    Reported,
+    Text,
+    listing,
+)
+from gyrodata.readings.names import name_roles, reported_key
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.reported import REPORTABLE, read_reported
+from gyrodata.readings.turns import turns_in
+
+
+class Given(Struct, frozen=True):
+    """One value for the whole log."""
+
+    key: str
+    text: str
+    label: str
+    """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
+    place: Place | None
+    """None for an option."""
+    cell: notation.Quantity | None = None
+    """The value of a role or constant."""
+
+    def reading(self, u: Uncertainty | None) -> Reading:
+        """Return the value as the reading of a run.
+
+        `u` is used if it has no uncertainty of its own.
+        """
+        assert self.cell is not None
+        u = self.cell.uncertainty or u
+        return Reading(self.cell.value, self.cell.step, u, self.text)
+
+
+class Settings(Struct):
+    """All values for the whole log."""
+
+    roles: dict[str, Given] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
+    given_uncertainties: dict[str, Given] = field(default_factory=dict)
+    fields: dict[str, Any] = field(default_factory=dict)
+    """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
+    steps: dict[str, float] = field(default_factory=dict)
+    """One step of the last digit of each constant [SI unit]."""
+    metadata: dict[str, str] = field(default_factory=dict)
+    reported: dict[str, Reported] = field(default_factory=dict)
+    unread: set[str] = field(default_factory=set)
+    """Roles whose value could not be read; there is a fault for each."""
+    origin: str = ""
+    """Point from which positions count, if a note says so."""
+
+
+# Options
+# ----------------------------------------------------------------------------------
+
+
+def read_options(
+    settings: Mapping[str, str],
+    mapping: Mapping[str, str],
+    config: str | os.PathLike[str] | None,
+) -> list[Given]:
+    """Check the names of all options before the log is read.
+
+    Return the values of ``--set`` and ``--config``.
+    """
+    given = [] if config is None else _read_config(config)
+    for key, text in settings.items():
+        given.append(Given(key.strip(), text.strip(), f"--set {key}", None))
+    faults = Faults("")
+    keys = [key for key in roles.KEYS if key not in roles.TEXTS]
+    for item in given:
+        if item.key not in keys:
+            hint = _did_you_mean(item.key, keys)
+            faults.add("option_unknown", what=item.label, hint=hint)
+    mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
+    for role in mapping:
+        if role not in mapped and not re.fullmatch(r"time_[1-9][0-9]?", role):
+            hint = _did_you_mean(role, mapped)
+            faults.add("mapped_role_unknown", what=f"--map {role}=…", hint=hint)
+    if faults.has_error():
+        raise InputError(faults.found)
+    return given
+
+
+def _read_config(path: str | os.PathLike[str]) -> list[Given]:
+    """Read a TOML file of settings."""
+    try:
+        with Path(path).open("rb") as file:
+            text = file.read(1_000_000).decode("utf-8-sig")
+        table = msgspec.toml.decode(text, type=dict[str, str | int | float])
+    except (OSError, ValueError, RecursionError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise Faults("").refuse("config", path=str(path), why=why) from None
+    pairs = table.items()
+    return [Given(key, str(value), f"--config {key}", None) for key, value in pairs]
+
+
+def _did_you_mean(name: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
+    close = close or [role for role in name_roles(name)[0] if role in known]
+    if close:
+        return f"did you mean {' or '.join(close)}?"
+    return f"known are: {listing(known, 99)}"
+
+
+# Lines of the log
+# ----------------------------------------------------------------------------------
+
+
+def read_settings(
+    metadata: Sequence[tuple[str, Text]],
+    comments: Sequence[Text],
+    options: Sequence[Given],
+    faults: Faults,
+    ask: bool,
+) -> Settings:
+    """Read all ``# key: value`` lines and options.
+
+    Lines replace the values of a file, and ``--set`` replaces both.
+
+    With `ask`, a comma that may separate thousands is an error; without, it is a
+    decimal comma as in the table.
+    """
+    lines = _Lines(Settings(), faults, ask)
+    for key, text in metadata:
+        lines.take(key, text)
+    for comment in comments:
+        lines.look_at_comment(comment)
+    lines.take_answers()
+    for item in options:
+        # The log itself knows its lab better than the file of the bench.
+        if item.key not in lines.texts or not item.label.startswith("--config"):
+            _enter(lines.settings, item, True, faults)
+    return lines.settings
+
+
+class _Lines:
+    """The lines of a log, read one after the other."""
+
+    def __init__(self, settings: Settings, faults: Faults, ask: bool) -> None:
+        self.settings, self.faults, self.ask = settings, faults, ask
+        self.texts: dict[str, Text] = {}
+        """First text of each key."""
+        self.answers: list[tuple[str, Text]] = []
+        """Lines such as "I_zz = 4.4e-3 kg m^2"."""
+
+    def take(self, key: str, text: Text) -> None:
+        """Read one line: a report, an answer, a value or a remark."""
+        known, text = _as_key(key.lower(), text)
+        if known.startswith(roles.REPORTED) and reported_key(key) in REPORTABLE:
+            self.report(key, text)
+        elif answer := _answer_in(key, known, text):
+            self.answers.append(answer)
+        elif known in roles.KEYS and not _is_remark(known, text.text):
+            self.enter(known, text)
+        else:
+            self.settings.metadata[key] = text.text
+            is_short = len(key) <= 30 and len(self.settings.metadata) < 200
+            if text.text and known not in roles.KEYS and is_short:
+                _warn_of_remark(key, text.text, text, self.faults)
+
+    def enter(self, key: str, text: Text) -> None:
+        """Enter the value of a key; ask if it is given twice."""
+        first = self.texts.setdefault(key, text)
+        if first.text != text.text and key != "spin_down":
+            lines = {"first": first.place.line, "second": text.place.line}
+            self.faults.add("key_given_twice", text, key=key, **lines)
+            return
+        given = Given(key, text.text, f"# {key}", text.place)
+        _enter(self.settings, given, self.ask, self.faults)
+
+    def look_at_comment(self, comment: Text) -> None:
+        """Warn of "# spin 400 rpm" without a colon."""
+        if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):
+            _warn_of_remark(match[1], match[2], comment, self.faults)
+
+    def take_answers(self) -> None:
+        """Read "# I_zz = …" as an answer, if no "# reported_inertia: …" is one."""
+        if "inertia" in self.settings.reported:
+            return
+        for key, text in self.answers:
+            # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+            read = read_reported(key, text.text)
+            if read.fault is None or (len(key) > 1 and read.value is not None):
+                self.report(key, text)
+            else:
+                self.settings.metadata[key] = text.text
+
+    def report(self, key: str, text: Text) -> None:
+        """Keep a reported value.
+
+        A fault in it is only a note for its writer, because it is graded elsewhere.
+        """
+        name = reported_key(key)
+        before = self.settings.reported.get(name)
+        if text.text in BLANKS or (before is not None and before.text == text.text):
+            return
+        read = read_reported(key, text.text, text.place.line, self.ask)
+        if before is not None:
+            read = _given_twice(before, text.place.line)
+        self.settings.reported[name] = read
+        if read.problem:
+            self.faults.add("reported_value", text, name=name, problem=read.problem)
+
+
+def _given_twice(before: Reported, line: int) -> Reported:
+    problem = (
+        f"{before.key} is reported twice, in lines {before.line} and {line}, with two "
+        "values"
+    )
+    read = Reported(before.key, before.text, line=before.line)
+    return replace(read, fault="given twice", problem=problem)
+
+
+def _as_key(key: str, text: Text) -> tuple[str, Text]:
+    """Return the key and the text that a line means: "# time = 3 turns" gives turns."""
+    if key == "ball_radius":
+        return "ball_diameter", replace(text, text=f"2 x {text.text}")
+    if key == "time" and ":" not in text.text:
+        turns = turns_in(text.text)
+        if turns:
+            return "turns", replace(text, text=turns)
+    return key, text
+
+
+def _answer_in(key: str, known: str, text: Text) -> tuple[str, Text] | None:
+    """Return the name and the value of I_zz in a line; also "# Result: I_zz = …"."""
+    if reported_key(key) == "inertia":
+        return key, text
+    name, _, value = text.text.partition("=")
+    if known in roles.KEYS or reported_key(name.strip()) != "inertia":
+        return None
+    return name.strip(), replace(text, text=value.strip())
+
+
+def _is_remark(key: str, text: str) -> bool:
+    """Return whether a line with a known key is blank, the hour of the day, or a sentence."""
+    if not text or key in roles.TEXTS or (key == "time" and ":" in text):
+        return True
+    has_number = any(letter.isdigit() for letter in text)
+    return key in roles.ROLES and len(text.split()) > 3 and not has_number
+
+
+_KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
+# A class writes the same remarks a thousand times.
+_nearest_key = lru_cache(maxsize=1024)(
+    partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8)
+)
+
+
+def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
+    """Warn of a remark that is nearly a ``# key: value`` line.
+
+    Examples are "# u_positon: 1 mm" and "# m1 = 47 g".
+    """
+    close = _nearest_key(key.lower()) if len(key) > 2 else []
+    if not close and value[:1].isdigit():
+        bare = re.sub(r"_?[0-9]{1,2}$", "", key)
+        named = [*name_roles(key)[0], *name_roles(bare)[0]]
+        close = [role for role in named if roles.kind_of_role(role) != "text"]
+    if not close or turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
+        return
+    written = key if text.text == value else text.text
+    if close[0] in roles.ROLES:
+        # Of "14.8 cm from centre" the value is meant.
+        match = re.match(rf"{notation.NUMBER}\s*\S*", value)
+        value = match[0] if match else value
+    faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
+
+
+# Values
+# ----------------------------------------------------------------------------------
+
+YES_OR_NO: dict[str, bool | None] = {"": None}
+YES_OR_NO |= dict.fromkeys(vocabulary.words("yes").split(), True)
+YES_OR_NO |= dict.fromkeys(vocabulary.words("no").split(), False)
+ON_EARTH = 9.7, 9.9
+"""g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the
+poles."""
+_BALL = 0.02, 200.0
+"""Smallest and largest mass of a ball [kg]."""
+OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be
+a share."""
+_FROM_A_PLACE = r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b"
+_MOST_RISE = 1.02
+"""A spin may seem to rise by this factor because of its rounding."""
+
+
+def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+    """Enter one value; an option that cannot be read is refused at once."""
+    try:
+        _read_value(settings, item, ask, faults)
+    except UnitError as error:
+        hint = error.hint or notation.how_to_write(roles.kind_of_role(item.key))
+        values = {"label": item.label, "text": item.text, "error": error, "hint": hint}
+        if item.place is None:
+            raise Faults(faults.name).refuse("option_value", **values) from None
+        settings.unread |= {item.key} & set(roles.ROLES)
+        faults.add("key_value", item.place, **values)
+
+
+def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+    """Read the value of a key, by what kind of key it is."""
+    key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
+    if key == "spin_down":
+        # Several lines are several falls.
+        parts = filter(None, map(str.strip, text.split(";")))
+        falls = [_read_several(key, part) for part in parts]
+        settings.fields[key] = (*settings.fields.get(key, ()), *falls)
+    elif "sample" in line:
+        settings.fields[key] = _read_several(key, text)
+    elif line:
+        _enter_word(settings, key, text, line)
+    elif key in roles.UNCERTAINTIES:
+        settings.uncertainties[key] = _read_uncertainty(key, text, ask)
+        settings.given_uncertainties[key] = item
+    elif key == "latitude":
+        settings.constants[key] = _read_latitude(text, ask)
+    elif key in roles.CONSTANTS:
+        _enter_constant(settings, item, text, ask, faults)
+    else:
+        cell = _read_role(key, text, ask)
+        settings.roles[key] = replace(item, cell=cell)
+
+
+def _enter_word(
+    settings: Settings, key: str, text: str, line: Mapping[str, Any]
+) -> None:
+    words = line.get("words") or YES_OR_NO
+    if text.lower() not in words:
+        raise UnitError("is none of the words that can be read here", line["hint"])
+    value = words[text.lower()]
+    if key == "question_numbers":
+        settings.metadata[key] = "yes" if value else "no"
+    else:
+        settings.fields[key] = value
+
+
+def _read_uncertainty(key: str, text: str, ask: bool) -> Uncertainty:
+    try:
+        u = notation.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
+    except UnitError as error:
+        raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
+    if key.endswith("_scale") and u.absolute:
+        hint = 'the error of a whole scale is in %, such as "0.1 %"'
+        raise UnitError("is not a share", hint)
+    if key in OF_NOTHING and u.relative:
+        hint = f'write it with its unit: "{OF_NOTHING[key]}"'
+        raise UnitError("is a share of what is not read", hint)
+    return u
+
+
+def _read_latitude(text: str, ask: bool) -> float:
+    """Read a latitude [rad]: "52.5 deg", "33 S"."""
+    match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
+    angle = match[1] if match else text
+    value = notation.read_cell(angle, "angle", "deg", ask).value
+    if abs(value) > math.pi / 2 or (match and value < 0):
+        hint = 'write it like "52.5 deg", from -90 at the south pole to 90 deg'
+        raise UnitError("is not a latitude", hint)
+    return -value if match and match[2] in "Ss" else value
+
+
+def _enter_constant(
+    settings: Settings, item: Given, text: str, ask: bool, faults: Faults
+) -> None:
+    """Enter a constant with its digits; g is in m/s² if it has no unit."""
+    key = item.key
+    written = notation.take_apart(text) if key == "g" else None
+    bare = written is not None and not written.unit
+    unit = "m/s^2" if bare else None
+    cell = notation.read_cell(text, roles.kind_of_role(key), unit, ask)
+    if key == "g":
+        _check_gravity(cell.value)
+    if not cell.value > 0:
+        raise UnitError("is not above zero", "")
+    if key == "ball_mass":
+        _check_ball(cell.value)
+    _check(key, cell.value)
+    if bare:
+        faults.add("g_without_unit", item.place, text=item.text)
+    settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
+    if cell.uncertainty is not None:
+        settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
+
+
+def _check_ball(mass: float) -> None:
+    low, high = _BALL
+    if not low <= mass <= high:
+        likely = f"{1000 * mass:.6g} kg" if mass < low else f"{mass:.6g} g"
+        fault = f"is {mass:.4g} kg, which is not the mass of a ball in a lab"
+        raise UnitError(fault, f'is its unit wrong? Write "# ball_mass: {likely}"')
+
+
+def _check_gravity(g: float) -> None:
+    low, high = ON_EARTH
+    if not low <= g <= high:
+        fault = f"is {g:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
+        hint = 'write the value of your place with its unit, such as "9.81 m/s^2"'
+        raise UnitError(fault, hint)
+
+
+def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
+    """Read one reading that is valid for all runs."""
+    if key == "position" and from_centre(text):
+        text = re.split(_FROM_A_PLACE, text)[0]
+    if key in roles.COUNTS and notation.take_apart(text) is None:
+        text = turns_in(f"{text} turns") or text  # "three", "one third"
+    cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
+    _check(key, cell.value)
+    return cell
+
+
+def _check(role: str, value: float) -> None:
+    fault, hint = roles.check_value(role, value)
+    if fault:
+        raise UnitError(fault, hint)
+
+
+# Lines of several quantities
+# ----------------------------------------------------------------------------------
+
+
+def form_of(key: str) -> tuple[str, list[str]]:
+    """Return how a line of several quantities is written, and their kinds.
+
+    The text has {} in the place of each quantity.
+    """
+    sample, quantity = vocabulary.LINES[key]["sample"], r"(?<![0-9.])[0-9.]+ (\w+)"
+    kinds = [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
+    return re.sub(quantity, "{}", sample), kinds
+
+
+def _read_several(key: str, text: str) -> tuple[float, ...]:
+    """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
+    if key == "falling_mass" and "friction" not in text:
+        text += ", friction 0 g"
+    form, kinds = form_of(key)
+    hint = f'write it like "{vocabulary.LINES[key]["sample"]}"'
+    parts = _parts_between(form.strip("{}").split("{}"), " ".join(text.split()))
+    if not all(parts):
+        raise UnitError("is not understood", hint)
+    try:
+        numbers = tuple(map(notation.parse_quantity, parts, kinds))
+    except UnitError as error:
+        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
+    if key == "falling_mass":
+        _check_falling_mass(numbers, hint)
+        return numbers
+    for kind, number in zip(kinds, numbers, strict=True):
+        _check_in_line(kind, number, hint)
+    return _fall(numbers) if key == "spin_down" else numbers
+
+
+def _check_falling_mass(numbers: tuple[float, ...], hint: str) -> None:
+    mass, *others, friction = numbers
+    if min(mass, *others) <= 0 or not 0 <= friction < mass:
+        raise UnitError("contains a value that is impossible", hint)
+
+
+def _parts_between(separators: list[str], text: str) -> list[str]:
+    """Return the parts of a text between the words of its form."""
+    parts = []
+    for separator in separators:
+        part, _, text = text.partition(separator)
+        parts.append(part)
+    return [*parts, text]
+
+
+def _check_in_line(kind: str, number: float, hint: str) -> None:
+    role = "spin" if kind == "rate" else kind
+    if kind == "angle" and number == 0:
+        return
+    fault, _ = roles.check_value(role, number if kind == "time" else abs(number))
+    if fault:
+        raise UnitError(fault, hint)
+
+
+def _fall(numbers: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return the spin at the start and at the end of a fall, and its time."""
+    start, end, seconds = abs(numbers[0]), abs(numbers[1]), numbers[2]
+    if end > _MOST_RISE * start:
+        hint = "exchange start and end if they are swapped"
+        raise UnitError("says that the spin rises", hint)
+    return start, end, seconds

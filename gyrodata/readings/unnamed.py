@@ -1,0 +1,281 @@
+"""Find the role of columns without a known name, by their cells or their unit."""
+
+from __future__ import annotations
+
+import re
+from operator import attrgetter
+
+from msgspec.structs import replace
+
+from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities.notation import to_float
+from gyrodata.readings import layout, roles
+from gyrodata.readings.cells import part_counted
+from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
+from gyrodata.readings.headers import (
+    Header,
+    are_turns,
+    can_measure,
+    counts_turns,
+    counts_weights,
+    is_one_letter,
+    is_part_of_mass,
+    suggest_role,
+)
+from gyrodata.readings.lablog import Faults
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.roles import Role, kind_of_role
+from gyrodata.readings.turns import turns_in
+from gyrodata.readings.words import (
+    NOT_THE_WEIGHT,
+    PRECESSION,
+    SCALE_WORDS,
+    SPINNING,
+    SUMMARY_WORDS,
+    THEORY_WORDS,
+    UNSURE_WORDS,
+    squeezed_words,
+)
+
+_OTHER_THINGS = (
+    NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
+)
+_OF_TILT = vocabulary.pattern("tilted")
+"""Words for an angle that the rod does not sweep."""
+_LEVEL = r"90(?:\.0*)?"
+"""Angle of a level rod from the vertical [deg]."""
+_NUMBERED = r"[^\[^]*[0-9]|[σε]\w"
+"""The name of a header such as "T/2 (s)", "Weight #1 (g)" or "σt (s)" says more than
+its unit."""
+
+
+def place_columns(table: layout.Layout, choice: Choice, faults: Faults) -> None:
+    """Give each missing role to the only column without a name that can have it."""
+    if not choice.unplaced:
+        return
+    if not choice.gives_turns() and not any(time.turns for time in choice.times()):
+        _place_turns(choice, faults)
+    there = choice.there | choice.asked
+    for role in roles.TABLE:
+        if _can_have_role_by_unit(role, there):
+            _place_by_unit(role.name, table, choice, faults)
+
+
+def _unplaced(choice: Choice) -> list[Chosen]:
+    return sorted(choice.unplaced, key=attrgetter("at"))
+
+
+# Turns, by cells
+# ----------------------------------------------------------------------------------
+
+
+def _place_turns(choice: Choice, faults: Faults) -> None:
+    """Read the only column that can contain turns or an angle."""
+    angles = [column for column in _unplaced(choice) if _is_angle(column)]
+    counts = [column for column in _unplaced(choice) if _counts_turns(column)]
+    fitting = {column.at: column for column in (*angles, *counts)}
+    if len(fitting) != 1:
+        return
+    [column] = fitting.values()
+    role = "angle" if angles else "turns"
+    choice.place(column, role)
+    faults.add("read_by_cells", column.cell, role=role)
+
+
+def _is_angle(column: Chosen) -> bool:
+    """Return whether a column contains angles, and not those of a level rod."""
+    if column.kinds != {"angle"} or re.search(_OF_TILT, column.header.text):
+        return False
+    return not all(re.fullmatch(_LEVEL, text) for text in column.texts)
+
+
+def _counts_turns(column: Chosen) -> bool:
+    """Return whether the unit, the cells or a part in the name are those of turns."""
+    header = column.header
+    if are_turns(header, column.texts) or _counts_parts(column):
+        return True
+    by_unit = counts_turns(header) and not _says_little(header)
+    return by_unit and not header.is_of_the_spin
+
+
+def _counts_parts(column: Chosen) -> bool:
+    """Return whether a column counts thirds, halves or percent of a turn."""
+    header = column.header
+    if header.roles or header.unit not in (None, "%") or not part_counted(header):
+        return False
+    texts = [text for text in column.texts if text]
+    return bool(texts) and all(map(layout.is_bare, texts))
+
+
+def way_counted(column: Chosen) -> tuple[str, ...]:
+    """Return what the cells of a "rotation" or "precession" count: turns or an angle."""
+    texts = [text for text in column.texts if text]
+    if not texts:
+        return ()
+    unnamed = replace(column.header, roles=(), text="")
+    if all(map(turns_in, texts)) or are_turns(unnamed, texts):
+        return ("turns",)
+    marks = [text.lstrip("0123456789., ") for text in texts]
+    if all(units.kinds_of(mark) == {"angle"} for mark in marks):
+        return ("angle",)
+    return ()
+
+
+def are_small_counts(column: Chosen) -> bool:
+    """Return whether a column contains plain numbers that may be turns."""
+    texts = [text for text in column.texts if text]
+    if not texts or not all(map(layout.is_bare, texts)):
+        return False
+    return max(map(to_float, texts)) <= MOST_TURNS
+
+
+# By unit
+# ----------------------------------------------------------------------------------
+
+
+def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
+    """Return whether a column has the unit of a role that is missing, and not of its name.
+
+    The unit says more than the word: "Masa (s)" is a time in Malay.
+    """
+    header = column.header
+    if len(header.roles) != 1 or not column.kinds or can_measure(header):
+        return False
+    return any(
+        kind_of_role(role.name) in column.kinds
+        for role in roles.TABLE
+        if _can_have_role_by_unit(role, choice.there)
+    )
+
+
+def _can_have_role_by_unit(role: Role, there: set[str]) -> bool:
+    if not role.by_unit_without or not there.isdisjoint(role.by_unit_without):
+        return False
+    return role.name != "time" or not there.isdisjoint(roles.COUNTS)
+
+
+def _place_by_unit(
+    role: str, table: layout.Layout, choice: Choice, faults: Faults
+) -> None:
+    """Give a role to the only column with a fitting unit, or to repeats of one time."""
+    fitting = _fitting(role, choice)
+    if len(fitting) > 1:
+        is_safe = role == "time" and _are_times_by_name(fitting)
+        numbers: list[int | None] = [*range(1, len(fitting) + 1)]
+    else:
+        is_safe = all(_says_no_more(role, one, table, choice) for one in fitting)
+        numbers = [None]
+    if not is_safe:
+        return
+    for number, column in zip(numbers, fitting, strict=False):
+        choice.place(column, role, number)
+        kind = units.KINDS[kind_of_role(role)].words
+        faults.add("read_by_unit", column.cell, role=role, kind=kind)
+
+
+def _fitting(role: str, choice: Choice) -> list[Chosen]:
+    """Return the columns without a name whose unit fits a role."""
+    kind = kind_of_role(role)
+    fitting = [
+        column
+        for column in _unplaced(choice)
+        if kind in column.kinds and _unit_suffices(role, column.header)
+    ]
+    if len(fitting) < 2:
+        return fitting
+    return [column for column in fitting if not column.header.moment]
+
+
+def _unit_suffices(role: str, header: Header) -> bool:
+    return not _says_little(header) or suggest_role(header.text) == role
+
+
+def _says_little(header: Header) -> bool:
+    """Return whether only a one-letter unit says what a column with an unknown name contains.
+
+    A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no
+    other meaning.
+    """
+    named = header.name.strip() != ""
+    return named and header.unit is not None and is_one_letter(header.unit)
+
+
+def _are_times_by_name(columns: list[Chosen]) -> bool:
+    """Return whether a word for a time is in all names: "Alice's time", "Bob's time"."""
+    common = set.intersection(*(_words_of_name(column) for column in columns))
+    return any("time" in name_roles(word)[0] for word in common)
+
+
+def _words_of_name(column: Chosen) -> set[str]:
+    return squeezed_words(column.header.name)
+
+
+def _says_no_more(
+    role: str, column: Chosen, table: layout.Layout, choice: Choice
+) -> bool:
+    """Return whether the name of a column says nothing that its unit does not say."""
+    if role == "position" and _is_from_centre(column, table):
+        return True
+    if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
+        return False
+    words = _words_of_name(column)
+    if role == "spin":
+        words = {word for word in words if not re.search(SPINNING, word)}
+    return words.isdisjoint(_OTHER_THINGS)
+
+
+def _names_a_part(role: str, header: str) -> bool:
+    """Return whether a header says a part or another thing than a role."""
+    if role == "mass" and is_part_of_mass(header):
+        return True
+    if role == "spin" and re.search(PRECESSION, header):
+        return True
+    return re.match(_NUMBERED, header) is not None
+
+
+def _is_from_centre(column: Chosen, table: layout.Layout) -> bool:
+    """Return whether a note such as "length is from the centre" explains a name."""
+    name = column.header.name.strip()
+    word = rf"(?i)\b{re.escape(name)}\b"
+    notes = filter(from_centre, layout.texts_of(table.grid))
+    return any(re.search(word, note) for note in notes)
+
+
+def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
+    """Return whether "g" may be the unit of the unknown name to its left."""
+    if column.text != column.header.unit:
+        return False
+    bare = [other.at for other in choice.unplaced if other.header.unit is None]
+    return column.at - 1 in bare
+
+
+# What is left
+# ----------------------------------------------------------------------------------
+
+
+def may_number(header: Header) -> bool:
+    """Return whether a column such as "n" or "count" may number the runs."""
+    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
+
+
+def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
+    """Warn of each column without a place that counts weights or contains masses."""
+    masses = choice.used["mass"][0].texts if "mass" in choice.used else ()
+    for column in _unplaced(choice):
+        if _may_be_of_mass(column, masses):
+            faults.add("mass_unused", column.cell, header=column.text)
+
+
+def _may_be_of_mass(column: Chosen, masses: tuple[str, ...]) -> bool:
+    if "mass" in column.kinds and column.text != column.header.unit:
+        return NOT_THE_WEIGHT.isdisjoint(squeezed_words(column.text))
+    if not counts_weights(column.header) or {*column.texts} <= {"", "1"}:
+        return False
+    return not _differ_together(column.texts, masses)
+
+
+def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
+    """Return whether each number of weights has its own mass: that of all weights."""
+    pairs = set(zip(counts, masses, strict=False))
+    return len(pairs) == len(set(counts)) == len(set(masses)) > 1

@@ -1,0 +1,210 @@
+"""A log whose columns lack something or count something else: it is read right, or the
+first remedy that gyro prints gives the truth.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from simulated_labs import analyze_briefly
+from typer.testing import CliRunner
+
+import gyrodata
+from gyrodata import LogError
+from gyrodata.base.errors import Diagnostic
+from gyrodata.cli import app
+from gyrodata.reporting.text import unfinished_text
+
+TRUTH, G = 4.4e-3, 9.80665
+THIRDS = (1, 3, 2, 6, 3, 1, 3, 6, 2)
+"""Thirds of a turn of each run."""
+IN_TURNS = {1: "1/3", 2: "2/3", 3: "1", 6: "2"}
+IN_WORDS = {1: "one third", 2: "two thirds", 3: "full", 6: "two turns"}
+START = "mass [g],position [cm],spin [rpm],time [s]"
+FOUR = "{mass},14.8,{spin},{time:.2f}"
+
+
+def values(mass: float, spin: float, thirds: int) -> dict[str, object]:
+    """Return what a cell of a run may contain; the weight hangs at 14.8 cm."""
+    torque = mass * 1e-3 * G * 0.148
+    period = 2 * math.pi * TRUTH * spin * math.pi / 30 / torque
+    time = period * thirds / 3
+    written = {"turns": IN_TURNS[thirds], "words": IN_WORDS[thirds]}
+    written |= {"percent": f"{100 * thirds / 3:.1f}", "degrees": f"{120 * thirds}"}
+    numbers = {"mass": mass, "spin": spin, "thirds": thirds, "time": time}
+    return {**written, **numbers, "period": period, "minutes": time / 60}
+
+
+def log(head: str, row: str, above: str = "") -> str:
+    """Write nine runs below a header; a row names the values of its cells."""
+    settings = [(mass, spin) for mass in (20.1, 40.3, 60.2) for spin in (206, 394, 604)]
+    runs = zip(settings, THIRDS, strict=True)
+    rows = [row.format(**values(*setting, thirds)) for setting, thirds in runs]
+    return "\n".join([f"{above}# g: {G} m/s^2", head, *rows]) + "\n"
+
+
+def is_true(text: str, **options: dict[str, str]) -> bool:
+    answer = analyze_briefly(text.encode(), **options).inertia
+    return bool(abs(answer.value - TRUTH) < max(0.01 * TRUTH, 3 * answer.u))
+
+
+def questions(text: str) -> list[Diagnostic]:
+    with pytest.raises(LogError) as raised:
+        analyze_briefly(text.encode())
+    return [one for one in raised.value.diagnostics if one.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("header", "cell"),
+    [
+        ("number of thirds", "{thirds}"),
+        ("thirds of a turn", "{thirds}"),
+        ("thirds", "{thirds}"),
+        ("Anzahl Drittel", "{thirds}"),
+        ("tiers de tour", "{thirds}"),
+        ("turn completed (%)", "{percent}"),
+        ("turns [%]", "{percent}"),
+        ("precession", "{turns}"),
+        ("precession", "{words}"),
+        ("rotation", "{degrees}°"),
+        ("Präzession", "{turns}"),
+    ],
+)
+def test_columns_that_count_parts_of_a_turn_are_read_as_turns(
+    header: str, cell: str
+) -> None:
+    text = log(f"{START},{header}", f"{FOUR},{cell}")
+    assert is_true(text)
+    assert is_true(text, mapping={"turns": header})
+
+
+def test_whole_numbers_below_precession_are_asked_about() -> None:
+    head = f"{START},precession"
+    text = log(head, "{mass},14.8,{spin},{period:.2f},1")
+    (asked,) = questions(text)
+    assert asked.code == "G207"
+    assert '--map turns="precession"' in asked.hint
+    assert is_true(text, mapping={"turns": "precession"})
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "cell"),
+    [
+        ("time [min]", "time [s]", "{turns}"),
+        ("angle [rad]", "angle [deg]", "{degrees}"),
+    ],
+)
+def test_unit_of_impossible_numbers_is_replaced_as_the_question_says(
+    wrong: str, right: str, cell: str
+) -> None:
+    count = "angle [deg]" if "angle" in wrong else "turns"
+    text = log(f"{START},{count}".replace(right, wrong), f"{FOUR},{cell}")
+    (asked,) = questions(text)
+    assert re.findall(r'write the header as "([^"]+)"', asked.hint) == [right]
+    assert is_true(text.replace(wrong, right))
+
+
+def test_mapped_percentages_are_asked_about() -> None:
+    head = f"{START},how far around"
+    text = log(head, FOUR + ",{percent}")
+    with pytest.raises(LogError, match=r'write the header as "turns \[%\]"'):
+        analyze_briefly(text.encode(), mapping={"turns": "how far around"})
+
+
+def test_unit_of_large_numbers_may_be_right_in_each_cell() -> None:
+    head = f"{START.replace('[s]', '[min]')},turns"
+    assert is_true(log(head, "{mass},14.8,{spin},{minutes:.4f} min,{turns}"))
+
+
+def test_one_question_contains_the_header_row_with_all_units() -> None:
+    head = "mass,position,spin,time,turns"
+    text = log(head, FOUR + ",{turns}")
+    (asked,) = questions(text)
+    assert is_true(text.replace(head, asked.hint.rpartition(": ")[2]))
+
+
+def test_one_question_contains_the_header_row_with_all_missing_columns() -> None:
+    head = "Jisim [g],position [cm],spin [rpm],Masa [s],turns"
+    text = log(head, FOUR + ",{turns}")
+    (asked,) = questions(text)
+    row = asked.hint.splitlines()[0].rpartition(": ")[2]
+    assert row == "mass [g],position [cm],spin [rpm],time [s],turns"
+    assert is_true(text.replace(head, row))
+
+
+def test_unit_of_a_time_says_more_than_a_name_of_the_mass() -> None:
+    head = "m [g],position [cm],spin [rpm],Masa [s],turns"
+    text = log(head, FOUR + ",{turns}")
+    (asked,) = questions(text)
+    assert 'is it --map time="Masa [s]"?' in asked.hint
+    assert is_true(text, mapping={"time": "Masa [s]"})
+
+
+def test_header_with_a_subscript_can_be_mapped_to_the_period() -> None:
+    head = "mass [g],position [cm],spin [rpm],T_P / s"
+    text = log(head, "{mass},14.8,{spin},{period:.2f}")
+    assert is_true(text, mapping={"precession_period": "T_P / s"})
+
+
+def test_mass_of_the_ball_in_a_wrong_unit_is_asked_about() -> None:
+    wrong = "# ball_mass: 4310 kg"
+    text = log(f"{START},turns", FOUR + ",{turns}", above=f"{wrong}\n")
+    (asked,) = questions(text)
+    (line,) = re.findall(r'Write "([^"]+)"', asked.hint)
+    assert line == "# ball_mass: 4310 g"
+    assert is_true(text.replace(wrong, line))
+
+
+def test_two_readings_of_a_ruler_are_asked_about() -> None:
+    head = "mass [g],ruler start [cm],ruler weight [cm],spin [rpm],time [s],turns"
+    asked = questions(log(head, "{mass},12.0,26.8,{spin},{time:.2f},{turns}"))
+    both = '"ruler start [cm]" and "ruler weight [cm]"'
+    assert any(both in question.message for question in asked)
+
+
+def test_rate_of_the_precession_is_not_proposed_for_the_spin() -> None:
+    head = "mass [g],position [cm],f_precession / Hz"
+    (asked,) = questions(log(head, "{mass},14.8,0.01"))
+    assert "f_precession" not in asked.hint
+
+
+@pytest.mark.parametrize(
+    ("header", "cell", "new"),
+    [
+        ("percent of a turn", "{percent}", "turns [%]"),
+        ("screws", "{thirds}", "thirds of a turn"),
+        ("deg turned", "{degrees}", "angle [deg]"),
+    ],
+)
+def test_column_of_unknown_counts_gets_the_header_that_the_question_proposes(
+    header: str, cell: str, new: str
+) -> None:
+    text = log(f"{START},{header}", f"{FOUR},{cell}")
+    (asked,) = questions(text)
+    assert f'"{new}"' in asked.hint
+    assert is_true(text.replace(header, new))
+
+
+def test_findings_of_other_runs_are_shown_next_to_an_unreadable_cell(
+    tmp_path: Path,
+) -> None:
+    lines = log(f"{START},turns", FOUR + ",{turns}").splitlines()
+    lines[2] = lines[2].replace(",206,", ",206rpm?,")
+    time = lines[4].split(",")[3]
+    lines[4] = lines[4].replace(time, time.replace(".", ""))
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    shown = CliRunner().invoke(app, ["check", str(path)]).output
+    assert "log.csv:3:11: error" in shown
+    assert f"time {time} s would fit" in shown
+
+
+def test_watch_shows_the_warnings_that_check_shows() -> None:
+    rows = "20.1,15.4,206,18.90,1\n20.1,15.4,407,25.32,2/3\n20.1,15.4,606,1881,1/3\n"
+    with pytest.raises(LogError) as raised:
+        gyrodata.analyze(f"{START},turns\n{rows}")
+    shown = unfinished_text("log.csv", raised.value.diagnostics)
+    assert "time 1881 s is outside" in shown

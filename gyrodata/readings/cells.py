@@ -20,7 +20,7 @@ from gyrodata.readings.headers import Header
 from gyrodata.readings.lablog import BLANKS, Faults
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import turns_in, words_of_turns
+from gyrodata.readings.turns import TURN, turns_in, words_of_turns
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
@@ -28,10 +28,8 @@ _FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN = vocabulary.pattern("turn")
-_TURN_BEHIND = re.compile(
-    rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{_TURN}\w*\.?"
-)
+
+_TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{TURN}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
 """Parts of a turn that a column can count."""
 _PERCENT = "1/100"

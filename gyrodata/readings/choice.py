@@ -32,6 +32,8 @@ _MOST_APART = 0.2
 """Largest difference of two readings in one cell, as a share."""
 _PART_OF_TURN = vocabulary.pattern("parts")
 """Words for a part of a turn."""
+_PERIOD_SYMBOL = r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])"
+"""A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
 _BALL_TURNS = 5
@@ -54,6 +56,7 @@ def choose(
     columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
     several = _serve_by_name(columns, choice)
     _serve_stating(columns, table, choice)
+    _serve_periods_of_one_turn(table, choice, faults)
     _eliminate(table, several, choice, faults)
     unnamed.place_columns(table, choice, faults)
     _split_pairs(choice, faults)
@@ -145,6 +148,7 @@ def _with_role(
     """Return a column with other roles, if its name, unit and cells show them together."""
     found = (
         _roles_of_difference(column, names)
+        or _roles_of_end(column)
         or _roles_of_many(column)
         or (_roles_of_way(column, names) if timed else ())
     )
@@ -162,6 +166,16 @@ def _roles_of_difference(
         return ()
     keys = (f"u_{role}" for role in names.get(name[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
+
+
+def _roles_of_end(column: Chosen) -> tuple[str, ...]:
+    """Return the spin at one end of the run: "Before (rpm)"."""
+    if column.header.roles or column.kinds != {"rate"}:
+        return ()
+    name = _name(column).lower()
+    if name in roles.START_WORDS:
+        return ("spin_start",)
+    return ("spin_end",) if name in roles.END_WORDS else ()
 
 
 def _roles_of_many(column: Chosen) -> tuple[str, ...]:
@@ -199,7 +213,15 @@ def _is_time(column: Chosen) -> bool:
     header = column.header
     if header.unit is not None:
         return header.roles in _TIMES and "time" in column.kinds
-    return header.roles == ("time",)
+    if header.roles:
+        return header.roles == ("time",)
+    return _are_times(column.texts)
+
+
+def _are_times(texts: tuple[str, ...]) -> bool:
+    """Return whether each cell has a unit of time: "1 turn takes" above "20.3 s"."""
+    units = [text.lstrip("0123456789., ") for text in texts if text]
+    return bool(units) and all("time" in kinds_of(unit) for unit in units)
 
 
 def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
@@ -262,6 +284,7 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
             choice.unplaced.append(column)
         else:
             _serve_time(column, turns, choice)
+    _share_turns(choice)
 
 
 def _serve_time_of_ball(column: Chosen, turns: str, choice: Choice) -> None:
@@ -283,6 +306,43 @@ def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
         number += 1
     repeat = None if column.header.is_of_means else number
     choice.serve(replace(column, role="time", number=repeat, turns=turns))
+
+
+def _share_turns(choice: Choice) -> None:
+    """Give the times without turns those that the other times state."""
+    times = choice.times()
+    shared = "" if "turns" in choice.there else _shared_turns(times)
+    if shared:
+        choice.used["time"] = [replace(one, turns=one.turns or shared) for one in times]
+
+
+def _shared_turns(times: list[Chosen]) -> str:
+    """Return the turns of times that state none.
+
+    "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one turn.
+    """
+    stated = {time.turns for time in times if time.turns}
+    others = [time.number for time in times if not time.turns]
+    if others == [1] and stated and all("/" in turns for turns in stated):
+        return "1"
+    return "".join(stated) if len(stated) == 1 else ""
+
+
+def _serve_periods_of_one_turn(
+    table: layout.Layout, choice: Choice, faults: Faults
+) -> None:
+    """Read "T1 [s]", "T2 [s]" as times of one turn, if nothing counts turns."""
+    times = choice.times()
+    if not times or choice.gives_turns() or _is_of_parts(table):
+        return
+    if all(_is_numbered_period(time) for time in times):
+        choice.used["time"] = [replace(time, turns="1") for time in times]
+        faults.add("period_of_one_turn", times[0].cell)
+
+
+def _is_numbered_period(time: Chosen) -> bool:
+    has_symbol = re.match(_PERIOD_SYMBOL, time.text) is not None
+    return has_symbol and bool(time.number) and not time.turns
 
 
 def _is_of_parts(table: layout.Layout) -> bool:

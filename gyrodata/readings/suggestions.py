@@ -255,9 +255,9 @@ SUGGESTIONS: tuple[Callable[[Lack], str], ...] = (
     _time_of_ball,
     _named_after_ball,
     _diameter,
-    _count_of_parts,
     _from_ball,
     _similar_name,
+    _count_of_parts,
     _fitting_unit,
     _column_without_header,
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 
 from gyrodata.quantities import vocabulary
 from gyrodata.readings.words import CENTRE_WORDS, MAX_HEADER, squeeze, squeezed_words
@@ -26,7 +25,6 @@ OF_WEIGHT = (
 ORIGINS = tuple((origin, vocabulary.pattern(origin)) for origin in ("surface", "tip"))
 
 
-@lru_cache(maxsize=4096)
 def origin_in(header: str) -> str:
     """Return the origin of positions if a header names it; else "".
 

@@ -12,6 +12,7 @@ from gyrodata.readings.origins import (
     CENTRE,
     FROM,
     OF_WEIGHT,
+    ORIGINS,
     from_centre,
     origin_in,
 )
@@ -37,11 +38,23 @@ _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""
 
 
+_FIRST_WORDS = (
+    "=",
+    *(
+        phrase.removesuffix(".").split()[0].lower()
+        for key in ("altered", *(f"altered_{role}" for role in _ROLES))
+        for phrase in vocabulary.phrases(key)
+    ),
+)
+
+
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something.
 
     "" if there is none.
     """
+    if note.isascii() and not _has_first_word(note):
+        return _added_role(note)
     if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
         return ""
     if re.search(_DEFINITION, note):
@@ -50,6 +63,12 @@ def altered_role(note: str) -> str:
         if re.search(words, note):
             return role
     return _added_role(note) or _altered_by_word(note)
+
+
+def _has_first_word(note: str) -> bool:
+    """Return whether a word of a note may begin a phrase: the patterns are slow."""
+    words = re.split(r"[^\w%=]+", note.lower())
+    return any(word.startswith(_FIRST_WORDS) for word in words)
 
 
 def _added_role(note: str) -> str:
@@ -87,6 +106,7 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
 
 
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
+_SAYS_ORIGIN = "|".join([_SURFACE_NOTE, *dict(ORIGINS).values()])
 
 
 def noted_origin(note: str) -> str:
@@ -94,6 +114,8 @@ def noted_origin(note: str) -> str:
 
     An example is "x is measured from the surface of the ball".
     """
+    if not re.search(_SAYS_ORIGIN, note):
+        return ""
     bare = re.sub(OF_WEIGHT, "", note)
     if re.search(_SURFACE_NOTE, note):
         return "" if re.search(CENTRE, bare) else "surface"

@@ -38,23 +38,11 @@ _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""
 
 
-_FIRST_WORDS = (
-    "=",
-    *(
-        phrase.removesuffix(".").split()[0].lower()
-        for key in ("altered", *(f"altered_{role}" for role in _ROLES))
-        for phrase in vocabulary.phrases(key)
-    ),
-)
-
-
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something.
 
     "" if there is none.
     """
-    if note.isascii() and not _has_first_word(note):
-        return _added_role(note)
     if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
         return ""
     if re.search(_DEFINITION, note):
@@ -63,12 +51,6 @@ def altered_role(note: str) -> str:
         if re.search(words, note):
             return role
     return _added_role(note) or _altered_by_word(note)
-
-
-def _has_first_word(note: str) -> bool:
-    """Return whether a word of a note may begin a phrase: the patterns are slow."""
-    words = re.split(r"[^\w%=]+", note.lower())
-    return any(word.startswith(_FIRST_WORDS) for word in words)
 
 
 def _added_role(note: str) -> str:

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
-from gyrodata.readings.origins import from_centre, origin_in
+from gyrodata.readings.origins import Origin, from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
@@ -58,7 +58,7 @@ class Header(Struct, frozen=True):
     """The text without its unit, its ± and the signs around them."""
     turns: str = ""
     """Turns that the text states: "1/3", "1", "2.5"; or ""."""
-    origin: Literal["", "centre", "surface", "tip"] = ""
+    origin: Origin = ""
     """Where the text says that a position counts from."""
     moment: Literal["", "start", "end"] = ""
     """Part of a run to which the reading belongs, if the text says so."""
@@ -118,15 +118,17 @@ def _meant_unit(unit: str | None, spread: str) -> str | None:
 
 def _leftover(header: Header) -> tuple[str, ...]:
     """Return the numbers and the words for the ball or the tip that no rule has used."""
-    if squeeze(header.name).lower() in NAMES or squeeze(header.name) in SYMBOLS:
+    name = squeeze(header.name)
+    if name.lower() in NAMES or name in SYMBOLS:
         return ()
-    words = [word for word in TOKENS.split(header.name) if word]
-    left = []
-    if not header.turns and header.number is None:
-        left += [word for word in words if _says_number(word)]
-    if not header.origin and not header.is_of_the_spin:
-        left += [word for word in words if re.search(_PLACE, word)]
-    return tuple(left)
+    uses_number = header.turns or header.number is not None
+    uses_place = header.origin or header.is_of_the_spin
+    return tuple(
+        word
+        for word in TOKENS.split(header.name)
+        if (_says_number(word) and not uses_number)
+        or (re.search(_PLACE, word) and not uses_place)
+    )
 
 
 def _says_number(word: str) -> bool:
@@ -271,15 +273,13 @@ def _unknown_unit(text: str) -> _Split | None:
     match = re.fullmatch(_AT_END, text)
     if match is None or len(text) > MAX_HEADER:
         return None
-    name, square, *others = match.groups()
-    unit = (square or others[0] or others[1] or "").strip()
-    if not unit or contains_word(unit, SMALL_WORDS) or re.search(TURN, unit):
+    name, square = match[1], match[2]
+    unit = next(filter(None, match.groups()[1:]), "").strip()
+    is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
+    if not unit or is_remark or turns_in(unit):
         return None
-    if turns_in(unit):
-        return None
-    if square is None and not name_roles(name)[0]:
-        return None
-    return _Split(name, unit, "bracket")
+    is_known = square is not None or name_roles(name)[0]
+    return _Split(name, unit, "bracket") if is_known else None
 
 
 # --- What the name means, next to the unit ---
@@ -329,12 +329,13 @@ def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, .
     if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
         rates = [role for role in named if role.startswith("spin")]
         return tuple(role.replace("spin", "spin_period", 1) for role in rates)
-    if len(named) == 1 and (named[0], *kinds) in _IN_OTHER_UNITS:
-        return _IN_OTHER_UNITS[named[0], *kinds]
-    return _MOTION.get(kinds, ()) if contains_word(name, MOTION_WORDS) else ()
+    other = _IN_OTHER_UNITS.get((*named, *kinds), ())
+    if not other and contains_word(name, MOTION_WORDS):
+        return _MOTION.get(kinds, ())
+    return other
 
 
-_IN_OTHER_UNITS = {
+_IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("mass", "force"): ("force",),
     ("turns", "rate"): ("spin",),
     ("turns", "angle"): ("angle",),

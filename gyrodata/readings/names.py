@@ -206,14 +206,17 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     Words beside the turns stand in front: a "turn number" counts the runs.
     """
     beside = [word for word, roles in named.items() if role not in roles]
-    if role == "turns" and beside[-1:] == [*named][-1:]:
+    if not beside:
+        return True
+    if role == "turns" and beside[-1] == [*named][-1]:
         return False
-    if beside and not all(len(squeeze(word)) > 1 for word in named):
-        return False  # "mass (x)"
-    if role == "position" and beside and re.search(_RADIUS, " ".join(named)):
+    if role == "position" and re.search(_RADIUS, " ".join(named)):
         return False  # "weight radius" is half of its diameter
-    words = BESIDE.get(role, ())
-    return all(squeeze(word).lower() in words for word in beside)
+    if min(map(len, named)) == 1:
+        return False  # "mass (x)"
+    return BESIDE.get(role, frozenset()).issuperset(
+        squeeze(word).lower() for word in beside
+    )
 
 
 _RADIUS = vocabulary.pattern("radius")

@@ -191,20 +191,14 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     half" is 5/2.
     """
     words = _number_words(text)
-    if not words or words[-1] not in NUMBERS:
-        return ""
     numbers = [NUMBERS.get(word, word) for word in words]
-    part = _take_part(numbers, whole)
-    is_sum = numbers[-1:] != [] and numbers[-1] in AND
-    if is_sum:
-        numbers.pop()
+    part = _take_part(numbers, whole) if words and words[-1] in NUMBERS else ""
+    is_sum = _take_and(numbers)
     count = _take_count(numbers)
     # The digit of a header may number a trial, and not count parts of a turn.
-    if not part or (count and not whole and words[len(numbers)].isdecimal()):
-        return ""
-    if numbers and (whole or numbers[-1] in _PARTS):
-        return ""  # more than a number
-    return _joined(count, part, is_sum)
+    is_trial = count and not whole and words[len(numbers)].isdecimal()
+    is_inside = numbers and (whole or numbers[-1] in _PARTS)
+    return "" if not part or is_trial or is_inside else _joined(count, part, is_sum)
 
 
 def _joined(count: str, part: str, is_sum: bool) -> str:
@@ -237,6 +231,11 @@ def _take_part(numbers: list[str], whole: bool) -> str:
     is_alone = whole and not numbers  # "Drittel" in a cell
     count = _take_count(numbers) or ("1" if is_alone else "")
     return count and count + part
+
+
+def _take_and(numbers: list[str]) -> bool:
+    """Remove "and" at the end; return whether it was there."""
+    return bool(numbers) and numbers[-1] in AND and numbers.pop() != ""
 
 
 def _take_count(numbers: list[str]) -> str:

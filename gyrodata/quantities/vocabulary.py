@@ -71,19 +71,24 @@ def pattern(key: str) -> str:
     three letters, or with a dot behind it, is a whole word. Upper and lower case are
     the same.
     """
-    return f"(?i:{'|'.join(map(_phrase_pattern, phrases(key))) or '(?!)'})"
+    at_start, anywhere = [_NEVER], [_NEVER]
+    for phrase in phrases(key):
+        words_of_it = phrase.removesuffix(".").split()
+        is_whole = _is_whole(phrase)
+        form = _BETWEEN.join(map(re.escape, words_of_it)) + (_END if is_whole else "")
+        has_start = phrase[0].isalpha() and (is_whole or len(words_of_it) > 1)
+        (at_start if has_start else anywhere).append(form)
+    return rf"(?i:(?<!\w)(?:{'|'.join(at_start)})|{'|'.join(anywhere)})"
 
 
-def _phrase_pattern(phrase: str) -> str:
-    first, *more = phrase.removesuffix(".").split()
-    last = more[-1] if more else first
+def _is_whole(phrase: str) -> bool:
+    """Return whether the last word of a phrase is a whole word."""
+    last = phrase.split()[-1]
     is_short = len(last) <= 3 and last.isalpha() and last < _FIRST_WITHOUT_WORDS
-    is_whole = phrase.endswith(".") or is_short
-    start = r"(?<!\w)" if (more or is_whole) and first[0].isalpha() else ""
-    end = r"(?!\w)" if is_whole else ""
-    return start + _BETWEEN.join(map(re.escape, (first, *more))) + end
+    return phrase.endswith(".") or is_short
 
 
+_NEVER, _END = "(?!)", r"(?!\w)"
 _BETWEEN = r"\W+(?:\w{1,4}\W+){0,2}"
 _FIRST_WITHOUT_WORDS = "\u0590"
 """From this letter on, words are joined to others, or have no blanks between them."""

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
-from gyrodata.readings.origins import from_centre, origin_in
+from gyrodata.readings.origins import Origin, from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
@@ -58,7 +58,7 @@ class Header(Struct, frozen=True):
     """The text without its unit, its ± and the signs around them."""
     turns: str = ""
     """Turns that the text states: "1/3", "1", "2.5"; or ""."""
-    origin: Literal["", "centre", "surface", "tip"] = ""
+    origin: Origin = ""
     """Where the text says that a position counts from."""
     moment: Literal["", "start", "end"] = ""
     """Part of a run to which the reading belongs, if the text says so."""
@@ -66,6 +66,8 @@ class Header(Struct, frozen=True):
     """Whether the text says that the values are means."""
     is_of_the_spin: bool = False
     """Whether the text says that the ball turns, and not the rod."""
+    leftover: tuple[str, ...] = ()
+    """Numbers, and words for the ball or the tip, that say something else."""
 
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
@@ -82,17 +84,14 @@ def parse_header(text: str) -> Header:
         return Header(text)
     typed, spread = _take_spread(text.translate(_WIDE_SIGNS).rstrip("*†‡: "))
     name, unit = split_unit(typed)
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        unit = spread.partition(" ")[2]
-    if unit and re.fullmatch(_CLOCK_FORM, unit):
-        unit = "s"  # its cells say themselves how they are written
+    unit = _meant_unit(unit, spread)
     roles, number = _roles_in(name, unit)
     words = re.sub(_CAMEL_CASE, "_", text)
     if not roles and words != text:
         return replace(parse_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles, number = (), None  # worked out, not measured
-    return Header(
+    header = Header(
         text,
         roles,
         unit,
@@ -105,6 +104,38 @@ def parse_header(text: str) -> Header:
         is_of_means=contains_word(text, MEAN_WORDS),
         is_of_the_spin=is_of_the_spin(text),
     )
+    return replace(header, leftover=_leftover(header))
+
+
+def _meant_unit(unit: str | None, spread: str) -> str | None:
+    """Return the unit of the cells; that of the ± if the header has no other."""
+    if unit is None and kinds_of(spread.partition(" ")[2]):
+        return spread.partition(" ")[2]
+    if unit and re.fullmatch(_CLOCK_FORM, unit):
+        return "s"  # its cells say themselves how they are written
+    return unit
+
+
+def _leftover(header: Header) -> tuple[str, ...]:
+    """Return the numbers and the words for the ball or the tip that no rule has used."""
+    name = squeeze(header.name)
+    if name.lower() in NAMES or name in SYMBOLS:
+        return ()
+    uses_number = header.turns or header.number is not None
+    uses_place = header.origin or header.is_of_the_spin
+    return tuple(
+        word
+        for word in TOKENS.split(header.name)
+        if (_says_number(word) and not uses_number)
+        or (re.search(_PLACE, word) and not uses_place)
+    )
+
+
+def _says_number(word: str) -> bool:
+    return bool(re.search("[0-9]", word)) or squeeze(word).lower() in NUMBERS
+
+
+_PLACE = f"{vocabulary.pattern('sphere')}|{vocabulary.pattern('tip')}"
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -135,22 +166,27 @@ _SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
 _LETTER = r"[^\W\d_]|[°%]"
 
 
-@lru_cache(maxsize=4096)
 def split_unit(text: str) -> tuple[str, str | None]:
     """Split a header into its name and its unit, known or not; None if it has none.
 
     A unit that the named quantity can have comes first, then a unit without a name,
     then any other that is set apart: it is probably wrong, and the caller says so.
     """
-    is_one_header = len(_units_in_brackets(text)) < 2
-    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text) or not is_one_header:
-        return text, None
-    splits = [split for split in _splits(text) if _is_unit(split.unit)]
+    splits = _splits_with_units(text)
     in_brackets = [split for split in splits if split.mark == "bracket"]
     split = _first(_fits, splits) or _first(_is_set_apart, in_brackets)
     if split is None and not name_roles(text)[0]:
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
     return (text, None) if split is None else (split.name, split.unit)
+
+
+def _splits_with_units(text: str) -> list[_Split]:
+    """Return the ways to split a header at a unit, the most certain one first."""
+    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text):
+        return []
+    if len(_units_in_brackets(text)) > 1:
+        return []  # several headers that nothing has separated yet
+    return [split for split in _splits(text) if _is_unit(split.unit)]
 
 
 def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | None:
@@ -235,17 +271,15 @@ _AT_END = r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
 def _unknown_unit(text: str) -> _Split | None:
     """Split off a text at the place of a unit that is none; None if there is none."""
     match = re.fullmatch(_AT_END, text)
-    if match is None:
+    if match is None or len(text) > MAX_HEADER:
         return None
-    name, square, *others = match.groups()
-    unit = (square or others[0] or others[1] or "").strip()
-    if not unit or contains_word(unit, SMALL_WORDS) or re.search(TURN, unit):
+    name, square = match[1], match[2]
+    unit = next(filter(None, match.groups()[1:]), "").strip()
+    is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
+    if not unit or is_remark or turns_in(unit):
         return None
-    if turns_in(unit):
-        return None
-    if square is None and not name_roles(name)[0]:
-        return None
-    return _Split(name, unit, "bracket")
+    is_known = square is not None or name_roles(name)[0]
+    return _Split(name, unit, "bracket") if is_known else None
 
 
 # --- What the name means, next to the unit ---
@@ -295,12 +329,13 @@ def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, .
     if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
         rates = [role for role in named if role.startswith("spin")]
         return tuple(role.replace("spin", "spin_period", 1) for role in rates)
-    if len(named) == 1 and (named[0], *kinds) in _IN_OTHER_UNITS:
-        return _IN_OTHER_UNITS[named[0], *kinds]
-    return _MOTION.get(kinds, ()) if contains_word(name, MOTION_WORDS) else ()
+    other = _IN_OTHER_UNITS.get((*named, *kinds), ())
+    if not other and contains_word(name, MOTION_WORDS):
+        return _MOTION.get(kinds, ())
+    return other
 
 
-_IN_OTHER_UNITS = {
+_IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("mass", "force"): ("force",),
     ("turns", "rate"): ("spin",),
     ("turns", "angle"): ("angle",),
@@ -340,11 +375,9 @@ def _period_of(name: str) -> tuple[str, ...]:
     """Return the periods that "per turn" means: those of the rod, of the ball, or both."""
     if re.search(PRECESSION, name):
         return ("precession_period",)
-    return (
-        ("spin_period",)
-        if is_of_the_spin(name)
-        else ("precession_period", "spin_period")
-    )
+    if is_of_the_spin(name):
+        return ("spin_period",)
+    return "precession_period", "spin_period"
 
 
 def _says_only_when(name: str) -> bool:
@@ -414,7 +447,6 @@ def hinted(header: Header) -> set[str]:
     }
 
 
-@lru_cache(maxsize=4096)
 def contains(pattern: str, text: str) -> bool:
     """Return whether a header contains some words."""
     return bool(re.search(pattern, text))
@@ -498,9 +530,8 @@ def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
     key = squeeze(name).lower()
-    if len(key) > 2 and (
-        close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
-    ):
+    close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
+    if close and len(key) > 2:
         return NAMES[close[0]][0]
     match = re.fullmatch(INDEX, name)  # "T_P_1"
     roles = name_roles(match[1])[0] if match else ()

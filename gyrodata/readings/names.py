@@ -8,7 +8,7 @@ that turns ("period of precession").
 from __future__ import annotations
 
 import re
-from functools import cache, lru_cache
+from functools import lru_cache
 
 from gyrodata.quantities import vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -44,19 +44,20 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 """Roles by squeezed symbol; upper and lower case differ."""
 
 
-@cache
-def _all_words() -> frozenset[str]:
-    lists = (
-        text for section in vocabulary.LANGUAGES.values() for text in section.values()
+_ALL_WORDS = frozenset(
+    squeezed_names(
+        ",".join(
+            ",".join(section.values()).replace(" ", ",")
+            for section in vocabulary.LANGUAGES.values()
+        )
     )
-    return frozenset(
-        squeeze(word).lower() for word in " ".join(lists).replace(",", " ").split()
-    )
+)
+"""Every word of the vocabulary."""
 
 
 def is_word(text: str) -> bool:
     """Return whether a word is a word of headers, or a unit."""
-    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
+    return squeeze(text).lower() in _ALL_WORDS or bool(kinds_of(text))
 
 
 BESIDE = {
@@ -205,14 +206,17 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     Words beside the turns stand in front: a "turn number" counts the runs.
     """
     beside = [word for word, roles in named.items() if role not in roles]
-    if role == "turns" and beside[-1:] == [*named][-1:]:
+    if not beside:
+        return True
+    if role == "turns" and beside[-1] == [*named][-1]:
         return False
-    if beside and not all(len(squeeze(word)) > 1 for word in named):
-        return False  # "mass (x)"
-    if role == "position" and beside and re.search(_RADIUS, " ".join(named)):
+    if role == "position" and re.search(_RADIUS, " ".join(named)):
         return False  # "weight radius" is half of its diameter
-    words = BESIDE.get(role, ())
-    return all(squeeze(word).lower() in words for word in beside)
+    if min(map(len, named)) == 1:
+        return False  # "mass (x)"
+    return BESIDE.get(role, frozenset()).issuperset(
+        squeeze(word).lower() for word in beside
+    )
 
 
 _RADIUS = vocabulary.pattern("radius")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Literal
 
 from gyrodata.quantities import vocabulary
 from gyrodata.readings.words import CENTRE_WORDS, MAX_HEADER, squeeze, squeezed_words
@@ -22,17 +23,19 @@ OF_WEIGHT = (
     rf"|{vocabulary.pattern('not_centre')}"
 )
 """The centre of the weight, or what is not the origin."""
-ORIGINS = tuple((origin, vocabulary.pattern(origin)) for origin in ("surface", "tip"))
+Origin = Literal["", "centre", "surface", "tip"]
+ORIGINS: tuple[tuple[Origin, str], ...] = (
+    ("surface", vocabulary.pattern("surface")),
+    ("tip", vocabulary.pattern("tip")),
+)
 
 
-def origin_in(header: str) -> str:
+def origin_in(header: str) -> Origin:
     """Return the origin of positions if a header names it; else "".
 
     The origin is the "surface" of the ball or the "tip" of the rod.
     """
-    if len(header) > MAX_HEADER or (
-        re.search(CENTRE, header) and re.search(CENTRE, re.sub(OF_WEIGHT, "", header))
-    ):
+    if len(header) > MAX_HEADER or re.search(CENTRE, re.sub(OF_WEIGHT, "", header)):
         return ""
     return next((origin for origin, words in ORIGINS if re.search(words, header)), "")
 

@@ -12,6 +12,7 @@ from gyrodata.readings.origins import (
     CENTRE,
     FROM,
     OF_WEIGHT,
+    ORIGINS,
     from_centre,
     origin_in,
 )
@@ -32,7 +33,7 @@ _HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
 _HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
 _ADDED = rf"\+\s*{notation.NUMBER}\s*([^\W\d_]+)"
 _MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
-_ROLES_OF_UNIT = {("mass",): "mass", ("length",): "position"}
+_ROLE_OF_UNIT = {frozenset({"mass"}): "mass", frozenset({"length"}): "position"}
 _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""
 
@@ -55,7 +56,7 @@ def altered_role(note: str) -> str:
 def _added_role(note: str) -> str:
     """Find the mass or the position to which a note adds something: "+ 5 g", "hook: 5 g"."""
     if added := re.search(_ADDED, note):
-        return _ROLES_OF_UNIT.get(tuple(kinds_of(added[1])), "")
+        return _ROLE_OF_UNIT.get(kinds_of(added[1]), "")
     weighs = re.search(_HANGER, note) and re.search(_MASS, note)
     return "mass" if weighs and not re.search(_INCLUDED, note) else ""
 
@@ -87,6 +88,7 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
 
 
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
+_SAYS_ORIGIN = "|".join([_SURFACE_NOTE, *dict(ORIGINS).values()])
 
 
 def noted_origin(note: str) -> str:
@@ -94,6 +96,8 @@ def noted_origin(note: str) -> str:
 
     An example is "x is measured from the surface of the ball".
     """
+    if not re.search(_SAYS_ORIGIN, note):
+        return ""
     bare = re.sub(OF_WEIGHT, "", note)
     if re.search(_SURFACE_NOTE, note):
         return "" if re.search(CENTRE, bare) else "surface"
@@ -102,8 +106,12 @@ def noted_origin(note: str) -> str:
         return origin
     starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
     is_position = starts_with_from or bare != note or _names_position(bare)
-    places = (match[1] for match in re.finditer(f"(?={BEHIND_FROM})", bare))
-    return origin if is_position and any(map(origin_in, places)) else ""
+    return origin if is_position and _names_origin_behind_from(bare) else ""
+
+
+def _names_origin_behind_from(note: str) -> bool:
+    places = (match[1] for match in re.finditer(f"(?={BEHIND_FROM})", note))
+    return any(map(origin_in, places))
 
 
 def noted_centre(note: str) -> bool:

@@ -45,6 +45,8 @@ TURN = vocabulary.expression("turn")
 _PERIOD, _ONE_TURN, _DIVIDED = map(
     vocabulary.pattern, ("period", "one_turn", "divided")
 )
+_FULL_TURN = rf"{TURN}\w*\s+{vocabulary.pattern('full')}|{_ONE_TURN}"
+"""In "vuelta completa"."""
 _PARTS_OF_ONE = {
     word: f"1{number}"[-3:]
     for word, number in NUMBERS.items()
@@ -104,7 +106,7 @@ def _states_no_turns(text: str) -> bool:
 
 def _part_of_period(plain: str) -> str:
     """Return "1" for "full turn" in one word, and 1/2 for "half period"; else ""."""
-    if re.search(_ONE_TURN, plain):
+    if re.search(_FULL_TURN, plain):
         return "1"
     period = re.search(_PERIOD, plain)
     number = words_of_turns(plain[: period.start()]) if period else ""
@@ -189,19 +191,18 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     half" is 5/2.
     """
     words = _number_words(text)
-    if not words or words[-1] not in NUMBERS:
-        return ""
     numbers = [NUMBERS.get(word, word) for word in words]
-    part = _take_part(numbers, whole)
-    is_sum = bool(numbers) and numbers[-1] in AND
-    if is_sum:
-        numbers.pop()
+    part = _take_part(numbers, whole) if words and words[-1] in NUMBERS else ""
+    is_sum = _take_and(numbers)
     count = _take_count(numbers)
     # The digit of a header may number a trial, and not count parts of a turn.
-    is_trial = bool(count) and not whole and words[len(numbers)].isdecimal()
-    is_inside = bool(numbers) and (whole or numbers[-1] in _PARTS)
-    if not part or is_trial or is_inside:
-        return ""
+    is_trial = count and not whole and words[len(numbers)].isdecimal()
+    is_inside = numbers and (whole or numbers[-1] in _PARTS)
+    return "" if not part or is_trial or is_inside else _joined(count, part, is_sum)
+
+
+def _joined(count: str, part: str, is_sum: bool) -> str:
+    """Return 3/2 for "one and a half", and 2/3 for two parts of 1/3."""
     if count and is_sum:
         return str(int(count) + Fraction(part))
     return str(int(count or 1) * Fraction(part))
@@ -230,6 +231,11 @@ def _take_part(numbers: list[str], whole: bool) -> str:
     is_alone = whole and not numbers  # "Drittel" in a cell
     count = _take_count(numbers) or ("1" if is_alone else "")
     return count and count + part
+
+
+def _take_and(numbers: list[str]) -> bool:
+    """Remove "and" at the end; return whether it was there."""
+    return bool(numbers) and numbers[-1] in AND and numbers.pop() != ""
 
 
 def _take_count(numbers: list[str]) -> str:

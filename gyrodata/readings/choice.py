@@ -26,7 +26,7 @@ from gyrodata.readings.missing import missing_roles
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import squeeze
+from gyrodata.readings.words import END_WORDS, START_WORDS, squeeze
 
 _MOST_APART = 0.2
 """Largest difference of two readings in one cell, as a share."""
@@ -173,9 +173,9 @@ def _roles_of_end(column: Chosen) -> tuple[str, ...]:
     if column.header.roles or column.kinds != {"rate"}:
         return ()
     name = _name(column).lower()
-    if name in roles.START_WORDS:
+    if name in START_WORDS:
         return ("spin_start",)
-    return ("spin_end",) if name in roles.END_WORDS else ()
+    return ("spin_end",) if name in END_WORDS else ()
 
 
 def _roles_of_many(column: Chosen) -> tuple[str, ...]:

@@ -122,7 +122,7 @@ def _leftover(header: Header) -> tuple[str, ...]:
     if name.lower() in NAMES or name in SYMBOLS:
         return ()
     uses_number = header.turns or header.number is not None
-    uses_place = header.origin or header.is_of_the_spin
+    uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)
     return tuple(
         word
         for word in TOKENS.split(header.name)
@@ -534,5 +534,5 @@ def suggest_role(header: str) -> str:
     if close and len(key) > 2:
         return NAMES[close[0]][0]
     match = re.fullmatch(INDEX, name)  # "T_P_1"
-    roles = name_roles(match[1])[0] if match else ()
-    return roles[0] if roles else ""
+    roles = name_roles(match[1])[0] if match else hinted(parse_header(header))
+    return min(roles, default="")

@@ -57,6 +57,8 @@ def _added_role(note: str) -> str:
     """Find the mass or the position to which a note adds something: "+ 5 g", "hook: 5 g"."""
     if added := re.search(_ADDED, note):
         return _ROLE_OF_UNIT.get(kinds_of(added[1]), "")
+    if re.search(r"\+\s*(?:R|radius)\b", note):
+        return "position"
     weighs = re.search(_HANGER, note) and re.search(_MASS, note)
     return "mass" if weighs and not re.search(_INCLUDED, note) else ""
 

@@ -18,7 +18,8 @@ from msgspec.structs import replace
 from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.notation import PLAIN, fold_number, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
-from gyrodata.readings import layout, roles, source
+from gyrodata.readings import layout, roles
+from gyrodata.readings.grid import Row
 from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
 from gyrodata.readings.roles import (
     Header,
@@ -757,9 +758,7 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts[:width], text]
             rows.append(
-                source.Row(
-                    row.line, cells, (*map(row.spot, range(width)), row.spot(one))
-                )
+                Row(row.line, cells, (*map(row.spot, range(width)), row.spot(one)))
             )
         header = replace(parse_header(name), text=table.headers[one].text)
         table = layout.Layout(

@@ -10,8 +10,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import lru_cache
+from collections.abc import Collection, Iterable, Iterator
 from itertools import accumulate, pairwise
 
 from msgspec import Struct
@@ -20,16 +19,26 @@ from msgspec.structs import replace
 from gyrodata.base.errors import InputError
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import are_equal, kinds_of
-from gyrodata.readings import roles, source
+from gyrodata.readings import roles
+from gyrodata.readings.grid import (
+    HEADERS_LOOKED_AT,
+    Grid,
+    Row,
+    count_of_numbers,
+    filled_at,
+    find_place,
+    is_bare,
+    is_head,
+    is_number,
+    units_of_row,
+)
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
-from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.workbook import MAX_COLUMNS
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
 _UNUSUAL = rf"[0-9]|{vocabulary.pattern('weights')}"
-TITLES_LOOKED_AT = 60
-"""Rows in which the header is looked for."""
 
 
 class Layout(Struct, frozen=True):
@@ -81,7 +90,7 @@ def find_layout(
             raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
         if not any(map(is_head, grid.rows)):
             grid = _with_commented_header(grid)
-        rows = grid.rows[:TITLES_LOOKED_AT]
+        rows = grid.rows[:HEADERS_LOOKED_AT]
         # If no header is known by its names, it is the first row as wide as most rows.
         widths = Counter(
             len(row.texts) for row in rows if len(filled_at(row)) > 1
@@ -103,7 +112,7 @@ def find_layout(
             and {*under} <= roles.TEXTS
         ):
             head = before  # "Time (s)" over "Trial 1", "Trial 2"
-        if 2 * _numbers(head.texts) >= max(1, len(filled_at(head))):
+        if 2 * count_of_numbers(head.texts) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
         # "turns:", "1", "", "1" is a caption of tables beside each other.
         above = [
@@ -247,7 +256,7 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
             rows = (
                 row.texts
                 for row in grid.rows
-                if row.line > head.line and _numbers(row.texts) > 1
+                if row.line > head.line and count_of_numbers(row.texts) > 1
             )
             cells = [texts[at] for texts in rows if "".join(texts[at : at + 1])]
             numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
@@ -263,91 +272,6 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
 
 
 # --- What a row is ---
-
-
-def is_number(text: str) -> bool:
-    """Return whether a cell begins like a number."""
-    return text[:1].isdecimal() or (text[:1] in "+-−.,(" and text[1:2].isdecimal())
-
-
-def is_bare(text: str) -> bool:
-    """Return whether a cell is a number and nothing else."""
-    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
-
-
-def filled_at(row: Row) -> list[int]:
-    """Return the places of the cells of a row that are not blank."""
-    return [at for at, text in enumerate(row.texts) if text]
-
-
-def _numbers(texts: Sequence[str]) -> int:
-    return sum(is_number(text) and not parse_header(text).roles for text in texts)
-
-
-_SIGNS = str.maketrans("", "", ".,/+-− ")
-"""The signs of a number."""
-
-
-def is_head(row: Row) -> bool:
-    """Return whether a row is a header: it has two names, one of them that of a quantity."""
-    return _are_names(tuple(row.texts))
-
-
-@lru_cache(maxsize=4096)
-def _are_names(texts: tuple[str, ...]) -> bool:
-    if sum(not text.translate(_SIGNS).isdigit() for text in texts if text) < 2:
-        return False  # the rows of a long log
-    headers = list(map(parse_header, filter(None, texts)))
-    named = [header.roles for header in headers if header.roles]
-    physical = any(not roles.TEXTS.intersection(found) for found in named)
-    # "t", "time for a quarter turn" explains a symbol.
-    # "position", "10.8", "cm", "distance from the centre" is not one either.
-    several = len(set(named)) > 1 or (
-        len(named) > 1
-        and not any(map(turns_in, texts))
-        and not any(map(is_bare, texts))
-    )
-    # "rpm", "t/s", "turns" are names, although each is a unit as well.
-    are_names = len(headers) > 2 and all(header.roles for header in headers)
-    return (
-        several
-        and physical
-        and _numbers(texts) * 2 < len(headers)
-        and (are_names or not _units(texts))
-    )
-
-
-def _units(texts: Sequence[str]) -> list[str]:
-    """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = [
-        text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
-        for text in texts
-    ]
-    bare = []
-    for unit in units:
-        first = re.split(r"[\s,]+", unit)[0]  # "cm from centre", and "s, one turn"
-        with_words = first != unit and kinds_of(first) and not kinds_of(unit)
-        bare.append(
-            first
-            if with_words and (roles.from_centre(unit) or turns_in(unit))
-            else unit
-        )
-    is_unit = [
-        one == "%" or bool(kinds_of(one) and not notation.PLAIN.fullmatch(one))
-        for one in bare
-    ]
-    others = [
-        pair
-        for pair, known in zip(zip(units, texts, strict=True), is_unit, strict=True)
-        if not known
-    ]
-    is_row = all(unit in BLANKS or unit != text or text == "1" for unit, text in others)
-    # Calculated columns can have units that gyro does not know: "rad²/s²".
-    named = any(
-        is_number(text) or set(parse_header(text).roles) - {"run"} for _, text in others
-    )
-    is_row |= sum(is_unit) > max(2, len(others)) and not named
-    return units if any(is_unit) and is_row else []
 
 
 _WORD = re.compile(r"[^\W\d_]{3}")
@@ -506,7 +430,7 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
         if (
             goes_on
             and last is not row
-            and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1
+            and last.spot(len(last.texts) - 1) // MAX_COLUMNS == row.line - 1
         ):
             spots = tuple(
                 one.spot(at) for one in (last, row) for at in range(len(one.texts))
@@ -1022,7 +946,7 @@ class _Sheet:
                 self.head
             ] * self.fresh  # "time of one turn, x from the centre" above the names
             self.begin(row)
-        elif self.fresh and (units := _units(row.texts)):
+        elif self.fresh and (units := units_of_row(row.texts)):
             kinds = [
                 (kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
                 for _, header in self.here
@@ -1319,9 +1243,7 @@ class _Sheet:
                     role: one for role, one in (found | said).items() if role not in two
                 }
                 lacking = lacking.difference(two)
-                told_in |= {
-                    row.spot(at) // source.MAX_COLUMNS for at in range(len(row.texts))
-                }
+                told_in |= {row.spot(at) // MAX_COLUMNS for at in range(len(row.texts))}
         for row in self.words:
             if row.line not in told_in and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)
@@ -1349,7 +1271,7 @@ class _Sheet:
             says = said_in(row).get("turns", ("", 0))[0]
             if says not in ("", turns):
                 cell = self.grid.cell(row, filled_at(row)[0])
-                caption = self.grid.lines[spot // source.MAX_COLUMNS - 1]
+                caption = self.grid.lines[spot // MAX_COLUMNS - 1]
                 self.faults.add(
                     "turns_contradict_header",
                     cell,
@@ -1389,7 +1311,7 @@ class _Sheet:
             role: one for *_, given in self.runs for role, one in given.items()
         }.items():
             if not any(header.roles == (role,) for _, header in self.columns):
-                place = source.find_place(self.grid.lines, self.grid.delimiter, spot)
+                place = find_place(self.grid.lines, self.grid.delimiter, spot)
                 self.columns.append(
                     (Text(role, place), Header(role, (role,), None, ""))
                 )

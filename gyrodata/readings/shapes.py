@@ -12,18 +12,23 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import UnitError, kinds_of
-from gyrodata.readings import layout, roles, source
-from gyrodata.readings.lablog import Fall, Faults, listing
-from gyrodata.readings.layout import (
-    SAID_KINDS,
+from gyrodata.readings import layout, roles
+from gyrodata.readings.grid import (
+    HEADERS_LOOKED_AT,
+    Grid,
+    Row,
     filled_at,
     is_bare,
     is_head,
     is_number,
+)
+from gyrodata.readings.lablog import Fall, Faults, listing
+from gyrodata.readings.layout import (
+    SAID_KINDS,
     said_in,
 )
 from gyrodata.readings.roles import parse_header, squeeze
-from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.workbook import MAX_COLUMNS
 
 
 def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
@@ -80,7 +85,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass
     (g)", or behind it.
     """
-    for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
+    for index, head in enumerate(grid.rows[:HEADERS_LOOKED_AT]):
         groups: dict[tuple[str, str], dict[int, str]] = {}
         for at in filled_at(head):
             match = re.search(_IN_HEADER, head.texts[at])
@@ -208,7 +213,7 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
 
     An example is "mass, rpm 1, time 1, rpm 2, time 2".
     """
-    for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
+    for index, head in enumerate(grid.rows[:HEADERS_LOOKED_AT]):
         names = [re.sub(_NUMBER_OF_RUN, "", text) for text in head.texts]
         places: dict[str, list[int]] = {}
         for at in filled_at(head):
@@ -443,7 +448,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
             continue
         rows += [] if begun else [Row(number, list(there))]
         begun = True
-        spots = (number * source.MAX_COLUMNS,) * len(there)
+        spots = (number * MAX_COLUMNS,) * len(there)
         rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
     return rows
 

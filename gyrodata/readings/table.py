@@ -20,9 +20,11 @@ from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.notation import Quantity, fold_number, read_cell, to_float
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import choice as choices
+from gyrodata.readings import grid as grids
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
 from gyrodata.readings.choice import Choice, Chosen
+from gyrodata.readings.conversion import value_text
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -36,6 +38,7 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
+from gyrodata.readings.workbook import MAX_COLUMNS
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
@@ -112,12 +115,12 @@ def read_log(
                 f"a key of settings or mapping, or a header, cannot be {type(text).__name__}"
             )
     options = lablog.read_options(
-        {key: sources.value_text(value) for key, value in settings.items()},
+        {key: value_text(value) for key, value in settings.items()},
         mapping,
         config,
     )
     grid, faults = sources.load(source, name)
-    ask = sources.decimal_signs(grid) != {","}
+    ask = grids.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
     given.origin = layout.read_notes(grid, faults)
     grid, falls = (
@@ -274,9 +277,9 @@ class TableReader:
         self.mapped = {*mapped}
         """Roles whose columns --map names."""
         self.grid, self.rows = table.grid, table.rows
-        self.signs = sources.decimal_signs(self.grid, by_delimiter=False)
-        self.expected_signs = self.signs or sources.decimal_signs(self.grid)
-        self.find = partial(sources.find_place, self.grid.lines, self.grid.delimiter)
+        self.signs = grids.decimal_signs(self.grid, by_delimiter=False)
+        self.expected_signs = self.signs or grids.decimal_signs(self.grid)
+        self.find = partial(grids.find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""
         for given in (*settings.roles.values(), *settings.given_uncertainties.values()):
@@ -406,7 +409,7 @@ class TableReader:
                 )
             elif (
                 noted
-                and layout.is_number(row.texts[-1])
+                and grids.is_number(row.texts[-1])
                 and not re.search(r"[^\W\d]", row.texts[-1])
             ):
                 # A decimal comma that splits a number moves all that follows to the
@@ -577,7 +580,7 @@ class TableReader:
                 finest[one.unit] = min(one.step, finest.get(one.unit, math.inf))
         if (
             strict
-            and spots[0] % sources.MAX_COLUMNS in self.grid.floats
+            and spots[0] % MAX_COLUMNS in self.grid.floats
             and units.SI[kind]
             and None in spreads
         ):
@@ -616,7 +619,7 @@ class TableReader:
         The quantity replaces a name, a dash or a stopwatch's colon.
         """
         texts = [row.texts[chosen.at] for row in self.rows]
-        if chosen.role in roles.TIMINGS and any(map(layout.is_number, texts)):
+        if chosen.role in roles.TIMINGS and any(map(grids.is_number, texts)):
             texts = [
                 text if re.search("[0-9]", text) else "" for text in texts
             ]  # "aborted"
@@ -674,9 +677,9 @@ class TableReader:
             for label, number in (
                 filter(None, row.texts)
                 for row in self.grid.rows
-                if len(layout.filled_at(row)) == 2
+                if len(grids.filled_at(row)) == 2
             ):
-                if not layout.is_number(number):
+                if not grids.is_number(number):
                     unit_of = roles.parse_header(number).unit or ""
                 elif label == name and kind_of_role(chosen.role) in kinds_of(unit_of):
                     found.add(f"{number} {unit_of}")
@@ -1141,7 +1144,7 @@ class TableReader:
         texts = list(filter(turns_in, texts))
         timed = [
             re.search(layout.TIMED, text)
-            or "turns" in layout.said_in(sources.Row(1, [text]))
+            or "turns" in layout.said_in(grids.Row(1, [text]))
             or not layout.TIME_WORDS.isdisjoint(
                 word.rstrip("s") for word in roles.squeezed_words(text)
             )
@@ -1225,7 +1228,7 @@ class TableReader:
                 for one in ones
             ]
             header = next(one.cell.text for one in many if one.turns)
-            spots = tuple(line * sources.MAX_COLUMNS + one.at for one in ones)
+            spots = tuple(line * MAX_COLUMNS + one.at for one in ones)
             given = columns.get(role) or (
                 columns.get("angle") if role == "turns" else None
             )
@@ -1305,9 +1308,7 @@ class TableReader:
         for text in layout.texts_of(self.grid):
             of_arm = re.search(_ARM, text) and roles.from_centre(text)
             said = (
-                layout.said_in(sources.Row(1, [text])).get("position")
-                if of_arm
-                else None
+                layout.said_in(grids.Row(1, [text])).get("position") if of_arm else None
             )
             arm = read_cell(said[0], "length", None).value if said else 0.0
             agrees = any(
@@ -1316,7 +1317,7 @@ class TableReader:
             is_head = arm and any(
                 text == " ".join(row.texts)
                 for row in self.grid.rows
-                if layout.is_head(row)
+                if grids.is_head(row)
             )
             if arm and not (
                 agrees
@@ -1375,7 +1376,7 @@ class TableReader:
     def _read_diameter(self) -> None:
         """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
         rows = [
-            (self.grid.cell(row, layout.filled_at(row)[0]), " ".join(row.texts))
+            (self.grid.cell(row, grids.filled_at(row)[0]), " ".join(row.texts))
             for row in self.grid.rows
         ]
         cells = [replace(cell, text=text) for cell, text in rows if " " in text]

@@ -106,6 +106,11 @@ def write_formulas(sheet: Sheet) -> None:
         sheet.rows[row - 1] = cells
 
 
+def is_filled(sheet: Sheet) -> bool:
+    """Return whether a sheet contains a cell that is not blank."""
+    return any(cell not in (None, "") for row in sheet.rows for cell in row)
+
+
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
     if sheet.is_hidden:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.notation import PLAIN, fold_number, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
-from gyrodata.readings import layout, roles
+from gyrodata.readings import captions, layout, roles
 from gyrodata.readings.grid import Row
 from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
 from gyrodata.readings.roles import (
@@ -465,7 +465,7 @@ def _told_of_parts(table: layout.Layout) -> bool:
         for text in row.texts
         if re.search(r"[^\W\d_]{3}", text)
     )
-    notes = (*layout.texts_of(table.grid), *cells)
+    notes = (*captions.texts_of(table.grid), *cells)
     return any(
         re.search(_PART_OF_TURN, note) or turns_in(note) not in ("", "0", "1")
         for note in notes
@@ -610,7 +610,7 @@ def _place_by_cells_and_unit(
             other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
             if role == "position":  # "length is from the centre" says it
                 name = rf"(?i)\b{re.escape(roles.split_unit(text)[0].strip())}\b"
-                notes = filter(roles.from_centre, layout.texts_of(table.grid))
+                notes = filter(roles.from_centre, captions.texts_of(table.grid))
                 other &= not any(re.search(name, note) for note in notes)
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(

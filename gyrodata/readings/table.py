@@ -19,9 +19,9 @@ from gyrodata.base import diagnostics
 from gyrodata.quantities import notation, units, vocabulary
 from gyrodata.quantities.notation import Quantity, fold_number, read_cell, to_float
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
+from gyrodata.readings import captions, lablog, layout, roles, shapes
 from gyrodata.readings import choice as choices
 from gyrodata.readings import grid as grids
-from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
 from gyrodata.readings.choice import Choice, Chosen
 from gyrodata.readings.conversion import value_text
@@ -122,12 +122,8 @@ def read_log(
     grid, faults = sources.load(source, name)
     ask = grids.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = layout.read_notes(grid, faults)
-    grid, falls = (
-        (grid, ())
-        if layout.is_usual(grid) or not grid.rows
-        else shapes.reshape(grid, faults)
-    )
+    given.origin = captions.read_notes(grid, faults)
+    grid, falls = shapes.reshape(grid, faults)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = Readings(
         faults.name,
@@ -1139,13 +1135,13 @@ class TableReader:
         It is an error if the column may number the runs.
         """
         heads = [cell.text for cell in self.table.cells]
-        places = {text.text: text for text in layout.places_of(self.grid)}
+        places = {text.text: text for text in captions.places_of(self.grid)}
         texts = [text for text in places if not all(head in text for head in heads)]
         texts = list(filter(turns_in, texts))
         timed = [
-            re.search(layout.TIMED, text)
-            or "turns" in layout.said_in(grids.Row(1, [text]))
-            or not layout.TIME_WORDS.isdisjoint(
+            re.search(captions.TIMED, text)
+            or "turns" in captions.said_in(grids.Row(1, [text]))
+            or not captions.TIME_WORDS.isdisjoint(
                 word.rstrip("s") for word in roles.squeezed_words(text)
             )
             for text in texts
@@ -1305,10 +1301,12 @@ class TableReader:
         )
         if position is None:
             return 0.0
-        for text in layout.texts_of(self.grid):
+        for text in captions.texts_of(self.grid):
             of_arm = re.search(_ARM, text) and roles.from_centre(text)
             said = (
-                layout.said_in(grids.Row(1, [text])).get("position") if of_arm else None
+                captions.said_in(grids.Row(1, [text])).get("position")
+                if of_arm
+                else None
             )
             arm = read_cell(said[0], "length", None).value if said else 0.0
             agrees = any(
@@ -1387,7 +1385,7 @@ class TableReader:
         for cell in (*self.grid.comments, *cells, *keys):
             found = [
                 one
-                for part in re.split(layout.SENTENCE_END, cell.text)
+                for part in re.split(captions.SENTENCE_END, cell.text)
                 if (one := roles.diameter_in(part))
             ]
             try:

@@ -42,9 +42,9 @@ from gyrodata.grading.submissions.documents import (
     unseen_in,
 )
 from gyrodata.measurements import measure
+from gyrodata.readings.captions import said_in
 from gyrodata.readings.conversion import workbook_text
 from gyrodata.readings.grid import Row
-from gyrodata.readings.layout import said_in
 from gyrodata.readings.roles import noted_origin
 
 _MOST_REPORT = 30_000_000  # bytes

@@ -1,0 +1,95 @@
+"""Tables side by side, each with the same names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+
+from msgspec.structs import replace
+
+from gyrodata.readings.grid import (
+    HEADERS_LOOKED_AT,
+    Grid,
+    Row,
+    filled_at,
+    has_numbers,
+    is_head,
+)
+from gyrodata.readings.lablog import Faults
+from gyrodata.readings.roles import squeeze
+
+_COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
+"""What a spreadsheet or a data logger writes behind names that repeat."""
+
+
+def applies(grid: Grid) -> bool:
+    """Return whether the names of a header repeat."""
+    head = _head_of(grid)
+    return head is not None and bool(_starts(head))
+
+
+def to_rows(grid: Grid, faults: Faults) -> Grid:
+    """Put the tables below each other, each with the words above it."""
+    head = _head_of(grid)
+    if head is None:
+        return grid
+    index = grid.rows.index(head)
+    numbers = [at for at, row in enumerate(grid.rows) if has_numbers(row)]
+    last = max([index, *numbers])
+    above, below = grid.rows[:index], grid.rows[index + 1 : last + 1]
+    starts = _starts(head)
+    titles = [row for row in above if _is_title(row, starts[0])]
+    words = [row for row in above if row not in titles]
+    rows = list(titles)
+    for start, end in pairwise([*starts, len(head.texts)]):
+        rows += _words_of(words, start, end)
+        names = _cut(head, range(start, end))
+        rows.append(replace(names, texts=list(map(_without_number, names.texts))))
+        cut = [_cut(row, range(start, end)) for row in below]
+        rows += [row for row in cut if any(row.texts)]
+    return replace(grid, rows=[*rows, *grid.rows[last + 1 :]])
+
+
+def _head_of(grid: Grid) -> Row | None:
+    return next(filter(is_head, grid.rows[:HEADERS_LOOKED_AT]), None)
+
+
+def _without_number(name: str) -> str:
+    return re.sub(_COPY, "", name)
+
+
+def _starts(head: Row) -> list[int]:
+    """Return the column at which each table begins; none if the names do not repeat."""
+    filled = filled_at(head)
+    names = [squeeze(_without_number(head.texts[at])) for at in filled]
+    # A column on the left may number the rows of all tables.
+    for left in (0, 1):
+        for size in range(2, (len(names) - left) // 2 + 1):
+            first, rest = names[left : left + size], names[left + size :]
+            count = len(rest) // size
+            if len(set(first)) == size and rest == first * count:
+                return filled[left::size]
+    return []
+
+
+def _is_title(row: Row, start: int) -> bool:
+    """Return whether a row is one cell at the left of the tables."""
+    return len(filled_at(row)) == 1 and filled_at(row)[0] <= start
+
+
+def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
+    """Yield the words above one table."""
+    for row in rows:
+        cut = _cut(row, range(start, end))
+        if not any(cut.texts):
+            continue
+        # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
+        label = row.texts[0]
+        if start and label and not re.search(r"[\d=]", label):
+            cut = _cut(row, [0, *range(start, end)])
+        yield cut
+
+
+def _cut(row: Row, places: range | list[int]) -> Row:
+    return row.cells([at for at in places if at < len(row.texts)])

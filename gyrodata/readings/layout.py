@@ -19,7 +19,7 @@ from gyrodata.base.errors import InputError
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import are_equal, kinds_of
 from gyrodata.readings import captions, roles
-from gyrodata.readings.captions import WORD, Given, said_in
+from gyrodata.readings.captions import Given, said_in
 from gyrodata.readings.grid import (
     HEADERS_LOOKED_AT,
     Grid,
@@ -422,7 +422,7 @@ class _Sheet:
         row = self._without_cells_beside(row)
         if not any(row.texts):
             return
-        if is_head(row):
+        if is_head(row) or row.texts == table.head.texts:
             if table.is_new:
                 # "time of one turn, x from the centre" above the names
                 self.words.append(table.head)
@@ -446,9 +446,9 @@ class _Sheet:
     def _without_cells_beside(self, row: Row) -> Row:
         """Leave out the cells that a blank column separates from the table."""
         width = len(self.table.columns)
-        if not self.table.is_apart or len(row.texts) <= width:
-            return row
         beside = [at for at in filled_at(row) if at >= width]
+        if not beside or not self.table.is_apart:
+            return row
         self.left_out["title"].append((row, beside[0]))
         return replace(row, texts=row.texts[:width])
 
@@ -492,21 +492,15 @@ class _Sheet:
             self._take_run(row)
 
     def _is_below_runs(self, row: Row) -> bool:
-        """Return whether a row is a result, and not a run.
-
-        A row below the runs that begins with a text and has no time is one.
-        """
+        """Return whether a row is a result: it begins with a text, and has no time."""
         if self.table.has_ended or _names_inertia(row):
             return True
+        first = filled_at(row)[0]
         headers = self.table.headers
-        label = row.texts[filled_at(row)[0]]
         timed = [at for at, header in enumerate(headers) if _is_timing(header)]
-        times = [row.texts[at] for at in timed if at < len(row.texts)]
-        return (
-            bool(self.runs and timed)
-            and WORD.search(label) is not None
-            and not any(times)
-        )
+        # "standard error" may be in the column of the times.
+        times = row.cells([at for at in timed if at != first]).filled()
+        return bool(self.runs and timed) and not times and _is_label(row.texts[first])
 
     def _take_run(self, row: Row) -> None:
         table = self.table
@@ -933,6 +927,12 @@ def _is_remark(at: int, header: Header) -> bool:
     """Return whether a text in a column may be a remark on a run."""
     kinds = set(map(roles.kind_of_role, header.roles))
     return "sign" in kinds or ("text" in kinds and at > 0)
+
+
+def _is_label(text: str) -> bool:
+    """Return whether a cell is no number, or has a unit that gyro does not know."""
+    written = notation.take_apart(text)
+    return written is None or bool(written.unit and not kinds_of(written.unit))
 
 
 def _unit_fits(header: Header) -> bool:

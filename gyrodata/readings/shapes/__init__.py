@@ -13,9 +13,9 @@ from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, filled_at, has_numbers, is_head
 from gyrodata.readings.lablog import Fall, Faults
 from gyrodata.readings.shapes import (
-    commented_header,
     counted_weights,
     crossed,
+    parted_header,
     runs_in_a_row,
     sentences,
     side_by_side,
@@ -36,7 +36,7 @@ class Shape(Protocol):
 
 
 SHAPES: tuple[Shape, ...] = (
-    commented_header,
+    parted_header,
     runs_in_a_row,
     crossed,
     counted_weights,

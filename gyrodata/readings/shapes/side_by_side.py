@@ -14,7 +14,6 @@ from gyrodata.readings.grid import (
     Row,
     filled_at,
     has_numbers,
-    is_head,
 )
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.roles import squeeze
@@ -25,8 +24,7 @@ _COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
 
 def applies(grid: Grid) -> bool:
     """Return whether the names of a header repeat."""
-    head = _head_of(grid)
-    return head is not None and bool(_starts(head))
+    return _head_of(grid) is not None
 
 
 def to_rows(grid: Grid, faults: Faults) -> Grid:
@@ -52,7 +50,11 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
 
 
 def _head_of(grid: Grid) -> Row | None:
-    return next(filter(is_head, grid.rows[:HEADERS_LOOKED_AT]), None)
+    """Return the first row whose names repeat."""
+    for row in grid.rows[:HEADERS_LOOKED_AT]:
+        if not has_numbers(row) and _starts(row):
+            return row
+    return None
 
 
 def _without_number(name: str) -> str:
@@ -66,9 +68,9 @@ def _starts(head: Row) -> list[int]:
     # A column on the left may number the rows of all tables.
     for left in (0, 1):
         for size in range(2, (len(names) - left) // 2 + 1):
-            first, rest = names[left : left + size], names[left + size :]
-            count = len(rest) // size
-            if len(set(first)) == size and rest == first * count:
+            first = names[left : left + size]
+            second = names[left + size : left + 2 * size]
+            if first == second and len(set(first)) == size:
                 return filled[left::size]
     return []
 
@@ -87,9 +89,11 @@ def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
         # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
         label = row.texts[0]
         if start and label and not re.search(r"[\d=]", label):
-            cut = _cut(row, [0, *range(start, end)])
+            at = filled_at(cut)[0]
+            cut.texts[at] = f"{label} {cut.texts[at]}"
         yield cut
 
 
-def _cut(row: Row, places: range | list[int]) -> Row:
-    return row.cells([at for at in places if at < len(row.texts)])
+def _cut(row: Row, places: range) -> Row:
+    filled = [at for at in places if at in filled_at(row)]
+    return row.cells(range(places[0], max(filled, default=places[0]) + 1))

@@ -43,8 +43,10 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
 
 def _joined(upper: Row, lower: Row) -> Row | None:
     """Return the header of two rows; None if the lower one contains no names."""
-    has_room = len(lower.texts) > len(upper.texts) or "" in upper.texts
-    if not has_room or not (is_head(upper) or _is_over_trials(upper, lower)):
+    is_wider = len(lower.texts) > len(upper.texts) and not is_head(lower)
+    if not (is_wider or "" in upper.texts):
+        return None
+    if not (is_head(upper) or _is_over_trials(upper, lower)):
         return None
     if any(is_bare(text) and _READING.search(text) for text in lower.texts):
         return None  # a run

@@ -398,7 +398,7 @@ _LEGEND = re.compile(
 
 def legends_of(grid: Grid) -> dict[str, str]:
     """Return what lines such as "d = distance from centre in cm" say of short headers."""
-    texts = [_with_colon(row) for row in grid.rows]
+    texts = [_with_colon(row) for row in grid.titles()]
     texts += [text.text for text in grid.comments]
     texts += [f"{key}: {text.text}" for key, text in grid.metadata]
     legends = {}

@@ -6,6 +6,7 @@ Lines that begin with # are no rows: they are keys with values, or comments.
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -97,6 +98,16 @@ class Grid(Struct, frozen=True):
     def first_cell(self, row: Row) -> Text:
         """Return the first cell of a row that is not blank."""
         return self.cell(row, filled_at(row)[0])
+
+    def titles(self) -> list[Row]:
+        """Return the rows without numbers, but not those above numbers, which are headers."""
+        rows = [*self.rows, Row(0, [""])]
+        pairs = itertools.pairwise(rows)
+        return [
+            row
+            for row, below in pairs
+            if not has_numbers(row) and not has_numbers(below)
+        ]
 
     def notes(self) -> list[Text]:
         """Return the ``#`` lines that give no value, each with its key, if it has one."""

@@ -27,7 +27,6 @@ from gyrodata.readings.grid import (
     count_of_numbers,
     filled_at,
     find_place,
-    has_numbers,
     is_bare,
     is_head,
     is_number,
@@ -389,10 +388,8 @@ class _Sheet:
     def _read_units(self) -> None:
         """Read the units that texts state for all columns."""
         notes = self.grid.notes()
-        for row, below in pairwise([*self.grid.rows, Row(0, [""])]):
-            # The row above numbers is the header itself.
-            if not has_numbers(row) and not has_numbers(below):
-                notes += [self.grid.cell(row, at) for at in filled_at(row)]
+        for row in self.grid.titles():
+            notes += [self.grid.cell(row, at) for at in filled_at(row)]
         for note in notes:
             if units := captions.stated_units(note.text):
                 self.units |= units
@@ -931,6 +928,8 @@ def _is_remark(at: int, header: Header) -> bool:
 
 def _is_label(text: str) -> bool:
     """Return whether a cell is no number, or has a unit that gyro does not know."""
+    if text in BLANKS:
+        return False
     written = notation.take_apart(text)
     return written is None or bool(written.unit and not kinds_of(written.unit))
 

@@ -28,7 +28,7 @@ MAX_SENTENCES = 2_000
 length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
-WORD = re.compile(r"[^\W\d_]{3}")
+_WORD = re.compile(r"[^\W\d_]{3}")
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
@@ -201,25 +201,28 @@ def _statements(
     ]
     used = [quantity for quantity in quantities if _is_of_weight(quantity, sentence)]
     names = {quantity.role for quantity in used}
-    # "The tachometer said 616 rpm and the stopwatch 16.6 s" is a run.
-    is_run = {"spin", "time"} <= names
-    not_timed = not is_run and _is_not_timed(sentence)
-    of_run = not not_timed and not re.search(_OF_BALL, sentence)
-    several = re.search(_SEVERAL_WEIGHTS, sentence) is not None
-    from_origin = roles.from_centre(sentence) or bool(roles.noted_origin(sentence))
+    of_ball = re.search(_OF_BALL, sentence) is not None
+    not_timed = _is_not_timed(sentence, names)
+    is_left_out = of_ball or not_timed or re.search(_SEVERAL_WEIGHTS, sentence)
+    from_origin = roles.from_centre(sentence) or roles.noted_origin(sentence)
     for quantity in used:
-        is_position = quantity.role == "position" and from_origin
-        if is_position or (of_run and not several):
+        if not is_left_out or (quantity.role == "position" and from_origin):
             yield quantity.role, quantity.text, quantity.place
     turns = _turns_of_sentence(sentence, names)
-    # "Rod timed over a third of a turn"
-    is_timed = re.search(TIMED, sentence) and not roles.is_of_the_spin(sentence)
-    if turns and (of_run or (is_timed and not not_timed)):
+    if turns and not not_timed and (not of_ball or _is_timed(sentence)):
         yield "turns", turns, len(sentence)
 
 
-def _is_not_timed(sentence: str) -> bool:
+def _is_timed(sentence: str) -> bool:
+    """Return whether a sentence is about the time of a run: "Rod timed over a third"."""
+    is_about_time = re.search(TIMED, sentence) is not None
+    return is_about_time and not roles.is_of_the_spin(sentence)
+
+
+def _is_not_timed(sentence: str, names: set[str]) -> bool:
     """Return whether a sentence says where a weight is, and not how a run was timed."""
+    if {"spin", "time"} <= names:
+        return False  # "The tachometer said 616 rpm and the stopwatch 16.6 s"
     outside = re.sub(r"\([^()]*\)", "", sentence)
     return bool(re.search(_NOT_TIMED, outside if turns_in(outside) else sentence))
 
@@ -452,23 +455,36 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     for key, text in grid.metadata:
         if key.lower() in roles.TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
-    origins, texts = list(map(roles.noted_origin, notes)), list(notes)
-    for row in grid.rows:
-        places = [at for at, text in enumerate(row.texts) if WORD.search(text)]
-        if places and not has_numbers(row):
-            joined = ", ".join(row.texts)
-            origins.append(roles.noted_origin(joined))
-            texts += [] if is_head(row) else [joined]
-        places = [at for at in places if _is_remark(row.texts[at])]
-        note = ", ".join(row.texts[at] for at in places)
-        if places and note not in notes and roles.altered_role(note):
-            notes[note] = grid.cell(row, places[0])
+    rows = [row for row in grid.rows if _has_words(row) and not has_numbers(row)]
+    titles = [", ".join(row.texts) for row in rows]
+    others = [", ".join(row.texts) for row in rows if not is_head(row)]
+    origins = map(roles.noted_origin, [*notes, *titles])
+    origin = next(filter(None, origins), "")
+    if origin == "surface" and any(map(roles.noted_centre, [*notes, *others])):
+        origin = "both"
+    for note, cell in _remarks_in(grid):
+        notes.setdefault(note, cell)
+    _warn_of_notes(notes, faults)
+    return origin
+
+
+def _has_words(row: Row) -> bool:
+    return any(map(_WORD.search, row.texts))
+
+
+def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
             faults.add("note", cell, note=note, role=role)
-    origin = next(filter(None, origins), "")
-    is_both = origin == "surface" and any(map(roles.noted_centre, texts))
-    return "both" if is_both else origin
+
+
+def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
+    """Yield the notes about readings that are in rows, with the first cell of each."""
+    for row in grid.rows:
+        texts = {at: text for at, text in enumerate(row.texts) if _is_remark(text)}
+        note = ", ".join(texts.values())
+        if roles.altered_role(note):
+            yield note, grid.cell(row, min(texts))
 
 
 def _is_remark(text: str) -> bool:
@@ -477,6 +493,8 @@ def _is_remark(text: str) -> bool:
     The header "centre to inner face (cm)" is a position, and not that of the middle of
     the weight.
     """
+    if not _WORD.search(text):
+        return False
     if not parse_header(text).roles:
         return True
     altered = roles.contains(roles.ALTERED["position"], text)

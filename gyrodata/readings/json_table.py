@@ -8,8 +8,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gyrodata.readings.roles import parse_header
-
 MAX_DEPTH = 50
 """Brackets inside of brackets in JSON; a notebook with an output has about ten."""
 
@@ -68,8 +66,8 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def write_table(data: Any) -> str:
     """Write a table with tabs between its cells; single values become ``#`` lines.
 
-    The table is a list of objects, a list of rows below a row of names, or an object
-    with its columns, as pandas writes them.
+    The table is a list of objects, or an object with its columns, as pandas writes
+    them.
     """
     named: dict[str, Any] = data if isinstance(data, dict) else {}
     given = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
@@ -93,10 +91,6 @@ def _text_of(value: Any) -> str:
 def _records_of_list(data: Any) -> Records:
     if _are_records(data):
         return list(data)
-    if isinstance(data, list) and all(isinstance(row, list) for row in data):
-        names, *rows = data or [[]]
-        if rows and names and all(isinstance(name, str) for name in names):
-            return _records_of_rows(names, rows)
     raise _no_table()
 
 
@@ -117,8 +111,6 @@ def _records_of(named: dict[str, Any]) -> Records:
         return list(named[tables[0]])
     if isinstance(named.get("columns"), list) and isinstance(named.get("data"), list):
         return _records_of_rows(named["columns"], named["data"])
-    if _are_records(rows := list(named.values())) and _name_quantities(rows[0]):
-        return rows
     columns = _columns_of(named)
     if not columns:
         raise _no_table()
@@ -135,10 +127,6 @@ def _are_records(value: Any) -> bool:
     """Return whether a value is a list of objects, one for each run."""
     is_list = isinstance(value, list) and bool(value)
     return is_list and all(isinstance(item, dict) for item in value)
-
-
-def _name_quantities(names: Mapping[str, Any]) -> bool:
-    return any(parse_header(name).roles for name in names)
 
 
 def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:

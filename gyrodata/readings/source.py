@@ -144,18 +144,16 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         return name or "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
     if isinstance(source, str) and ("\n" in source or "\r" in source):
         return name or "<text>", _encoded(source)
+    if isinstance(source, str | os.PathLike):
+        return _read_file(Path(source), name)
     if hasattr(source, "read"):
         own = getattr(source, "name", None)
         shown = Path(own).name if isinstance(own, str) else "<stream>"
         return name or shown, _encoded(source.read(MAX_BYTES + 1))
-    if not isinstance(source, str | os.PathLike):
-        what = f"{type(source).__name__} ({source!r:.60})"
-        raise TypeError(
-            f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}"
-        )
-    path = Path(source)
-    shown = name or path.name or str(path)
-    return _read_file(path, shown if shown.isascii() else printable(shown))
+    what = f"{type(source).__name__} ({source!r:.60})"
+    raise TypeError(
+        f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}"
+    )
 
 
 def _encoded(text: str | bytes) -> bytes:
@@ -164,8 +162,10 @@ def _encoded(text: str | bytes) -> bytes:
     return bytes(text)
 
 
-def _read_file(path: Path, shown: str) -> tuple[str, bytes]:
+def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
     """Return the name and the bytes of a file."""
+    shown = name or path.name or str(path)
+    shown = shown if shown.isascii() else printable(shown)
     try:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)

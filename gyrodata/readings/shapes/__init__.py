@@ -13,7 +13,6 @@ from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, filled_at, has_numbers, is_head
 from gyrodata.readings.lablog import Fall, Faults
 from gyrodata.readings.shapes import (
-    counted_weights,
     crossed,
     parted_header,
     runs_in_a_row,
@@ -39,7 +38,6 @@ SHAPES: tuple[Shape, ...] = (
     parted_header,
     runs_in_a_row,
     crossed,
-    counted_weights,
     transposed,
     sentences,
     two_row_header,

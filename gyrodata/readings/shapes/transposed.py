@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import groupby
 
 from msgspec.structs import replace
 
 from gyrodata.readings.captions import said_in
-from gyrodata.readings.grid import Grid, Row, filled_at, is_bare, is_head, is_number
+from gyrodata.readings.grid import Grid, Row, filled_at, is_head
 from gyrodata.readings.lablog import Faults, listing
 
 
@@ -16,35 +15,22 @@ def applies(grid: Grid) -> bool:
     """Return whether no row is a header, but the cells at the side are."""
     if any(map(is_head, grid.rows)):
         return False
-    return len(_blocks(grid)) > 1 or is_head(_names_of(grid.rows))
+    names = _names_of(_table_of(grid))
+    return is_head(names) and len(set(names.texts)) == len(names.texts)
 
 
 def to_rows(grid: Grid, faults: Faults) -> Grid:
-    """Make a row of each column; a single value is valid for all runs.
-
-    Several tables with the same names at the side may be below their captions.
-    """
-    if len(_blocks(grid)) < 2:
-        return replace(grid, rows=_turned(grid, grid.rows, faults))
-    rows: list[Row] = []
-    for is_table, group in groupby(grid.rows, _is_of_table):
-        part = list(group)
-        rows += _turned(grid, part, faults) if is_table else part
-    return replace(grid, rows=rows)
+    """Make a row of each column; a single value is valid for all runs."""
+    captions = list(filter(_is_caption, grid.rows))
+    table = _table_of(grid)
+    side = _side_of(table)
+    names = listing(_names_of(table).texts, 3)
+    faults.add("turned", grid.cell(table[0], side), names=names)
+    return replace(grid, rows=[*captions, *_columns_as_rows(table, side)])
 
 
-def _is_of_table(row: Row) -> bool:
-    """Return whether a row has a name at the side, and several numbers."""
-    return not is_number(row.texts[0]) and sum(map(is_bare, row.texts[1:])) > 1
-
-
-def _blocks(grid: Grid) -> list[Row]:
-    """Return the names of each of several tables below each other."""
-    parts = [
-        list(part) for is_table, part in groupby(grid.rows, _is_of_table) if is_table
-    ]
-    names = [Row(0, [row.texts[0] for row in part]) for part in parts]
-    return list(filter(is_head, names))
+def _table_of(grid: Grid) -> list[Row]:
+    return [row for row in grid.rows if not _is_caption(row)]
 
 
 def _is_caption(row: Row) -> bool:
@@ -59,24 +45,10 @@ def _side_of(rows: list[Row]) -> int:
     return min((filled_at(row)[0] for row in rows), default=0)
 
 
-def _names_of(rows: list[Row]) -> Row:
-    """Return the cells at the side, without those of captions."""
-    table = [row for row in rows if not _is_caption(row)]
+def _names_of(table: list[Row]) -> Row:
+    """Return the cells at the side."""
     side = _side_of(table)
     return Row(0, [row.texts[side] for row in table])
-
-
-def _turned(grid: Grid, rows: list[Row], faults: Faults) -> list[Row]:
-    """Return the captions, and a row for each column; the same rows if there are no names."""
-    captions = [row for row in rows if _is_caption(row)]
-    table = [row for row in rows if not _is_caption(row)]
-    names = _names_of(rows)
-    if not is_head(names):
-        return rows
-    side = _side_of(table)
-    name = grid.cell(table[0], side)
-    faults.add("turned", name, names=listing(names.texts, 3))
-    return [*captions, *_columns_as_rows(table, side)]
 
 
 def _columns_as_rows(table: list[Row], side: int) -> Iterator[Row]:

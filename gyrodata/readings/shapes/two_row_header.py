@@ -80,4 +80,5 @@ def _is_over_trials(upper: Row, lower: Row) -> bool:
     over, under = parse_header(upper.texts[at]), "".join(lower.texts[at : at + 1])
     is_time = over.unit and not {*over.roles}.isdisjoint(roles.TIMINGS)
     is_next = upper.line == lower.line - 1
-    return bool(is_time) and is_next and {*parse_header(under).roles} <= roles.TEXTS
+    is_trial = {*parse_header(under).roles} <= roles.TEXTS
+    return bool(is_time) and at > 0 and is_next and is_trial

@@ -42,8 +42,8 @@ QUANTITY = re.compile(
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 """Roles of the quantities in sentences, by their kind."""
 
-_SPHERE, _WEIGHT, _NOT_TIMED, _PARTS, _APPARATUS = map(
-    vocabulary.pattern, ("sphere", "weight_added", "not_timed", "parts", "ball")
+_SPHERE, _WEIGHT, _NOT_TIMED, _APPARATUS = map(
+    vocabulary.pattern, ("sphere", "weight_added", "not_timed", "ball")
 )
 _ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
 """Where a weight is: such words say that a mass is not that of the rod."""
@@ -84,13 +84,13 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     whole = _joined([row.texts[at] for at in filled])
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     found: dict[str, dict[str, int]] = {}
-    several = len(set(filter(None, map(turns_in, _clauses(whole))))) > 1
     for start, sentence in _sentences(whole):
         for role, text, place in _statements(sentence, start, ends, with_time):
-            # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
-            if role != "turns" or not several:
-                cell = filled[min(bisect(ends, start + place), len(filled) - 1)]
-                found.setdefault(role, {}).setdefault(text, cell)
+            cell = filled[min(bisect(ends, start + place), len(filled) - 1)]
+            found.setdefault(role, {}).setdefault(text, cell)
+    # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
+    if len(set(map(turns_in, _clauses(whole))) - {""}) > 1:
+        found.pop("turns", None)
     if turns := _named_turns((*row.texts, *_clauses(whole), *_equations(whole))):
         found["turns"] = {turns: filled[-1]}
     return {
@@ -310,14 +310,21 @@ def _turns_of_sentence(sentence: str, found: set[str]) -> str:
     `found` has the roles of the quantities in the sentence.
     """
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
-    # What a part of a turn is: "three screws = once around".
-    if len(parts) > 1 or re.search(rf"{_PARTS}[^.;,\d]*=", sentence):
+    if len(parts) > 1 or any(map(_defines_part, _clauses(sentence))):
         return ""
     for clause in (sentence, *_clauses(sentence)):
         turns = turns_in(clause)
         if turns and not re.search(_DEFINITION, clause) and _is_about(clause, found):
             return turns
     return ""
+
+
+def _defines_part(clause: str) -> bool:
+    """Return whether a clause says what a part of a turn is: "one screw = 1/3 turn"."""
+    name, _, value = clause.partition("=")
+    words = roles.squeezed_words(name) - {""}
+    names_reading = any(roles.name_roles(word)[0] for word in words)
+    return bool(turns_in(value)) and not names_reading and not _has_word_of_time(words)
 
 
 def _is_about(clause: str, found: set[str]) -> bool:
@@ -329,7 +336,7 @@ def _is_about(clause: str, found: set[str]) -> bool:
         return True
     words = roles.squeezed_words(QUANTITY.sub(" ", clause))
     words = {word for word in words if not word.isdecimal()}
-    if any(map(_is_word_of_time, words)):
+    if _has_word_of_time(words):
         return True
     others = [
         word
@@ -341,10 +348,10 @@ def _is_about(clause: str, found: set[str]) -> bool:
     return len(others) < 2
 
 
-def _is_word_of_time(word: str) -> bool:
+def _has_word_of_time(words: set[str]) -> bool:
     """Return whether a word is "time" in a language, perhaps in the plural, as "Zeiten"."""
-    sizes = range(max(3, len(word) - 2), len(word) + 1)
-    return any(word[:size] in TIME_WORDS for size in sizes)
+    endings = (slice(None), slice(-1), slice(-2))
+    return not TIME_WORDS.isdisjoint(word[part] for word in words for part in endings)
 
 
 # --- Units and legends ---

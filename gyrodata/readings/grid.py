@@ -158,18 +158,20 @@ _SIGNS = str.maketrans("", "", ".,/+-− ")
 
 @lru_cache(maxsize=4096)
 def _are_names(texts: tuple[str, ...]) -> bool:
-    filled = [text for text in texts if text]
-    if sum(not text.translate(_SIGNS).isdigit() for text in filled) < 2:
+    filled = list(filter(None, texts))
+    if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
         return False  # the rows of a long log
     named = [header.roles for header in map(parse_header, filled) if header.roles]
-    if all(roles.TEXTS.intersection(names) for names in named):
-        return False
-    if len(set(named)) < 2 and not _are_repeats(len(named), texts):
-        return False
-    if count_of_numbers(texts) * 2 >= len(filled):
+    quantities = list(filter(roles.TEXTS.isdisjoint, named))
+    several = len(set(named)) > 1 or _are_repeats(len(named), texts)
+    if not quantities or not several or count_of_numbers(texts) * 2 >= len(filled):
         return False
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     return 2 < len(filled) == len(named) or not units_of_row(texts)
+
+
+def _has_digits_alone(text: str) -> bool:
+    return text.translate(_SIGNS).isdigit()
 
 
 def _are_repeats(count: int, texts: Sequence[str]) -> bool:
@@ -531,11 +533,10 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
         cell = grid.cell(rows[-1], 0)
         most = MAX_TEXT_ROWS
         raise faults.refuse("too_many_text_rows", cell, count=len(rows), most=most)
-    size = sum(map(len, notes))
-    for row in grid.rows:
-        size += sum(len(text) for text in row.texts if len(text) > roles.MAX_HEADER)
-    for row in rows:
-        size += sum(map(len, row.texts))
+    texts = itertools.chain.from_iterable(row.texts for row in grid.rows)
+    long = [text for text in texts if len(text) > roles.MAX_HEADER]
+    prose = itertools.chain(notes, long, *(row.texts for row in rows))
+    size = sum(map(len, prose))
     if size > MAX_PROSE:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 

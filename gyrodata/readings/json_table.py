@@ -129,25 +129,28 @@ def _are_records(value: Any) -> bool:
     return is_list and all(isinstance(item, dict) for item in value)
 
 
+def _cells_of(value: Any) -> list[Any]:
+    """Return the cells of a column; none if the value is something else."""
+    cells = list(value.values()) if isinstance(value, dict) else value
+    is_column = isinstance(cells, list) and all(map(_is_cell, cells))
+    return cells if is_column else []
+
+
 def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
     """Return the columns of an object.
 
     They are lists of equal length, or objects with the same keys. They may be below one
     key, such as "data".
     """
-    columns = {}
-    keys = set()
-    for name, value in named.items():
-        cells = list(value.values()) if isinstance(value, dict) else value
-        if isinstance(cells, list) and all(map(_is_cell, cells)):
-            columns[name] = cells
-            keys.update([tuple(value)] if isinstance(value, dict) else [])
-    lengths = sorted({len(cells) for cells in columns.values()})
-    if len(columns) > 1 and len(lengths) == 1 and len(keys) < 2:
-        return columns
+    cells = {name: _cells_of(value) for name, value in named.items()}
+    columns = {name: column for name, column in cells.items() if column}
+    lengths = sorted(set(map(len, columns.values())))
     if len(lengths) > 1:
         raise NoTableError(
             f"its lists have different lengths, {', '.join(map(str, lengths[:5]))}"
         )
+    keys = {tuple(named[name]) for name in columns if isinstance(named[name], dict)}
+    if len(columns) > 1 and len(keys) < 2:
+        return columns
     inner = [value for value in named.values() if isinstance(value, dict)]
     return next(filter(None, map(_columns_of, inner)), {})

@@ -98,14 +98,20 @@ def _find_head(grid: Grid, faults: Faults) -> Row:
     head = next(filter(is_head, rows), None) or _first_of_usual_width(rows)
     if 2 * count_of_numbers(head.texts) >= max(1, len(filled_at(head))):
         raise faults.refuse("no_header_row", grid.cell(head, 0))
-    for row in rows[: rows.index(head)]:
-        # "turns:", "1", "", "1" is a caption of tables beside each other.
-        bare = sum(map(is_bare, row.texts))
-        is_caption = row.texts[0].endswith(":")
-        if not is_caption and bare > 2 and 2 * bare > len(filled_at(row)):
-            cell, early, line = grid.cell(row, 0), [row.line], [head.line]
-            raise faults.refuse("numbers_above_header", cell, early=early, line=line)
+    if early := next(filter(_is_of_numbers, rows[: rows.index(head)]), None):
+        cell, lines = grid.cell(early, 0), [early.line]
+        line = [head.line]
+        raise faults.refuse("numbers_above_header", cell, early=lines, line=line)
     return head
+
+
+def _is_of_numbers(row: Row) -> bool:
+    """Return whether most cells of a row are numbers.
+
+    "turns:", "1", "", "1" is a caption of tables beside each other.
+    """
+    bare = sum(map(is_bare, row.texts))
+    return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
 
 
 def _first_of_usual_width(rows: list[Row]) -> Row:
@@ -120,16 +126,23 @@ def _name_counters(grid: Grid, head: Row, decided: Collection[str]) -> None:
 
     They may repeat if a text states turns.
     """
-    names_turns = any(map(turns_in, head.texts))
+    may_repeat = any(map(turns_in, captions.texts_of(grid)))
     for at, text in enumerate(head.texts):
-        is_turns = at == 0 and names_turns and parse_header(text).roles == ("turns",)
-        is_word = squeeze(text).lower() in roles.COUNTER_WORDS
-        if text in decided or not (is_turns or is_word or _COUNTS_UP.fullmatch(text)):
+        if text in decided:
             continue
+        is_lap = at == 0 and _is_lap(head)
+        is_word = squeeze(text).lower() in roles.COUNTER_WORDS
         cells = _cells_below(grid, head, at)
-        may_repeat = not is_turns and any(map(turns_in, captions.texts_of(grid)))
-        if _count_up(cells) and (may_repeat or cells.count("1") == 1):
+        is_once = cells.count("1") == 1 or (may_repeat and not is_lap)
+        may_count = is_lap or is_word or _COUNTS_UP.fullmatch(text)
+        if may_count and is_once and _count_up(cells):
             head.texts[at] = "run"
+
+
+def _is_lap(head: Row) -> bool:
+    """Return whether the first column is called turns, and another header states turns."""
+    is_turns = parse_header(head.texts[0]).roles == ("turns",)
+    return is_turns and any(map(turns_in, head.texts))
 
 
 def _cells_below(grid: Grid, head: Row, at: int) -> list[str]:
@@ -576,17 +589,8 @@ class _Sheet:
         This is not done if the rows of the table are not runs.
         """
         table = self.table
-        timings = self._timings()
-        means = self._are_means(timings)
-        names = [cell.text for cell, _ in table.columns]
-        why = ""
-        if self.any_timed and not timings and not any(map(turns_in, names)):
-            why = "untimed_table"
-        elif self._is_not_measured():
-            why = "table_not_measured"
-        elif means and self.runs and not self.only_means:
-            why = "table_of_means"
-        if why:
+        means = self._are_means()
+        if why := self._why_skipped(means):
             table.is_skipped = True
             self.faults.add(why, table.columns[0][0], line=[table.head.line])
             return
@@ -595,6 +599,16 @@ class _Sheet:
         self._check_names()
         for column in table.columns:
             table.places.append(self._place_of(column))
+
+    def _why_skipped(self, means: bool) -> str:
+        """Return the name of the note if the rows of a table are not runs; else ""."""
+        names_turns = any(turns_in(cell.text) for cell, _ in self.table.columns)
+        if self.any_timed and not names_turns and not self._timings():
+            return "untimed_table"
+        if self._is_not_measured():
+            return "table_not_measured"
+        is_calculated = means and self.runs and not self.only_means
+        return "table_of_means" if is_calculated else ""
 
     def _timings(self) -> list[str]:
         """Return the headers of the times of a table.
@@ -607,12 +621,13 @@ class _Sheet:
         headers = self.table.headers
         return [header.text for header in headers if timings & {*header.roles}]
 
-    def _are_means(self, timings: list[str]) -> bool:
+    def _are_means(self) -> bool:
         """Return whether a table contains means, by its title or its headers."""
         words = [text for row in self.words for text in row.texts if text[:1] != "#"]
         title = " ".join(words)
         if is_of_means(title) and not turns_in(title):
             return True
+        timings = self._timings()
         return bool(timings) and all(map(is_of_means, timings))
 
     def _is_not_measured(self) -> bool:
@@ -674,11 +689,15 @@ class _Sheet:
                 role: item for role, item in (given | said).items() if role not in two
             }
             lacking = lacking - two
+        self._leave_out_words(used)
+        return given
+
+    def _leave_out_words(self, used: set[int]) -> None:
+        """Leave out the rows of text above a run, without those of some lines."""
         for row in self.words:
             if row.line not in used and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)
         self.words = []
-        return given
 
     def _said_in(self, row: Row) -> Given:
         """Return what a row of text says; warn if a header states other turns."""

@@ -140,20 +140,24 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
     """
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
-    if isinstance(source, str) and source == "-":
-        return name or "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
     if isinstance(source, str) and ("\n" in source or "\r" in source):
         return name or "<text>", _encoded(source)
+    if isinstance(source, str) and source == "-":
+        return _read_stream(sys.stdin.buffer, name or "<stdin>")
     if isinstance(source, str | os.PathLike):
         return _read_file(Path(source), name)
     if hasattr(source, "read"):
-        own = getattr(source, "name", None)
-        shown = Path(own).name if isinstance(own, str) else "<stream>"
-        return name or shown, _encoded(source.read(MAX_BYTES + 1))
+        return _read_stream(source, name)
     what = f"{type(source).__name__} ({source!r:.60})"
     raise TypeError(
         f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}"
     )
+
+
+def _read_stream(stream: Any, name: str | None) -> tuple[str, bytes]:
+    own = getattr(stream, "name", None)
+    shown = Path(own).name if isinstance(own, str) else "<stream>"
+    return name or shown, _encoded(stream.read(MAX_BYTES + 1))
 
 
 def _encoded(text: str | bytes) -> bytes:

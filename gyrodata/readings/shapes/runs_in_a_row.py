@@ -60,11 +60,18 @@ def _parts_of(head: Row) -> tuple[list[int], list[list[int]]]:
     if len(repeated) < 2 or len(set(map(len, repeated))) > 1:
         return [], []
     runs = list(map(list, zip(*repeated, strict=True)))
-    # "n1, n2, t1, t2" has the spin before and after.
+    has_load = bool(_roles_of(head, shared) - {"run"})
+    return (shared, runs) if has_load and _are_runs(head, runs) else ([], [])
+
+
+def _are_runs(head: Row, runs: list[list[int]]) -> bool:
+    """Return whether each run has a spin and a time.
+
+    "n1, n2, t1, t2" has the spin before and after.
+    """
     in_order = all(max(run) < min(after) for run, after in pairwise(runs))
-    of_run, of_all = _roles_of(head, runs[0]), _roles_of(head, shared)
-    is_run = "spin" in of_run and not of_run.isdisjoint(roles.TIMINGS)
-    return (shared, runs) if in_order and is_run and of_all - {"run"} else ([], [])
+    of_run = _roles_of(head, runs[0])
+    return in_order and "spin" in of_run and not of_run.isdisjoint(roles.TIMINGS)
 
 
 def _roles_of(head: Row, places: list[int]) -> set[str]:

@@ -56,12 +56,7 @@ def names_quantities(row: Row) -> bool:
 def to_rows(grid: Grid, faults: Faults) -> Grid:
     """Make a row of each run; other lines are captions of the runs below them."""
     parts = list(_parts_of(grid))
-    runs = [part.said for part in parts if part.is_run]
-    names = [role for role in _ROLES if any(said.get(role, ("",))[0] for said in runs)]
-    ends = {
-        role for said in runs for role in said if role.startswith(("spin_", "time_"))
-    }
-    names += sorted(ends)
+    names = _names_of([part.said for part in parts if part.is_run])
     rows: list[Row] = []
     has_header = False
     for part in parts:
@@ -78,6 +73,13 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
             spots = (part.line * MAX_COLUMNS,) * len(names)
             rows.append(Row(part.line, texts, spots))
     return replace(grid, rows=rows)
+
+
+def _names_of(runs: list[Given]) -> list[str]:
+    """Return the columns of a table of these runs."""
+    given = {role for run in runs for role, (text, _) in run.items() if text}
+    ends = sorted(role for role in given if role.startswith(("spin_", "time_")))
+    return [*(role for role in _ROLES if role in given), *ends]
 
 
 def _parts_of(grid: Grid) -> Iterator[_Part]:

@@ -35,18 +35,22 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
     index = grid.rows.index(head)
     numbers = [at for at, row in enumerate(grid.rows) if has_numbers(row)]
     last = max([index, *numbers])
-    above, below = grid.rows[:index], grid.rows[index + 1 : last + 1]
     starts = _starts(head)
-    titles = [row for row in above if _is_title(row, starts[0])]
-    words = [row for row in above if row not in titles]
-    rows = list(titles)
+    words = grid.rows[:index]
+    rows = [row for row in words if _is_title(row, starts[0])]
+    words = [row for row in words if row not in rows]
     for start, end in pairwise([*starts, len(head.texts)]):
-        rows += _words_of(words, start, end)
         names = _cut(head, range(start, end))
+        rows += _words_of(words, start, end)
         rows.append(replace(names, texts=list(map(_without_number, names.texts))))
-        cut = [_cut(row, range(start, end)) for row in below]
-        rows += [row for row in cut if any(row.texts)]
+        rows += _filled(grid.rows[index + 1 : last + 1], start, end)
     return replace(grid, rows=[*rows, *grid.rows[last + 1 :]])
+
+
+def _filled(rows: list[Row], start: int, end: int) -> list[Row]:
+    """Return the rows of one table, without blank ones."""
+    cut = [_cut(row, range(start, end)) for row in rows]
+    return [row for row in cut if any(row.texts)]
 
 
 def _head_of(grid: Grid) -> Row | None:

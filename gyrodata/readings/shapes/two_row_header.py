@@ -43,14 +43,7 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
 
 def _joined(upper: Row, lower: Row) -> Row | None:
     """Return the header of two rows; None if the lower one contains no names."""
-    is_wider = len(lower.texts) > len(upper.texts) and not is_head(lower)
-    if not (is_wider or "" in upper.texts):
-        return None
-    if not (is_head(upper) or _is_over_trials(upper, lower)):
-        return None
-    if any(is_bare(text) and _READING.search(text) for text in lower.texts):
-        return None  # a run
-    if units_of_row(lower.texts) and not is_head(lower):
+    if not _may_go_on(upper, lower):
         return None
     texts = [*upper.texts, *[""] * (len(lower.texts) - len(upper.texts))]
     over = ""
@@ -63,6 +56,17 @@ def _joined(upper: Row, lower: Row) -> Row | None:
     last = len(upper.texts) - 1
     spots = tuple(upper.spot(min(at, last)) for at in range(len(texts)))
     return Row(upper.line, texts, spots)
+
+
+def _may_go_on(upper: Row, lower: Row) -> bool:
+    """Return whether a header has blank cells, below which a row has names."""
+    is_wider = len(lower.texts) > len(upper.texts) and not is_head(lower)
+    if not is_wider and "" not in upper.texts:
+        return False
+    if not is_head(upper) and not _is_over_trials(upper, lower):
+        return False
+    is_run = any(is_bare(text) and _READING.search(text) for text in lower.texts)
+    return not is_run and (is_head(lower) or not units_of_row(lower.texts))
 
 
 def _name_of(over: str, text: str) -> str:

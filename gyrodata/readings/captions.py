@@ -93,11 +93,17 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         found.pop("turns", None)
     if turns := _named_turns((*row.texts, *_clauses(whole), *_equations(whole))):
         found["turns"] = {turns: filled[-1]}
-    return {
-        role: max(texts.items(), key=lambda item: len(item[0]))
-        for role, texts in found.items()
-        if len(set(map(_value_of, texts))) == 1
-    }
+    return dict(_without_contradictions(found))
+
+
+def _without_contradictions(
+    found: dict[str, dict[str, int]],
+) -> Iterator[tuple[str, tuple[str, int]]]:
+    """Yield the longest text of each role, with its cell, if all its texts are equal."""
+    for role, texts in found.items():
+        if len(set(map(_value_of, texts))) == 1:
+            longest = max(texts, key=len)
+            yield role, (longest, texts[longest])
 
 
 def _joined(cells: list[str]) -> str:
@@ -194,23 +200,34 @@ def _statements(
     if "?" in sentence:
         return
     sentence = re.sub(_ON_ROD, lambda words: " " * len(words[0]), sentence)
-    quantities = [
-        quantity
-        for quantity in _quantities(sentence, {end - start for end in ends})
-        if with_time or quantity.role != "time"
-    ]
-    used = [quantity for quantity in quantities if _is_of_weight(quantity, sentence)]
+    own_ends = {end - start for end in ends}
+    used = list(_quantities_of_run(sentence, own_ends, with_time))
     names = {quantity.role for quantity in used}
-    of_ball = re.search(_OF_BALL, sentence) is not None
     not_timed = _is_not_timed(sentence, names)
-    is_left_out = of_ball or not_timed or re.search(_SEVERAL_WEIGHTS, sentence)
-    from_origin = roles.from_centre(sentence) or roles.noted_origin(sentence)
+    of_ball = re.search(_OF_BALL, sentence) is not None
+    if not_timed or of_ball or re.search(_SEVERAL_WEIGHTS, sentence):
+        used = _positions(used, sentence)
     for quantity in used:
-        if not is_left_out or (quantity.role == "position" and from_origin):
-            yield quantity.role, quantity.text, quantity.place
-    turns = _turns_of_sentence(sentence, names)
-    if turns and not not_timed and (not of_ball or _is_timed(sentence)):
+        yield quantity.role, quantity.text, quantity.place
+    turns = "" if not_timed else _turns_of_sentence(sentence, names)
+    if turns and (not of_ball or _is_timed(sentence)):
         yield "turns", turns, len(sentence)
+
+
+def _quantities_of_run(
+    sentence: str, ends: set[int], with_time: bool
+) -> Iterator[_Quantity]:
+    for quantity in _quantities(sentence, ends):
+        is_read = with_time or quantity.role != "time"
+        if is_read and _is_of_weight(quantity, sentence):
+            yield quantity
+
+
+def _positions(quantities: list[_Quantity], sentence: str) -> list[_Quantity]:
+    """Return the positions of a sentence that says from where they are measured."""
+    if not roles.from_centre(sentence) and not roles.noted_origin(sentence):
+        return []
+    return [quantity for quantity in quantities if quantity.role == "position"]
 
 
 def _is_timed(sentence: str) -> bool:
@@ -370,17 +387,23 @@ def stated_units(text: str) -> dict[str, str]:
     found = {}
     listed = re.match(_UNITS_LISTED, text)
     for part in re.split(_BETWEEN_UNITS, text[listed.end() :] if listed else text):
-        *names, unit = re.split(_BETWEEN_NAMES, part.strip(" :=()[]"))
-        if match := re.fullmatch(_IN_A_UNIT, part):
-            names = re.split(_BETWEEN_NAMES, match[1])
-            unit = re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:")
-        words = {squeeze(name).lower() for name in names} - {""}
+        words, unit = _names_and_unit(part, listed is not None)
         kinds = kinds_of(unit) & {*SAID_KINDS, "time"}
-        if len(kinds) != 1 or not (listed or match) or not _is_of_column(part, words):
-            continue
-        if (listed and not words) or kinds & _kinds_named(words):
+        is_named = kinds & _kinds_named(words) or (listed and not words)
+        if is_named and len(kinds) == 1 and _is_of_column(part, words):
             found[min(kinds)] = unit
     return found
+
+
+def _names_and_unit(part: str, is_listed: bool) -> tuple[set[str], str]:
+    """Return the words of a part of a line of units, and its unit; "" if it has none."""
+    *names, unit = re.split(_BETWEEN_NAMES, part.strip(" :=()[]"))
+    if match := re.fullmatch(_IN_A_UNIT, part):
+        names = re.split(_BETWEEN_NAMES, match[1])
+        unit = re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:")
+    elif not is_listed:
+        unit = ""
+    return {squeeze(name).lower() for name in names} - {""}, unit
 
 
 def _is_of_column(part: str, words: set[str]) -> bool:
@@ -458,21 +481,32 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     The function warns of every note that may say that a reading is not what is typed,
     such as "twice the real rpm".
     """
-    notes = {text.text: text for text in grid.comments}
-    for key, text in grid.metadata:
-        if key.lower() in roles.TEXTS or not roles.is_key(key):
-            notes[f"{key}: {text.text}"] = text
+    notes = _notes_of(grid)
     rows = [row for row in grid.rows if _has_words(row) and not has_numbers(row)]
     titles = [", ".join(row.texts) for row in rows]
-    others = [", ".join(row.texts) for row in rows if not is_head(row)]
     origins = map(roles.noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
-    if origin == "surface" and any(map(roles.noted_centre, [*notes, *others])):
+    if origin == "surface" and _name_centre(notes, rows):
         origin = "both"
     for note, cell in _remarks_in(grid):
         notes.setdefault(note, cell)
     _warn_of_notes(notes, faults)
     return origin
+
+
+def _notes_of(grid: Grid) -> dict[str, Text]:
+    """Return the lines behind # that give no value, with their places."""
+    notes = {text.text: text for text in grid.comments}
+    for key, text in grid.metadata:
+        if key.lower() in roles.TEXTS or not roles.is_key(key):
+            notes[f"{key}: {text.text}"] = text
+    return notes
+
+
+def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
+    """Return whether a note, or a row that is no header, names the centre as origin."""
+    others = [", ".join(row.texts) for row in rows if not is_head(row)]
+    return any(map(roles.noted_centre, [*notes, *others]))
 
 
 def _has_words(row: Row) -> bool:

@@ -98,14 +98,20 @@ def value_text(value: Any) -> str:
         value, "std_dev"
     ):  # of uncertainties
         return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
-    kind = type(value).__name__
-    # NaN is not itself; pandas has two other values for what is missing.
-    if value is None or kind in ("NAType", "NaTType") or value != value:
+    if _is_missing(value):
         return ""
+    kind = type(value).__name__
     if kind == "Timedelta":  # of pandas
         return f"{value.total_seconds()!r} s"
     whole = kind.startswith("float") and float(value).is_integer() and abs(value) < 1e15
     return str(int(value)) if whole else str(value)
+
+
+def _is_missing(value: Any) -> bool:
+    """Return whether a value is None, or NaN, which is not itself, or missing in pandas."""
+    return (
+        value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
+    )
 
 
 # --- Workbooks ---

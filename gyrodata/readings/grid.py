@@ -161,10 +161,11 @@ def _are_names(texts: tuple[str, ...]) -> bool:
     filled = list(filter(None, texts))
     if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
         return False  # the rows of a long log
-    named = [header.roles for header in map(parse_header, filled) if header.roles]
-    quantities = list(filter(roles.TEXTS.isdisjoint, named))
+    named = list(filter(None, (parse_header(text).roles for text in filled)))
+    if not any(map(roles.TEXTS.isdisjoint, named)):
+        return False
     several = len(set(named)) > 1 or _are_repeats(len(named), texts)
-    if not quantities or not several or count_of_numbers(texts) * 2 >= len(filled):
+    if not several or count_of_numbers(texts) * 2 >= len(filled):
         return False
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     return 2 < len(filled) == len(named) or not units_of_row(texts)
@@ -185,23 +186,21 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
 
 def units_of_row(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = [_without_brackets(text) for text in texts]
+    units = list(map(_without_brackets, texts))
     known = [_is_unit(_first_word(unit)) for unit in units]
+    others = [at for at in range(len(texts)) if not known[at]]
     if not any(known):
         return []
-    others = [
-        (unit, text)
-        for unit, text, is_known in zip(units, texts, known, strict=True)
-        if not is_known
-    ]
-    if all(unit in BLANKS or unit != text or text == "1" for unit, text in others):
+    if all(_is_beside_units(units[at], texts[at]) for at in others):
         return units
     # Calculated columns can have units that gyro does not know: "rad²/s²".
-    if sum(known) > max(2, len(others)) and not any(
-        _is_name(text) for _, text in others
-    ):
-        return units
-    return []
+    names_quantity = any(_is_name(texts[at]) for at in others)
+    return units if sum(known) > max(2, len(others)) and not names_quantity else []
+
+
+def _is_beside_units(unit: str, text: str) -> bool:
+    """Return whether a cell may be in a row of units: it is blank, 1 or in brackets."""
+    return unit in BLANKS or unit != text or text == "1"
 
 
 def _without_brackets(text: str) -> str:
@@ -533,12 +532,18 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
         cell = grid.cell(rows[-1], 0)
         most = MAX_TEXT_ROWS
         raise faults.refuse("too_many_text_rows", cell, count=len(rows), most=most)
-    texts = itertools.chain.from_iterable(row.texts for row in grid.rows)
-    long = [text for text in texts if len(text) > roles.MAX_HEADER]
-    prose = itertools.chain(notes, long, *(row.texts for row in rows))
-    size = sum(map(len, prose))
+    size = sum(map(len, (*notes, *_cells_of(rows), *_long_cells(grid.rows))))
     if size > MAX_PROSE:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
+
+
+def _cells_of(rows: list[Row]) -> Iterator[str]:
+    return itertools.chain.from_iterable(row.texts for row in rows)
+
+
+def _long_cells(rows: list[Row]) -> list[str]:
+    """Return the cells that are longer than any header."""
+    return [text for text in _cells_of(rows) if len(text) > roles.MAX_HEADER]
 
 
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")

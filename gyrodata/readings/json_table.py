@@ -6,6 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 MAX_DEPTH = 50
@@ -136,20 +137,23 @@ def _cells_of(value: Any) -> list[Any]:
     return cells if is_column else []
 
 
+def _keys_of(column: Any) -> tuple[str, ...]:
+    return tuple(column) if isinstance(column, dict) else ()
+
+
 def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
     """Return the columns of an object.
 
     They are lists of equal length, or objects with the same keys. They may be below one
     key, such as "data".
     """
-    cells = {name: _cells_of(value) for name, value in named.items()}
-    columns = {name: column for name, column in cells.items() if column}
+    cells = [(name, _cells_of(value)) for name, value in named.items()]
+    columns = dict(filter(itemgetter(1), cells))
+    keys = {_keys_of(named[name]) for name in columns} - {()}
     lengths = sorted(set(map(len, columns.values())))
     if len(lengths) > 1:
-        raise NoTableError(
-            f"its lists have different lengths, {', '.join(map(str, lengths[:5]))}"
-        )
-    keys = {tuple(named[name]) for name in columns if isinstance(named[name], dict)}
+        listed = ", ".join(map(str, lengths[:5]))
+        raise NoTableError(f"its lists have different lengths, {listed}")
     if len(columns) > 1 and len(keys) < 2:
         return columns
     inner = [value for value in named.values() if isinstance(value, dict)]

@@ -128,15 +128,18 @@ def _name_counters(grid: Grid, head: Row, decided: Collection[str]) -> None:
     """
     may_repeat = any(map(turns_in, captions.texts_of(grid)))
     for at, text in enumerate(head.texts):
-        if text in decided:
-            continue
         is_lap = at == 0 and _is_lap(head)
-        is_word = squeeze(text).lower() in roles.COUNTER_WORDS
+        if text in decided or not (is_lap or _may_count(text)):
+            continue
         cells = _cells_below(grid, head, at)
         is_once = cells.count("1") == 1 or (may_repeat and not is_lap)
-        may_count = is_lap or is_word or _COUNTS_UP.fullmatch(text)
-        if may_count and is_once and _count_up(cells):
+        if is_once and _count_up(cells):
             head.texts[at] = "run"
+
+
+def _may_count(name: str) -> bool:
+    is_word = squeeze(name).lower() in roles.COUNTER_WORDS
+    return is_word or _COUNTS_UP.fullmatch(name) is not None
 
 
 def _is_lap(head: Row) -> bool:
@@ -266,11 +269,17 @@ def _explained(column: _Column, legends: dict[str, str]) -> _Column:
         names = explained.roles or header.roles
         unit = explained.unit or header.unit
         return replace(cell, text=words), replace(explained, roles=names, unit=unit)
+    return _with_turns_of_legend(column, words)
+
+
+def _with_turns_of_legend(column: _Column, words: str) -> _Column:
+    """Return the column of a time with the turns that a legend states."""
+    cell, header = column
     is_time = "time" in kinds_of(header.unit or "")
-    if is_time and turns_in(words) and not turns_in(cell.text):
-        timed = parse_header(f"{words} [{header.unit}]")
-        if "time" in timed.roles:
-            return replace(cell, text=words), timed
+    timed = parse_header(f"{words} [{header.unit}]")
+    states_turns = turns_in(words) and not turns_in(cell.text)
+    if is_time and states_turns and "time" in timed.roles:
+        return replace(cell, text=words), timed
     return column
 
 
@@ -775,17 +784,22 @@ class _Sheet:
         """Read the rows of text below the last run."""
         if not self.words:
             return
-        lacking = lacking_roles([header for _, header in self.columns])
-        for run in self.runs:
-            lacking -= run.given.keys()
-        if any(self._are_turns(at) for at in range(len(self.columns))):
-            lacking.discard("turns")  # a column with an unknown name counts them
+        lacking = self._lacking_roles()
         above = {run.given["turns"] for run in self.runs if "turns" in run.given}
         if len(above) == 1 and "turns" not in self.decided:
             self._compare_with_captions(*min(above))
         below = self._read_captions(lacking, "above")
         if below:
             self.runs = [replace(run, given=below | run.given) for run in self.runs]
+
+    def _lacking_roles(self) -> set[str]:
+        """Return the roles that neither columns nor captions give."""
+        lacking = lacking_roles([header for _, header in self.columns])
+        for run in self.runs:
+            lacking -= run.given.keys()
+        if any(map(self._are_turns, range(len(self.columns)))):
+            lacking.discard("turns")  # a column with an unknown name counts them
+        return lacking
 
     def _are_turns(self, place: int) -> bool:
         cells = [

@@ -83,7 +83,7 @@ def _is_usual(grid: Grid) -> bool:
     if len(named) != 1 or not is_head(named[0]):
         return False
     names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
-    if "" in names or len(set(names)) < len(names) or width > len(names):
+    if "" in names or len(set(names)) < width:
         return False
     if any(roles.contains(_NUMBER_OR_WEIGHTS, name) for name in names):
         return False

@@ -55,13 +55,14 @@ def _parts_of(head: Row) -> tuple[list[int], list[list[int]]]:
     for at in filled_at(head):
         name = squeeze(_without_number(head.texts[at])).lower()
         places.setdefault(name, []).append(at)
-    shared = [columns[0] for columns in places.values() if len(columns) == 1]
     repeated = [columns for columns in places.values() if len(columns) > 1]
     if len(repeated) < 2 or len(set(map(len, repeated))) > 1:
         return [], []
+    shared = [columns[0] for columns in places.values() if len(columns) == 1]
     runs = list(map(list, zip(*repeated, strict=True)))
-    has_load = bool(_roles_of(head, shared) - {"run"})
-    return (shared, runs) if has_load and _are_runs(head, runs) else ([], [])
+    if _are_runs(head, runs) and _roles_of(head, shared) - {"run"}:
+        return shared, runs
+    return [], []
 
 
 def _are_runs(head: Row, runs: list[list[int]]) -> bool:

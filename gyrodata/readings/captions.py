@@ -204,14 +204,19 @@ def _statements(
     used = list(_quantities_of_run(sentence, own_ends, with_time))
     names = {quantity.role for quantity in used}
     not_timed = _is_not_timed(sentence, names)
-    of_ball = re.search(_OF_BALL, sentence) is not None
-    if not_timed or of_ball or re.search(_SEVERAL_WEIGHTS, sentence):
+    if not_timed or not _is_about_runs(sentence):
         used = _positions(used, sentence)
     for quantity in used:
         yield quantity.role, quantity.text, quantity.place
     turns = "" if not_timed else _turns_of_sentence(sentence, names)
-    if turns and (not of_ball or _is_timed(sentence)):
+    if turns:
         yield "turns", turns, len(sentence)
+
+
+def _is_about_runs(sentence: str) -> bool:
+    """Return whether the quantities of a sentence may be those of a run."""
+    several = re.search(_SEVERAL_WEIGHTS, sentence)
+    return not several and re.search(_OF_BALL, sentence) is None
 
 
 def _quantities_of_run(
@@ -326,6 +331,8 @@ def _turns_of_sentence(sentence: str, found: set[str]) -> str:
 
     `found` has the roles of the quantities in the sentence.
     """
+    if re.search(_OF_BALL, sentence) and not _is_timed(sentence):
+        return ""
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
     if len(parts) > 1 or any(map(_defines_part, _clauses(sentence))):
         return ""

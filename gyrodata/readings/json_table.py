@@ -137,6 +137,14 @@ def _cells_of(value: Any) -> list[Any]:
     return cells if is_column else []
 
 
+def _check_lengths(columns: dict[str, list[Any]]) -> None:
+    """Raise NoTableError if columns have different lengths."""
+    lengths = sorted(set(map(len, columns.values())))
+    if len(lengths) > 1:
+        listed = ", ".join(map(str, lengths[:5]))
+        raise NoTableError(f"its lists have different lengths, {listed}")
+
+
 def _keys_of(column: Any) -> tuple[str, ...]:
     return tuple(column) if isinstance(column, dict) else ()
 
@@ -150,10 +158,7 @@ def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
     cells = [(name, _cells_of(value)) for name, value in named.items()]
     columns = dict(filter(itemgetter(1), cells))
     keys = {_keys_of(named[name]) for name in columns} - {()}
-    lengths = sorted(set(map(len, columns.values())))
-    if len(lengths) > 1:
-        listed = ", ".join(map(str, lengths[:5]))
-        raise NoTableError(f"its lists have different lengths, {listed}")
+    _check_lengths(columns)
     if len(columns) > 1 and len(keys) < 2:
         return columns
     inner = [value for value in named.values() if isinstance(value, dict)]

@@ -514,12 +514,15 @@ class _Sheet:
         """Return whether a row is a result: it begins with a text, and has no time."""
         if self.table.has_ended or _names_inertia(row):
             return True
-        first = filled_at(row)[0]
+        filled = filled_at(row)
         headers = self.table.headers
         timed = [at for at, header in enumerate(headers) if _is_timing(header)]
+        if not self.runs or not timed or not _is_label(row.texts[filled[0]]):
+            return False
         # "standard error" may be in the column of the times.
-        times = row.cells([at for at in timed if at != first]).filled()
-        return bool(self.runs and timed) and not times and _is_label(row.texts[first])
+        times = [at for at in filled if at in timed]
+        is_mostly_blank = 2 * len(filled) < len(headers)
+        return not times or (is_mostly_blank and times == filled[:1])
 
     def _take_run(self, row: Row) -> None:
         table = self.table

@@ -51,10 +51,7 @@ def _parts_of(head: Row) -> tuple[list[int], list[list[int]]]:
 
     Both are empty if the header is an ordinary one.
     """
-    places: dict[str, list[int]] = {}
-    for at in filled_at(head):
-        name = squeeze(_without_number(head.texts[at])).lower()
-        places.setdefault(name, []).append(at)
+    places = _places_by_name(head)
     repeated = [columns for columns in places.values() if len(columns) > 1]
     if len(repeated) < 2 or len(set(map(len, repeated))) > 1:
         return [], []
@@ -63,6 +60,15 @@ def _parts_of(head: Row) -> tuple[list[int], list[list[int]]]:
     if _are_runs(head, runs) and _roles_of(head, shared) - {"run"}:
         return shared, runs
     return [], []
+
+
+def _places_by_name(head: Row) -> dict[str, list[int]]:
+    """Return the columns of each name, without the number of a run."""
+    places: dict[str, list[int]] = {}
+    for at in filled_at(head):
+        name = squeeze(_without_number(head.texts[at])).lower()
+        places.setdefault(name, []).append(at)
+    return places
 
 
 def _are_runs(head: Row, runs: list[list[int]]) -> bool:

@@ -514,15 +514,15 @@ class _Sheet:
         """Return whether a row is a result: it begins with a text, and has no time."""
         if self.table.has_ended or _names_inertia(row):
             return True
-        filled = filled_at(row)
-        headers = self.table.headers
-        timed = [at for at, header in enumerate(headers) if _is_timing(header)]
-        if not self.runs or not timed or not _is_label(row.texts[filled[0]]):
+        if not self.runs or not _is_label(row.filled()[0]):
             return False
+        headers = self.table.headers
+        timed = {at for at, header in enumerate(headers) if _is_timing(header)}
+        first, *others = filled_at(row)
         # "standard error" may be in the column of the times.
-        times = [at for at in filled if at in timed]
-        is_mostly_blank = 2 * len(filled) < len(headers)
-        return not times or (is_mostly_blank and times == filled[:1])
+        is_mostly_blank = 2 * len(row.filled()) < len(headers)
+        may_be_time = first in timed and not is_mostly_blank
+        return bool(timed) and timed.isdisjoint(others) and not may_be_time
 
     def _take_run(self, row: Row) -> None:
         table = self.table

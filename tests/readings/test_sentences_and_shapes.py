@@ -706,6 +706,14 @@ ASKED = [
         "G301",
         "write their mass instead",
     ),
+    *(
+        (
+            f"{line}\nweight 14.8 cm from the centre\n{PLAIN[0]}" + runs(PLAIN[1]),
+            "G301",
+            "turns is missing",
+        )
+        for line in ("one screw = 1/3 turn", "# 3 screws = 1 full turn")
+    ),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
     (
         "All times are for half a turn\n"

@@ -27,7 +27,7 @@ from gyrodata.grading.rubric_file import UnfitError, unfit
 from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
-from gyrodata.readings.source import sheet_rows
+from gyrodata.readings.conversion import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ reports every fault in one pass, with its place and what to type.
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings.cells import rounded_turns
 from gyrodata.readings.completeness import without_wrong_runs
+from gyrodata.readings.conversion import value_text
 from gyrodata.readings.lablog import (
     Column,
     Faults,
@@ -27,6 +28,7 @@ from gyrodata.readings.roles import (
     to_display,
     u_keys,
 )
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
+from gyrodata.readings.source import MAX_BYTES, decode
 from gyrodata.readings.table import read_log
+from gyrodata.readings.workbook import MAX_ROWS
 from gyrodata.readings.writing import fixed_log, write_log

@@ -13,13 +13,8 @@ from gyrodata.quantities import vocabulary
 from gyrodata.quantities.notation import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
-from gyrodata.readings.chosen import (
-    MOST_TURNS,
-    Choice,
-    Chosen,
-    columns_of,
-    pair_in,
-)
+from gyrodata.readings.captions import texts_of
+from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of, pair_in
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.missing import missing_roles
@@ -352,7 +347,7 @@ def _is_of_parts(table: layout.Layout) -> bool:
     """
     cells = [text for row in table.grid.rows for text in row.texts]
     words = [text for text in cells if re.search(r"[^\W\d_]{3}", text)]
-    return any(map(_names_part, (*layout.texts_of(table.grid), *words)))
+    return any(map(_names_part, (*texts_of(table.grid), *words)))
 
 
 def _names_part(note: str) -> bool:

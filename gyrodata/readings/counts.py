@@ -10,9 +10,11 @@ from msgspec import Struct
 
 from gyrodata.quantities.notation import read_cell, to_float
 from gyrodata.quantities.units import UnitError
-from gyrodata.readings import layout, roles, source
+from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import TIME_WORDS, TIMED, places_of, said_in
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.chosen import Chosen
+from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.settings import Settings
@@ -71,7 +73,7 @@ class StatedTurns(Struct, frozen=True):
         readings: list[Reading],
     ) -> None:
         """Add the column of the stated turns, with the places of the headers."""
-        headers = source.Row(self.table.cells[0].place.line, [])
+        headers = Row(self.table.cells[0].place.line, [])
         self.columns[role] = Column(
             role,
             stating[0].text,
@@ -108,7 +110,7 @@ class StatedTurns(Struct, frozen=True):
         """Return the turns and the place of each text that states how many were timed."""
         heads = [cell.text for cell in self.table.cells]
         lines: dict[str, tuple[str, Text | None]] = {}
-        for cell in layout.places_of(self.table.grid):
+        for cell in places_of(self.table.grid):
             is_header = all(head in cell.text for head in heads)
             turns = "" if is_header else turns_in(cell.text)
             # A run without a weight has 0 turns.
@@ -171,12 +173,12 @@ def _read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
 
 
 def _is_about_times(text: str) -> bool:
-    if re.search(layout.TIMED, text):
+    if re.search(TIMED, text):
         return True
     words = {word.rstrip("s") for word in squeezed_words(text)}
-    if not layout.TIME_WORDS.isdisjoint(words):
+    if not TIME_WORDS.isdisjoint(words):
         return True
-    return "turns" in layout.said_in(source.Row(1, [text]))
+    return "turns" in said_in(Row(1, [text]))
 
 
 def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:

@@ -13,8 +13,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities.notation import fold_number
-from gyrodata.readings import layout, roles, source
+from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import cells_of
+from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import Header, parse_header
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.words import squeeze
@@ -147,7 +148,7 @@ def _with_column(
     rows = []
     for row, text in zip(table.rows, texts, strict=True):
         spots = (*map(row.spot, range(width)), row.spot(at))
-        rows.append(source.Row(row.line, [*row.texts[:width], text], spots))
+        rows.append(Row(row.line, [*row.texts[:width], text], spots))
     header = replace(parse_header(derived.name), text=table.headers[at].text)
     cells = [*table.cells, table.cells[at]]
     return layout.Layout(table.grid, cells, [*table.headers, header], rows)

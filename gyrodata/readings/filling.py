@@ -8,6 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.readings import layout, roles
+from gyrodata.readings.grid import filled_at
 from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
 
 Values = tuple[float | None, ...]
@@ -157,7 +158,7 @@ class Filler:
         if role == "mass":
             return 8 * len(blank) < runs
         if role in roles.COUNTS and runs == 2:
-            filled = [layout.filled_at(self.table.rows[i]) for i in blank]
+            filled = [filled_at(self.table.rows[i]) for i in blank]
             if any(len(places) > 2 for places in filled):
                 return True
         is_reading = roles.BY_NAME[role].part in ("spin", "count")

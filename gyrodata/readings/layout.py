@@ -1,4 +1,4 @@
-"""Find titles, headers, units, runs, means and notes in a sheet, and join several tables.
+"""Make one table of runs of a sheet with titles, several tables, means and notes.
 
 A row of a sheet is a header, a row of units, a run, a summary or text. A sheet is read
 as a teaching assistant reads it: rows that are not runs are left out, a caption is
@@ -8,23 +8,33 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
-from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import lru_cache
-from itertools import accumulate, pairwise
+from collections.abc import Collection, Iterable
+from itertools import pairwise
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
 from gyrodata.quantities import notation, vocabulary
 from gyrodata.quantities.units import are_equal, kinds_of
-from gyrodata.readings import roles, source
+from gyrodata.readings import captions, roles
+from gyrodata.readings.captions import Given, said_in
+from gyrodata.readings.grid import (
+    HEADERS_LOOKED_AT,
+    Grid,
+    Row,
+    count_of_numbers,
+    filled_at,
+    find_place,
+    is_bare,
+    is_head,
+    is_number,
+    units_of_row,
+)
 from gyrodata.readings.headers import (
     Header,
     are_turns,
-    contains,
     counts_weights,
     hinted,
     is_of_the_spin,
@@ -33,34 +43,23 @@ from gyrodata.readings.headers import (
 )
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.names import name_roles
-from gyrodata.readings.origins import FROM, from_centre, origin_in
-from gyrodata.readings.remarks import (
-    ALTERED,
-    DIAMETER,
-    altered_role,
-    diameter_in,
-    noted_centre,
-    noted_origin,
-)
-from gyrodata.readings.source import Grid, Row
-from gyrodata.readings.turns import is_of_turns, turns_in
+from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import (
     COUNTER_WORDS,
-    DIMENSION_WORDS,
     MEAN_WORDS,
-    NOT_THE_WEIGHT,
     SUMMARY_WORDS,
     UNSURE_WORDS,
-    contains_word,
     squeeze,
-    squeezed_words,
 )
+from gyrodata.readings.workbook import MAX_COLUMNS
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
-_UNUSUAL = rf"[0-9]|{vocabulary.pattern('weights')}"
-TITLES_LOOKED_AT = 60
-"""Rows in which the header is looked for."""
+_NOT_MEASURED = vocabulary.pattern("not_measured")
+_TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
+"""Of "2 reflective strips": it is not a number with its unit."""
+_COUNTS_UP = re.compile(r"[^\W\d]|(?i:count)")
+"""Headers of columns that may number the runs, such as N."""
 
 
 class Layout(Struct, frozen=True):
@@ -77,22 +76,6 @@ class Layout(Struct, frozen=True):
 
 
 _Column = tuple[Text, Header]
-Given = dict[str, tuple[str, int]]
-"""Content of captions: text and number of the cell by role."""
-
-
-def texts_of(grid: Grid) -> list[str]:
-    """Return the comments, and the rows without numbers."""
-    return [text.text for text in places_of(grid)]
-
-
-def places_of(grid: Grid) -> list[Text]:
-    """Return the comments, and the rows without numbers, with their places."""
-    rows = (row for row in grid.rows if not any(map(is_number, row.texts)))
-    return [
-        *grid.comments,
-        *(Text(" ".join(row.texts), grid.cell(row, 0).place) for row in rows),
-    ]
 
 
 def find_layout(
@@ -103,712 +86,304 @@ def find_layout(
     An option gives the roles in `decided`, or names the headers in it.
     """
     try:
-        if not grid.rows:
-            raise faults.refuse("no_table")
-        if (
-            not any(map(is_head, grid.rows))
-            and max(len(row.texts) for row in grid.rows) == 1
-        ):
-            raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
-        if not any(map(is_head, grid.rows)):
-            grid = _with_commented_header(grid)
-        rows = grid.rows[:TITLES_LOOKED_AT]
-        # If no header is known by its names, it is the first row as wide as most rows.
-        widths = Counter(
-            len(row.texts) for row in rows if len(filled_at(row)) > 1
-        ).most_common(1)
-        head = next(filter(is_head, rows), None)
-        head = head or next(
-            (row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0]
-        )
-        before = grid.rows[max(grid.rows.index(head) - 1, 0)]
-        at = filled_at(before)[0]
-        over, under = (
-            parse_header(before.texts[at]),
-            parse_header("".join(head.texts[at : at + 1])).roles,
-        )
-        if (
-            before.line == head.line - 1
-            and over.unit
-            and {*over.roles} & {*roles.TIMINGS}
-            and {*under} <= roles.TEXTS
-        ):
-            head = before  # "Time (s)" over "Trial 1", "Trial 2"
-        if 2 * _numbers(head.texts) >= max(1, len(filled_at(head))):
-            raise faults.refuse("no_header_row", grid.cell(head, 0))
-        # "turns:", "1", "", "1" is a caption of tables beside each other.
-        above = [
-            row for row in rows[: rows.index(head)] if not row.texts[0].endswith(":")
-        ]
-        bare = [(sum(map(is_bare, row.texts)), row) for row in above]
-        if early := next(
-            (
-                row
-                for count, row in bare
-                if count > 2 and 2 * count > len(filled_at(row))
-            ),
-            None,
-        ):
-            raise faults.refuse(
-                "numbers_above_header",
-                grid.cell(early, 0),
-                early=[early.line],
-                line=[head.line],
-            )
-        _name_counter(grid, head, decided)
-        if len(head.texts) > 2:
-            _split_rows(grid.rows, len(head.texts))
-        heads = [row for row in grid.rows if is_head(row)] or [head]
-        if lacking := _lacking(
-            [parse_header(text) for row in heads for text in row.texts], grid
-        ):
-            # A line behind # may give a quantity without a column: "# each time is for
-            # one full turn".
-            said = [(f"# {text.text}", text) for text in grid.comments]
-            said += [
-                (f"# {key}: {text.text}", text)
-                for key, text in grid.metadata
-                if not roles.is_key(key)
-            ]
-            captions = sorted(
-                (Row(text.place.line, [words]) for words, text in said),
-                key=lambda row: row.line,
-            )
-            there = {row.line for row in grid.rows}
-            captions = _paragraphs([row for row in captions if row.line not in there])
-            captions = [row for row in captions if lacking.intersection(said_in(row))]
-            grid = replace(
-                grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line)
-            )
+        head = _find_head(grid, faults)
+        _name_counters(grid, head, decided)
+        _split_rows(grid.rows, len(head.texts))
+        grid = _with_captions(grid, head)
         sheet = _Sheet(grid, decided, faults)
-        for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
-            sheet.words += words
-            sheet.begin(names)
-            for row in rows:
-                sheet.take(row)
+        first = grid.rows.index(head)
+        sheet.words += grid.rows[:first]
+        sheet.begin(head)
+        for row in grid.rows[first + 1 :]:
+            sheet.take(row)
         return sheet.finish()
     except InputError:
         return None
 
 
+# --- The header row ---
+
+
+def _find_head(grid: Grid, faults: Faults) -> Row:
+    """Return the header row of the first table."""
+    if not grid.rows:
+        raise faults.refuse("no_table")
+    heads = list(filter(is_head, grid.rows))
+    if not heads and max(len(row.texts) for row in grid.rows) == 1:
+        raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
+    rows = grid.rows[:HEADERS_LOOKED_AT]
+    head = next(filter(is_head, rows), None) or _first_of_usual_width(rows)
+    if 2 * count_of_numbers(head.texts) >= max(1, len(filled_at(head))):
+        raise faults.refuse("no_header_row", grid.cell(head, 0))
+    if early := next(filter(_is_of_numbers, rows[: rows.index(head)]), None):
+        cell, lines = grid.cell(early, 0), [early.line]
+        line = [head.line]
+        raise faults.refuse("numbers_above_header", cell, early=lines, line=line)
+    return head
+
+
+def _is_of_numbers(row: Row) -> bool:
+    """Return whether most cells of a row are numbers.
+
+    "turns:", "1", "", "1" is a caption of tables beside each other.
+    """
+    bare = sum(map(is_bare, row.texts))
+    return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
+
+
+def _first_of_usual_width(rows: list[Row]) -> Row:
+    """Return the first row that is as wide as most rows."""
+    widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1)
+    usual = max(widths, key=widths.__getitem__, default=0)
+    return next((row for row in rows if len(row.texts) == usual), rows[0])
+
+
+def _name_counters(grid: Grid, head: Row, decided: Collection[str]) -> None:
+    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, ….
+
+    They may repeat if a text states turns.
+    """
+    may_repeat = any(map(turns_in, captions.texts_of(grid)))
+    for at, text in enumerate(head.texts):
+        is_lap = at == 0 and _is_lap(head)
+        if text in decided or not (is_lap or _may_count(text)):
+            continue
+        cells = _cells_below(grid, head, at)
+        is_once = cells.count("1") == 1 or (may_repeat and not is_lap)
+        if is_once and _count_up(cells):
+            head.texts[at] = "run"
+
+
+def _may_count(name: str) -> bool:
+    is_word = squeeze(name).lower() in COUNTER_WORDS
+    return is_word or _COUNTS_UP.fullmatch(name) is not None
+
+
+def _is_lap(head: Row) -> bool:
+    """Return whether the first column is called turns, and another header states turns."""
+    is_turns = parse_header(head.texts[0]).roles == ("turns",)
+    return is_turns and any(map(turns_in, head.texts))
+
+
+def _cells_below(grid: Grid, head: Row, at: int) -> list[str]:
+    """Return the filled cells of a column, in rows that may be runs."""
+    rows = [row for row in grid.rows if row.line > head.line]
+    texts = [row.texts[at : at + 1] for row in rows if count_of_numbers(row.texts) > 1]
+    return list(filter(None, map("".join, texts)))
+
+
+def _count_up(cells: list[str]) -> bool:
+    """Return whether cells are 1, 2, 3, …, perhaps several times from 1 on."""
+    numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
+    steps = [after in (1, before + 1) for before, after in pairwise([0, *numbers])]
+    return len(cells) > 3 and max(numbers) > 1 and all(steps)
+
+
 def _split_rows(rows: list[Row], width: int) -> None:
     """Split the rows that were typed with another delimiter than the header."""
     for row in rows:
-        if len(row.texts) != 1:
-            continue
-        for sign in ",;\t":
+        for sign in ",;\t" if len(row.texts) == 1 and width > 2 else "":
             parts = row.texts[0].split(sign)
             if len(parts) == width and all(map(is_number, parts)):
                 row.texts[:] = parts
 
 
-def _with_commented_header(grid: Grid) -> Grid:
-    """Split a header that is behind # or has another delimiter.
+def _with_captions(grid: Grid, head: Row) -> Grid:
+    """Add the lines behind # that give a quantity without a column to the rows.
 
-    This is done if the header then has as many names as the rows have cells.
+    An example is "# each time is for one full turn".
     """
-    width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
-    signs = (
-        (r"\s{2,}", r"\s+", ",")
-        if grid.delimiter == "\t"
-        else (re.escape(grid.delimiter), ",")
-    )
-    texts = [*grid.comments, *(text for _, text in grid.metadata)]
-    texts += [
-        grid.cell(row, at)
-        for row in grid.rows
-        for at in filled_at(row)
-        if len(filled_at(row)) == 1
+    heads = list(filter(is_head, grid.rows)) or [head]
+    lacking = lacking_roles(_headers_of(heads), grid)
+    lines = {row.line for row in grid.rows}
+    added = [
+        Row(note.place.line, [f"# {note.text}"])
+        for note in grid.notes()
+        if lacking and note.place.line not in lines
     ]
-    for text, sign in ((text, sign) for text in texts for sign in signs):
-        row = Row(text.place.line, [cell.strip() for cell in re.split(sign, text.text)])
-        if len(row.texts) == width and is_head(row):
-            others = [one for one in grid.rows if one.line != row.line]
-            return replace(grid, rows=sorted([*others, row], key=lambda row: row.line))
-    return grid
+    added = [row for row in added if lacking.intersection(said_in(row))]
+    rows = sorted([*grid.rows, *added], key=lambda row: row.line)
+    return replace(grid, rows=rows) if added else grid
 
 
-def is_usual(grid: Grid) -> bool:
-    """Return whether a table has one row of names above its runs.
-
-    This row contains no numbers and no count of weights.
-    """
-    named = [
-        row
-        for row in grid.rows
-        if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))
-    ]
-    heads = list(filter(is_head, named))
-    if (
-        len(heads) != 1
-        or len(named) != 1
-        or any(contains(_UNUSUAL, text) for text in heads[0].texts)
-    ):
-        return False
-    if len(filled_at(heads[0])) > len(set(filter(None, heads[0].texts))):
-        return False
-    return names_quantities(heads[0])
+def _headers_of(rows: Iterable[Row]) -> list[Header]:
+    return [parse_header(text) for row in rows for text in row.texts]
 
 
-def names_quantities(row: Row) -> bool:
-    """Return whether most cells of a row name a quantity.
-
-    Of a sentence that is split at its blanks, few do.
-    """
-    return 2 * sum(bool(parse_header(text).roles) for text in row.texts) > len(
-        filled_at(row)
-    )
-
-
-def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
-    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, ….
-
-    They may repeat if a text states turns.
-    """
-    stated = any(map(turns_in, head.texts))
-    for at, text in (
-        (at, text) for at, text in enumerate(head.texts) if text not in decided
-    ):
-        is_turns = at == 0 and stated and parse_header(text).roles == ("turns",)
-        if (
-            is_turns
-            or squeeze(text).lower() in COUNTER_WORDS
-            or re.fullmatch(r"[^\W\d]|(?i:count)", text)
-        ):
-            rows = (
-                row.texts
-                for row in grid.rows
-                if row.line > head.line and _numbers(row.texts) > 1
-            )
-            cells = [texts[at] for texts in rows if "".join(texts[at : at + 1])]
-            numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
-            counts = [
-                1,
-                *(1 if two == 1 else one + 1 for one, two in pairwise(numbers)),
-            ]
-            once = cells.count("1") == 1 or (
-                not is_turns and any(map(turns_in, texts_of(grid)))
-            )
-            if len(cells) > 3 and max(numbers) > 1 and numbers == counts and once:
-                head.texts[at] = "run"
-
-
-# --- What a row is ---
-
-
-def is_number(text: str) -> bool:
-    """Return whether a cell begins like a number."""
-    return text[:1].isdecimal() or (text[:1] in "+-−.,(" and text[1:2].isdecimal())
-
-
-def is_bare(text: str) -> bool:
-    """Return whether a cell is a number and nothing else."""
-    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
-
-
-def filled_at(row: Row) -> list[int]:
-    """Return the places of the cells of a row that are not blank."""
-    return [at for at, text in enumerate(row.texts) if text]
-
-
-def _numbers(texts: Sequence[str]) -> int:
-    return sum(is_number(text) and not parse_header(text).roles for text in texts)
-
-
-_SIGNS = str.maketrans("", "", ".,/+-− ")
-"""The signs of a number."""
-
-
-def is_head(row: Row) -> bool:
-    """Return whether a row is a header: it has two names, one of them that of a quantity."""
-    return _are_names(tuple(row.texts))
-
-
-@lru_cache(maxsize=4096)
-def _are_names(texts: tuple[str, ...]) -> bool:
-    if sum(not text.translate(_SIGNS).isdigit() for text in texts if text) < 2:
-        return False  # the rows of a long log
-    headers = list(map(parse_header, filter(None, texts)))
-    named = [header.roles for header in headers if header.roles]
-    physical = any(not roles.TEXTS.intersection(found) for found in named)
-    # "t", "time for a quarter turn" explains a symbol.
-    # "position", "10.8", "cm", "distance from the centre" is not one either.
-    several = len(set(named)) > 1 or (
-        len(named) > 1
-        and not any(map(turns_in, texts))
-        and not any(map(is_bare, texts))
-    )
-    # "rpm", "t/s", "turns" are names, although each is a unit as well.
-    are_names = len(headers) > 2 and all(header.roles for header in headers)
-    return (
-        several
-        and physical
-        and _numbers(texts) * 2 < len(headers)
-        and (are_names or not _units(texts))
-    )
-
-
-def _units(texts: Sequence[str]) -> list[str]:
-    """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = [
-        text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
-        for text in texts
-    ]
-    bare = []
-    for unit in units:
-        first = re.split(r"[\s,]+", unit)[0]  # "cm from centre", and "s, one turn"
-        with_words = first != unit and kinds_of(first) and not kinds_of(unit)
-        bare.append(
-            first if with_words and (from_centre(unit) or turns_in(unit)) else unit
-        )
-    is_unit = [
-        one == "%" or bool(kinds_of(one) and not notation.PLAIN.fullmatch(one))
-        for one in bare
-    ]
-    others = [
-        pair
-        for pair, known in zip(zip(units, texts, strict=True), is_unit, strict=True)
-        if not known
-    ]
-    is_row = all(unit in BLANKS or unit != text or text == "1" for unit, text in others)
-    # Calculated columns can have units that gyro does not know: "rad²/s²".
-    named = any(
-        is_number(text) or set(parse_header(text).roles) - {"run"} for _, text in others
-    )
-    is_row |= sum(is_unit) > max(2, len(others)) and not named
-    return units if any(is_unit) and is_row else []
-
-
-_WORD = re.compile(r"[^\W\d_]{3}")
-_SENTENCE = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
-"""Two words: "2 reflective strips" is not a number with its unit."""
-
-
-def _is_text(row: Row, headers: list[Header]) -> bool:
-    """Return whether a row is a title or a note, but not a remark on a run.
-
-    Or quantities without a column.
-    """
-    filled = filled_at(row)
-    numbers = {
-        at
-        for at in filled
-        if is_number(row.texts[at]) and not _SENTENCE.search(row.texts[at])
-    }
-    if numbers:
-        said = said_in(row) if len(numbers) < 4 else {}
-        places = {at for *_, at in said.values()}
-        # "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
-        return (
-            bool(said)
-            and numbers <= places
-            and (numbers < places or _lacking(headers).issuperset(said))
-        )
-    kinds = [
-        (at, roles.kind_of_role(role))
-        for at in filled
-        if at < len(headers)
-        for role in headers[at].roles
-    ]
-    remark = any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
-    return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
-
-
-# --- What a caption says ---
-
-
-_AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
-_AMOUNT = _AMOUNT.replace("NUMBER", notation.NUMBER)
-_UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-QUANTITY = (
-    rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|"
-    rf"(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
-)
-"""A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
-_MOVED = frozenset(vocabulary.words("moved").split())
-SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
-_BALL, _WEIGHT, _NOT_TIMED = map(
-    vocabulary.pattern, ("sphere", "weight_added", "not_timed")
-)
-_ON_ROD = rf"{vocabulary.pattern('on')}\W+(?:\w+\W+)?{vocabulary.pattern('rod')}"
-"""Where a weight is: such words say that a mass is not that of the rod."""
-_SAYS_NOTHING = (
-    rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b"
-    rf"(?!.*{vocabulary.pattern('weight_added')})"
-)
-_SEVERAL_WEIGHTS = (
-    rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+"
-    rf"(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
-)
-"""Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m =
-4.28 kg", "2 weights of 20 g"."""
-_NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
-TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
-TIMED = (
-    rf"\b{vocabulary.pattern('timed')}"
-    rf"|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
-)
-"""Verbs of a measurement, and words for a time in languages without blanks between
-words."""
-_PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
-"""What a part of a turn is: "three screws = once around"."""
-_DEFINITION = (
-    r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)"
-    r"|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
-)
-"""What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3".
-"""
-
-
-def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
-    """Return the turns that a clause of a line states for the times of runs.
-
-    "" for a line about other turns.
-
-    Such a clause names a time, or a mass of a run, or it contains hardly anything else.
-    """
-    turns, parts = turns_in(clause), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
-    if (
-        not turns
-        or len(parts) > 1
-        or re.search(_DEFINITION, clause)
-        or re.search(_PART_IS, whole)
-    ):
-        return ""
-    words = {
-        word
-        for word in squeezed_words(re.sub(QUANTITY, " ", clause))
-        if not word.isdecimal()
-    }
-    # "Zeiten" and "times" are plurals.
-    timed = any(
-        word[:size] in TIME_WORDS
-        for word in words
-        for size in range(max(3, len(word) - 2), len(word) + 1)
-    )
-    if found & {"mass", "time"} or timed or re.search(TIMED, clause):
-        return turns
-    others = [
-        word
-        for word in words
-        if len(word) > 2 and not is_of_turns(word) and not name_roles(word)[0]
-    ]
-    return turns if len(others) < 2 else ""
-
-
-def _is_open(text: str) -> bool:
-    """Return whether the last line of a text is long and does not end like a sentence."""
-    line = text.rstrip().rpartition("\n")[2]
-    return (
-        line[-1:] not in (*".:;!?。", "")
-        and re.search(r"[^.:;!?。\s]", line[:-41]) is not None
-    )
-
-
-def _paragraphs(rows: list[Row]) -> list[Row]:
-    """Join rows of text if a sentence goes on in the next line."""
-    joined: list[Row] = []
-    for row in rows:
-        last = joined[-1] if joined else row
-        goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
-        goes_on = goes_on and _is_open(" ".join(last.texts))
-        # "t: one turn" is a line of its own.
-        goes_on = (
-            goes_on
-            and not any(map(is_number, row.texts))
-            and not re.match(r"#?\s*\w{1,12}\s*[:=]", row.texts[0])
-        )
-        # "we timed half a turn" needs no beginning.
-        goes_on = goes_on and not (
-            said_in(row) and (said_in(last) or re.search(TIMED, " ".join(row.texts)))
-        )
-        if (
-            goes_on
-            and last is not row
-            and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1
-        ):
-            spots = tuple(
-                one.spot(at) for one in (last, row) for at in range(len(one.texts))
-            )
-            joined[-1] = Row(
-                last.line,
-                [*last.texts, *(text.removeprefix("#") for text in row.texts)],
-                spots,
-            )
-        else:
-            joined.append(row)
-    return joined
-
-
-MAX_SENTENCES = 2_000
-"""Characters of a row that is read as sentences; the time grows with the square of its
-length."""
-_CLAUSE_END = r"[,;.،；，。()]\s+"
-SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
-
-
-def said_in(row: Row, with_time: bool = False) -> Given:
-    """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
-    filled = filled_at(row)
-    if sum(len(row.texts[at]) for at in filled) > MAX_SENTENCES:
-        return {}
-    # "x = 15,5 cm" above a table with commas between the cells is one number.
-    whole = "\0".join(row.texts[at] for at in filled)
-    whole = whole.replace("**", "  ").replace("$", " ")
-    whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace(
-        "\0", " "
-    )
-    ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
-    found: dict[str, dict[str, int]] = {}
-    for start, stop in pairwise(
-        [0, *(match.end() for match in re.finditer(SENTENCE_END, whole)), len(whole)]
-    ):
-        for role, text, place in _said_in_sentence(
-            whole[start:stop], {end - start for end in ends}, with_time
-        ):
-            if (
-                role == "turns"
-                and len(set(filter(None, map(turns_in, re.split(_CLAUSE_END, whole)))))
-                > 1
-            ):
-                continue  # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
-            found.setdefault(role, {}).setdefault(
-                text, filled[min(bisect(ends, start + place), len(filled) - 1)]
-            )
-    for part in (
-        *row.texts,
-        *re.split(_CLAUSE_END, whole),
-        *re.findall(r"(?<!\w)\w++=\S+", whole),
-    ):
-        name, *rest = re.split(r"(?:(?<!\s)\s+)?[:=：]\s*", part, maxsplit=1)
-        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
-        if (
-            rest
-            and parse_header(name.lstrip("# ")).roles == ("turns",)
-            and (turns := turns_in(f"{rest[0]} turns"))
-        ):
-            found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
-    # "60 g (on the scale: 60.0 g)" is one mass.
-    values = {
-        role: {
-            (w.value, w.unit) if (w := notation.take_apart(text)) else text
-            for text in texts
-        }
-        for role, texts in found.items()
-    }
-    one = {role: texts for role, texts in found.items() if len(values[role]) == 1}
-    return {
-        role: max(texts.items(), key=lambda item: len(item[0]))
-        for role, texts in one.items()
-    }
-
-
-def _said_in_sentence(
-    whole: str, ends: set[int], with_time: bool
-) -> Iterator[tuple[str, str, int]]:
-    """Yield role, text and place of each quantity of a sentence whose cells have these ends."""
-    found: list[tuple[str, str, int]] = []
-    end = 0
-    whole = re.sub(_ON_ROD, lambda words: " " * len(words[0]), whole)
-    scanned = re.sub(
-        r"[\[(]([^()\[\]]*)[\])]",
-        lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ",
-        whole,
-    )
-    for match in re.finditer(QUANTITY, scanned):
-        after = re.split(r"[\s,;:.()=]+", whole[match.end() :].lstrip())[0]
-        words = [*re.split(r"[\s,;:()=]+", whole[end : match.start()]), after]
-        beside = {squeeze(word).lower() for word in words}
-        beside -= {"to"} if beside & _MOVED else set()
-        own = whole[end : match.end()]
-        clause = own + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
-        behind = clause + (re.match(r"[^,;.()0-9]*", whole[match.end() :]) or [""])[0]
-        end = match.end()
-        number, unit = match[1] or match[4], match[2] or match[3]
-        split = (
-            match.start() in ends
-            and number.isdigit()
-            and whole[match.start() - 2].isdigit()
-        )
-        if split and not re.search("[0-9],[0-9]", whole):
-            continue  # "Position 15,5 cm" may be split at its decimal comma
-        kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
-        role = next(
-            (role for kind, role in kinds.items() if kind in kinds_of(unit)), ""
-        )
-        if re.search(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$", whole[: match.start()]):
-            continue  # "u(r) = 1 mm"
-        if role == "position" and squeeze(after).lower() in DIMENSION_WORDS:
-            continue
-        if role == "position" and origin_in(whole):
-            if noted_origin(whole) and not (
-                re.search(DIAMETER, own) or diameter_in(own)
-            ):
-                found.append(
-                    (role, f"{number} {unit}", match.start(1 if match[1] else 4))
-                )
-            continue
-        # Of "Rod weight at 16.0 cm", the rod is not meant.
-        if re.search(rf"{_WEIGHT}\w*\s+(?:\w+\s+)?$", whole[: match.start()]):
-            beside = {
-                word
-                for word in beside
-                if not re.fullmatch(vocabulary.pattern("ball"), word)
-            }
-        of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
-        if role and (
-            from_centre(behind) or not (of_the_ball or beside & NOT_THE_WEIGHT)
-        ):
-            found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
-    parts = (whole, *re.split(_CLAUSE_END, whole))
-    if turns := next(
-        filter(
-            None,
-            (
-                _turns_stated(part, whole, {role for role, *_ in found})
-                for part in parts
-            ),
-        ),
-        "",
-    ):
-        found.append(("turns", turns, len(whole)))
-    # "The tachometer said 616 rpm and the stopwatch 16.6 s" is a run.
-    outside = re.sub(r"\([^()]*\)", "", whole)
-    only_position = re.search(
-        _NOT_TIMED, outside if turns_in(outside) else whole
-    ) and not {"spin", "time"} <= {role for role, *_ in found}
-    says_nothing, several = (
-        re.search(_SAYS_NOTHING, whole) or only_position,
-        re.search(_SEVERAL_WEIGHTS, whole),
-    )
-    if "?" in whole:
-        return
-    for one in found:
-        # "Rod timed over a third of a turn"
-        timed = (
-            one[0] == "turns"
-            and re.search(TIMED, whole)
-            and not only_position
-            and not is_of_the_spin(whole)
-        )
-        is_of_run = (timed or not says_nothing) and not (several and one[0] != "turns")
-        if is_of_run or (
-            one[0] == "position" and (from_centre(whole) or noted_origin(whole))
-        ):
-            yield one
-
-
-_UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"
-_IN_A_UNIT = r"(?i)(.*)\b(?:in|en|em|w|в)\s+(\S.*)"
-
-
-def _stated_units(text: str) -> dict[str, str]:
-    """Return the unit of each kind of quantity that a text states.
-
-    Examples are "masses in g, times in s" and "Units: g, cm, s".
-    """
-    found: dict[str, str] = {}
-    listed = re.match(_UNITS_LISTED, text)
-    text = text[listed.end() :] if listed else text
-    for part in re.split(r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text):
-        *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
-        if match := re.fullmatch(_IN_A_UNIT, part):
-            names = re.split(r"[\s:=()\[\]]+", match[1])
-            unit = re.split(rf"\s{FROM}\s", match[2])[0].strip(" ()[]:")
-        words = {squeeze(name).lower() for name in names} - {""}
-        of_another = bool(words & NOT_THE_WEIGHT) and not from_centre(part)
-        if (
-            of_another
-            or not (listed or match)
-            or (re.search("[0-9]", part) and not turns_in(part))
-        ):
-            continue
-        forms = {
-            word.removesuffix(end)
-            for word in words
-            for end in ("", "s", "es", "n", "en")
-        }
-        named = {
-            roles.kind_of_role(role) for form in forms for role in name_roles(form)[0]
-        }
-        kinds = kinds_of(unit) & {*SAID_KINDS, "time"}
-        if len(kinds) == 1 and (kinds & (named | forms) or (listed and not words)):
-            found[min(kinds)] = unit
-    return found
-
-
-def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
+def lacking_roles(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """Return the roles that no column of a table contains.
 
     No "# key: value" line of the grid contains them either, so a caption may give them.
     """
-    there = {role for header in headers for role in header.roles}
-    # "mass without hanger [g]" is a mass, although gyro has to ask which.
-    there |= {role for header in headers if not header.roles for role in hinted(header)}
-    there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if "angle" in there or any(header.turns for header in headers):
+    there = {key.lower() for key, _ in grid.metadata} if grid else set()
+    for header in headers:
+        there |= _roles_served(header)
+    if "angle" in there:
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
-    if "mass" not in there and ("force" in there or any(map(counts_weights, headers))):
+    if "force" in there:
         there.add("mass")
-    if any(
-        header.roles and all(role.startswith("spin") for role in header.roles)
-        for header in headers
-    ):
-        there.add("spin")
-    # "gap [cm]" may be the position, and "disks [g]" the mass.
-    unnamed = [kinds_of(header.unit or "") for header in headers if not header.roles]
-    there |= {
-        SAID_KINDS[kind]
-        for kind in ("length", "mass")
-        if any(kind in kinds for kinds in unnamed)
-    }
     return {"mass", "position", "spin", "turns"} - there
 
 
-def read_notes(grid: Grid, faults: Faults) -> str:
-    """Return the origin of positions that a note states, or "".
+def _roles_served(header: Header) -> set[str]:
+    """Return the roles that a column contains, or may contain."""
+    served = set(header.roles)
+    if turns_in(header.text):
+        served.add("turns")
+    if counts_weights(header):
+        served.add("mass")
+    if served and all(role.startswith("spin") for role in header.roles):
+        served.add("spin")
+    if not header.roles:
+        # "mass without hanger [g]" is a mass, although gyro has to ask which; "gap
+        # [cm]" may be the position, and "disks [g]" the mass.
+        served |= hinted(header)
+        kinds = kinds_of(header.unit or "") & {"length", "mass"}
+        served |= {captions.SAID_KINDS[kind] for kind in kinds}
+    return served
 
-    The function warns of every note that may say that a reading is not what is typed,
-    such as "twice the real rpm".
+
+def is_of_means(header: str) -> bool:
+    """Return whether a column contains means, by its name."""
+    words = re.split(r"[\s_,;()\[\]\-]+", header)
+    return any(squeeze(word).lower() in MEAN_WORDS for word in words)
+
+
+# --- What other texts say of headers ---
+
+
+def _with_numbered_spins(columns: list[_Column], faults: Faults) -> list[_Column]:
+    """Read "rpm1" and "rpm2" as the spin before and after.
+
+    Their mean is right for two readings at one time too.
     """
-    notes = {text.text: text for text in grid.comments}
-    for key, text in grid.metadata:
-        if key.lower() in roles.TEXTS or not roles.is_key(key):
-            notes[f"{key}: {text.text}"] = text
-    origins, texts = list(map(noted_origin, notes)), list(notes)
-    for row in grid.rows:
-        words = [at for at, text in enumerate(row.texts) if _WORD.search(text)]
-        if words and not any(map(is_number, row.texts)):
-            origins.append(noted_origin(", ".join(row.texts)))
-            texts += [", ".join(row.texts)] if not is_head(row) else []
-        # The header "centre to inner face (cm)" is a position, and not that of the
-        # middle of the weight.
-        words = [
-            at
-            for at in words
-            if not parse_header(typed := row.texts[at]).roles
-            or (contains(ALTERED["position"], typed) and not origin_in(typed))
-        ]
-        note = ", ".join(row.texts[at] for at in words)
-        if words and note not in notes and altered_role(note):
-            notes[note] = grid.cell(row, words[0])
-    for note, cell in notes.items():
-        if role := altered_role(note).replace("_", " "):
-            faults.add("note", cell, note=note, role=role)
-    origin = next(filter(None, origins), "")
-    return "both" if origin == "surface" and any(map(noted_centre, texts)) else origin
+    texts = [cell.text for cell, _ in columns]
+    for at, text in enumerate(texts):
+        before = parse_header(text.replace("1", " start", 1))
+        second, third = (text.replace("1", digit, 1) for digit in "23")
+        is_pair = text != second and second in texts and third not in texts
+        if is_pair and before.roles == ("spin_start",):
+            after = parse_header(text.replace("1", " end", 1))
+            behind = texts.index(second)
+            columns[at] = columns[at][0], replace(before, text=text)
+            columns[behind] = columns[behind][0], replace(after, text=second)
+            faults.add("numbered_spins", columns[at][0], second=second)
+    return columns
+
+
+def _explained(column: _Column, legends: dict[str, str]) -> _Column:
+    """Return a column with what a legend says of its header."""
+    cell, header = column
+    name = split_unit(cell.text)[0] if header.unit else cell.text
+    words = legends.get(squeeze(name), "")
+    if not words:
+        return column
+    explained = parse_header(words)
+    gives_unit = explained.unit and header.unit is None
+    if gives_unit or (explained.roles and not header.roles):
+        names = explained.roles or header.roles
+        unit = explained.unit or header.unit
+        return replace(cell, text=words), replace(explained, roles=names, unit=unit)
+    return _with_turns_of_legend(column, words)
+
+
+def _with_turns_of_legend(column: _Column, words: str) -> _Column:
+    """Return the column of a time with the turns that a legend states."""
+    cell, header = column
+    is_time = "time" in kinds_of(header.unit or "")
+    timed = parse_header(f"{words} [{header.unit}]")
+    states_turns = turns_in(words) and not turns_in(cell.text)
+    if is_time and states_turns and "time" in timed.roles:
+        return replace(cell, text=words), timed
+    return column
+
+
+def _with_stated_units(
+    columns: list[_Column], units: dict[str, str], faults: Faults
+) -> list[_Column]:
+    """Give the headers without a unit the one that a text states for their kind."""
+    has_spin = any("spin" in header.roles for _, header in columns)
+    for at, (cell, header) in enumerate(columns if units else []):
+        named = header.roles
+        if not has_spin:
+            named = name_roles(cell.text)[0] or named  # "n in rpm"
+        kinds = units.keys() & set(map(roles.kind_of_role, named))
+        if len(kinds) != 1:
+            continue
+        unit = units[min(kinds)]
+        if header.unit is None:
+            parsed = parse_header(f"{cell.text} [{unit}]")
+            columns[at] = cell, replace(parsed, text=cell.text)
+        elif kinds_of(header.unit) == kinds_of(unit) and not are_equal(
+            header.unit, unit
+        ):
+            note = f"{min(kinds)} in {unit}"
+            faults.add("note", cell, note=note, role=header.roles[0])
+    return columns
+
+
+def _with_uncertainties(columns: list[_Column]) -> list[_Column]:
+    """Read "±" or "error" as the uncertainty of the column on its left."""
+    for at, ((_, left), (cell, header)) in enumerate(pairwise(columns), 1):
+        name = split_unit(cell.text)[0].strip()
+        is_sign = name in ("±", "+/-", "+-")
+        if len(left.roles) == 1 and (is_sign or squeeze(name).lower() in UNSURE_WORDS):
+            role, unit = f"u_{left.roles[0]}", header.unit or left.unit
+            header = replace(header, roles=(role,), unit=unit)
+            columns[at] = replace(cell, text=f"u({left.text})"), header
+    return columns
+
+
+def _with_numbered_times(columns: list[_Column], faults: Faults) -> list[_Column]:
+    """Number the times if several have the same header."""
+    times = [at for at, (_, header) in enumerate(columns) if header.roles == ("time",)]
+    if len({columns[at][1] for at in times}) < len(times):
+        for number, at in enumerate(times, 1):
+            cell, header = columns[at]
+            columns[at] = cell, replace(header, number=number)
+        faults.add("same_times", columns[times[-1]][0])
+    return columns
 
 
 # --- From row to row ---
 
 
-_LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
-_LEGEND = (
-    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*"
-    r"(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
-)
+class _Run(Struct, frozen=True):
+    """A row of readings."""
+
+    row: Row
+    places: list[int]
+    """Number of the column of each cell, among those of all tables."""
+    given: Given
+    """What captions give."""
+
+
+class _Table(Struct):
+    """The table whose rows are read."""
+
+    head: Row
+    columns: list[_Column]
+    named: list[_Column]
+    """The columns without what a row of units says."""
+    is_apart: bool
+    """Whether a blank column separates the table from what is on its right."""
+    given: Given
+    """What captions give for its next run."""
+    is_new: bool = True
+    """Whether it has no row yet."""
+    is_skipped: bool = False
+    """Whether its rows are not runs."""
+    has_ended: bool = False
+    """Whether the next rows are results."""
+    places: list[int] = field(default_factory=list)
+    """Number of each column among those of all tables."""
+
+    @property
+    def headers(self) -> list[Header]:
+        """Return what each header says."""
+        return [header for _, header in self.columns]
 
 
 class _Sheet:
@@ -818,8 +393,7 @@ class _Sheet:
         self.grid, self.decided, self.faults = grid, decided, faults
         self.columns: list[_Column] = []
         """Columns of all tables."""
-        self.runs: list[tuple[Row, list[int], Given]] = []
-        """Each run with the columns of its cells, and what its caption gives."""
+        self.runs: list[_Run] = []
         self.tables: list[int] = []
         """Number of the first run of each table."""
         self.words: list[Row] = []
@@ -833,455 +407,288 @@ class _Sheet:
         self.earlier: Given = {}
         """What captions gave last: a position or turns are valid until others are
         given."""
-        self.said: list[tuple[Text, str, str]] = []
+        self.captions: list[tuple[Text, str, str]] = []
         """Each caption, whether its runs are below or above it, and what was read of
         it."""
-        texts = [
-            re.sub(
-                r"^([^=:\0]*)\0(?=[^\0]*$)", r"\1: ", "\0".join(filter(None, row.texts))
-            )
-            for row in grid.rows
-        ]
-        texts = [text.replace("\0", ", ") for text in texts]
-        texts += [
-            *(comment.text for comment in grid.comments),
-            *(f"{key}: {text.text}" for key, text in grid.metadata),
-        ]
-        self.legend: dict[str, str] = {}
-        """What a line such as "d = distance from centre in cm" says of a short header.
-        """
-        for one in filter(
-            None,
-            (
-                re.fullmatch(_LEGEND, part)
-                for text in texts
-                for part in re.split(_LEGENDS, text)
-            ),
-        ):
-            words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0].rstrip(
-                " )"
-            )
-            if parse_header(words).unit or turns_in(words):
-                self.legend[squeeze(one[2])] = words
-        notes = [(text, text.text) for text in grid.comments]
-        notes += [
-            (text, f"{key}: {text.text}")
-            for key, text in grid.metadata
-            if not roles.is_key(key)
-        ]
-        for row, below in pairwise([*grid.rows, Row(0, [""])]):
-            # The row above numbers is the header itself.
-            if not any(map(is_number, row.texts + below.texts)):
-                notes += [(grid.cell(row, at), row.texts[at]) for at in filled_at(row)]
         self.units: dict[str, str] = {}
         """Unit of each kind of quantity that a text states for all columns."""
-        for cell, note in notes:
-            if stated := _stated_units(note):
-                self.units |= stated
-                self.said.append(
-                    (
-                        cell,
-                        "below",
-                        ", ".join(f"{kind} in {unit}" for kind, unit in stated.items()),
-                    )
-                )
-        names = [name for row in grid.rows if is_head(row) for name in row.texts]
-        found = {role for name in names for role in parse_header(name).roles}
-        self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(
-            map(turns_in, names)
-        )
+        self.legends = captions.legends_of(grid)
+        self._read_units()
+        headers = _headers_of(filter(is_head, grid.rows))
+        self.any_timed = any(map(_states_timing, headers))
+        """Whether a header of the sheet names a time or turns."""
         self.only_means = False
-        self.told: set[str] = set()
+        """Whether the first table contains means."""
+        self.served: set[str] = set()
         """Parts of a run in the first table."""
+
+    def _read_units(self) -> None:
+        """Read the units that texts state for all columns."""
+        notes = self.grid.notes()
+        for row in self.grid.titles():
+            notes += [self.grid.cell(row, at) for at in filled_at(row)]
+        for note in notes:
+            if units := captions.stated_units(note.text):
+                self.units |= units
+                said = ", ".join(f"{kind} in {unit}" for kind, unit in units.items())
+                self.captions.append((note, "below", said))
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
-        self.head = head
-        self.here = [
+        columns = [
             (self.grid.cell(head, at), parse_header(text))
             for at, text in enumerate(head.texts)
         ]
-        for at, text in enumerate(head.texts):
-            # The mean of "rpm1" and "rpm2" is right for two readings, and for the spin
-            # before and after.
-            pair, third = (text.replace("1", digit, 1) for digit in "23")
-            before = parse_header(text.replace("1", " start", 1))
-            if (
-                before.roles == ("spin_start",)
-                and text != pair in head.texts
-                and third not in head.texts
-            ):
-                after = parse_header(text.replace("1", " end", 1))
-                for place, header in ((at, before), (head.texts.index(pair), after)):
-                    self.here[place] = (
-                        self.here[place][0],
-                        replace(header, text=head.texts[place]),
-                    )
-                self.faults.add("numbered_spins", self.here[at][0], second=pair)
-        for at, (cell, header) in enumerate(self.here):
-            words = self.legend.get(
-                squeeze(header.name if header.unit else cell.text),
-                "",
-            )
-            explained = parse_header(words)
-            if (explained.unit and header.unit is None) or (
-                explained.roles and not header.roles
-            ):
-                told = replace(
-                    explained,
-                    roles=explained.roles or header.roles,
-                    unit=explained.unit or header.unit,
-                )
-                self.here[at] = replace(cell, text=words), told
-            elif (
-                words
-                and "time" in kinds_of(header.unit or "")
-                and turns_in(words)
-                and not header.turns
-            ):
-                explained = parse_header(f"{words} [{header.unit}]")
-                if "time" in explained.roles:
-                    self.here[at] = replace(cell, text=words), explained
-        spins = any("spin" in header.roles for _, header in self.here)
-        for at, (cell, header) in enumerate(self.here if self.units else ()):
-            named = (
-                header.roles if spins else name_roles(cell.text)[0] or header.roles
-            )  # "n in rpm"
-            kinds = self.units.keys() & set(map(roles.kind_of_role, named))
-            unit = self.units[min(kinds)] if len(kinds) == 1 else ""
-            if unit and header.unit is None:
-                self.here[at] = (
-                    cell,
-                    replace(parse_header(f"{cell.text} [{unit}]"), text=cell.text),
-                )
-            elif (
-                unit
-                and kinds_of(header.unit) == kinds_of(unit)
-                and not are_equal(header.unit or "", unit)
-            ):
-                self.faults.add(
-                    "note", cell, note=f"{min(kinds)} in {unit}", role=header.roles[0]
-                )
-        for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
-            name = header.name.strip()
-            is_uncertainty = (
-                name in ("±", "+/-", "+-") or squeeze(name).lower() in UNSURE_WORDS
-            )
-            if len(left.roles) == 1 and is_uncertainty:
-                # "±" or "error" belongs to the column on its left.
-                header = replace(
-                    header, roles=(f"u_{left.roles[0]}",), unit=header.unit or left.unit
-                )
-                self.here[at] = replace(cell, text=f"u({left.text})"), header
-        times = {
-            at: header
-            for at, (_, header) in enumerate(self.here)
-            if header.roles == ("time",)
-        }
-        if len({*times.values()}) < len(times):
-            for number, at in enumerate(times, 1):
-                self.here[at] = self.here[at][0], replace(times[at], number=number)
-            self.faults.add("same_times", self.here[max(times)][0])
-        self.named = list(self.here)
+        columns = _with_numbered_spins(columns, self.faults)
+        columns = [_explained(column, self.legends) for column in columns]
+        columns = _with_stated_units(columns, self.units, self.faults)
+        columns = _with_uncertainties(columns)
+        columns = _with_numbered_times(columns, self.faults)
         beyond = len(head.texts)
-        self.apart = not any(
-            "".join(row.texts[beyond : beyond + 1]) for row in self.grid.rows
-        )
-        """Whether a blank column separates the table from what is on its right."""
-        self.fresh, self.skipped, self.below_results = True, False, False
-        self.places: list[int] = []
-        self.given: Given = dict(self.general)
+        beside = [row.texts[beyond : beyond + 1] for row in self.grid.rows]
+        is_apart = not any(map(any, beside))
+        given = dict(self.general)
+        self.table = _Table(head, columns, list(columns), is_apart, given)
 
     def take(self, row: Row) -> None:
         """Read the next row."""
-        headers = [header for _, header in self.here]
-        if self.apart and len(row.texts) > len(headers):
-            beside = [at for at in filled_at(row) if at >= len(headers)]
-            self.left_out["title"].append((row, beside[0]))
-            row = replace(row, texts=row.texts[: len(headers)])
-            if not any(row.texts):
-                return
-        first = filled_at(row)[0]
-        # A row of means, deviations or sums begins with such a word, which is not a
-        # note on a run.
-        start = (
-            re.split(r"[\s_:,;(=]+", row.texts[first])[0],
-            re.sub(r"[()=:]", "", row.texts[first]),
-        )
-        is_note = first < len(headers) and "note" in headers[first].roles
-        names = [text for text in row.texts if not is_number(text)]
-        names_result = any(
-            "inertia" in kinds_of(parse_header(text).unit or text) for text in names
-        )
-        below = (
-            self.fresh
-            and (len(row.texts) > len(headers) or "" in self.head.texts)
-            and self._names_below(row)
-        )
-        if is_head(row) and not (below and "" in self.head.texts):
-            self.words += [
-                self.head
-            ] * self.fresh  # "time of one turn, x from the centre" above the names
+        table = self.table
+        row = self._without_cells_beside(row)
+        if not any(row.texts):
+            return
+        if is_head(row) or row.texts == table.head.texts:
+            if table.is_new:
+                # "time of one turn, x from the centre" above the names
+                self.words.append(table.head)
             self.begin(row)
-        elif self.fresh and (units := _units(row.texts)):
-            kinds = [
-                (kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
-                for _, header in self.here
-                if header.unit and header.roles
-            ]
-            if any(
-                map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()
-            ):
-                self.here = list(
-                    self.named
-                )  # the first row, such as "S, t, N", contains symbols
+        elif table.is_new and (units := units_of_row(row.texts)):
             self._take_units(units)
-        elif below:
-            self.here = below
-        elif row.texts[0] == "#":
-            self._leave_out(
-                "taken_out", row
-            )  # a # that a spreadsheet put into a cell of its own
-        elif not is_note and not SUMMARY_WORDS.isdisjoint(
-            squeeze(word).lower() for word in start
-        ):
+        elif row.texts[0] == "#":  # a # that a spreadsheet put into a cell of its own
+            self._leave_out("taken_out", row)
+        elif _is_summary(row, table.headers):
             self._leave_out("summary", row)
             # "slope", "intercept" above numbers
-            self.below_results |= (
-                sum(squeeze(text).lower() in SUMMARY_WORDS for text in row.texts) > 1
-            )
-        elif _is_text(row, headers):
+            table.has_ended |= _count_of_summaries(row) > 1
+        elif _is_text(row, table.headers):
             self.words.append(row)
             # "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
-            self.below_results = (
-                bool(self.runs) and len(filled_at(row)) > 1 and names_result
-            )
-        elif any(
-            re.search(NOT_USED, text) for text in row.texts if not is_number(text)
-        ):
-            self._leave_out("taken_out", row)
-        elif not is_note and (
-            self.below_results
-            or names_result
-            or (not is_bare(row.texts[first]) and self._is_result(row))
-        ):
-            self._leave_out("summary", row)
+            is_title = len(filled_at(row)) < 2
+            table.has_ended = bool(self.runs) and _names_inertia(row) and not is_title
         else:
-            self._take_run(row)
+            self._take_numbers(row)
+
+    def _without_cells_beside(self, row: Row) -> Row:
+        """Leave out the cells that a blank column separates from the table."""
+        width = len(self.table.columns)
+        beside = [at for at in filled_at(row) if at >= width]
+        if not beside or not self.table.is_apart:
+            return row
+        self.left_out["title"].append((row, beside[0]))
+        return replace(row, texts=row.texts[:width])
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""
+        table = self.table
+        if not all(_unit_fits(header) for header in table.headers):
+            # The first row, such as "S, t, N", contains symbols.
+            table.columns = list(table.named)
+        left = ""
         for at, (unit, (cell, header)) in enumerate(
-            zip(units, list(self.here), strict=False)
+            zip(units, list(table.columns), strict=False)
         ):
-            if unit not in BLANKS and unit != "1" and header.unit is None:
-                # Minutes and seconds are below one "time".
-                text = (header if header.text or not at else self.here[at - 1][1]).text
-                unit, *words = (
-                    [unit] if kinds_of(unit) else re.split(r"[\s,]+", unit, maxsplit=1)
-                )
-                text = " ".join([text, *words])
-                self.here[at] = (
-                    replace(cell, text=text) if words else cell,
-                    parse_header(f"{text} [{unit}]"),
-                )
-                self.here[at] = self.here[at][0], replace(self.here[at][1], text=text)
-
-    def _is_result(self, row: Row) -> bool:
-        """Return whether a row is a result, such as "u(I_zz)" or "2/5 m r²".
-
-        Such a row begins with a text and has no time.
-        """
-        filled = filled_at(row)
-        text, written = (
-            row.texts[filled[0]],
-            notation.take_apart(row.texts[filled[0]]),
-        )
-        timed = [
-            at
-            for at, (_, header) in enumerate(self.here)
-            if set(header.roles).intersection(roles.TIMINGS)
-            or "time" in kinds_of(header.unit or "")
-        ]
-        # "standard error" may be in the column of the times; "l2.3" is a time.
-        label = (
-            filled[0]
-            if 2 * len(filled) < len(self.here) and _WORD.search(text)
-            else None
-        )
-        untimed = bool(timed) and not any(
-            row.texts[at : at + 1] > [""] for at in timed if at != label
-        )
-        no_quantity = written is None or bool(
-            written.unit and not kinds_of(written.unit)
-        )
-        few = 3 * len(filled) < len(self.here)
-        return (few and bool(re.search(r"(?m)%|^(?>.*?[^\W\d]).*\s", text))) or (
-            bool(self.runs)
-            and untimed
-            and no_quantity
-            and bool(re.search(r"[^\W\d_]|^\W+$", text))
-        )
+            # Minutes and seconds are below one "time".
+            text = header.text or left
+            left = table.columns[at][1].text
+            if unit in BLANKS or unit == "1" or header.unit is not None:
+                continue
+            words = ""
+            if not kinds_of(unit):
+                unit, _, words = unit.replace(",", " ").partition(" ")
+            text = f"{text} {words.strip()}".rstrip() if words else text
+            parsed = replace(parse_header(f"{text} [{unit}]"), text=text)
+            cell = replace(cell, text=text) if words else cell
+            table.columns[at] = cell, parsed
+            left = text
 
     def _leave_out(self, why: str, row: Row) -> None:
         self.left_out[why].append((row, filled_at(row)[0]))
 
-    def _names_below(self, row: Row) -> list[_Column]:
-        """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3.
+    def _take_numbers(self, row: Row) -> None:
+        """Read a row of numbers: a run, one that was taken out, or a result."""
+        table = self.table
+        texts = [text for text in row.texts if not is_number(text)]
+        is_note = _begins_with_note(row, table.headers)
+        if any(re.search(NOT_USED, text) for text in texts):
+            self._leave_out("taken_out", row)
+        elif not is_note and self._is_below_runs(row):
+            self._leave_out("summary", row)
+        else:
+            self._take_run(row)
 
-        None if it is not such a row.
-        """
-        # A header merged over the last columns leaves its row shorter.
-        more = len(row.texts) - len(self.here)
-        if any(
-            is_bare(text) and re.search("[.,][0-9]|[0-9]{3}", text)
-            for text in row.texts
-        ):
-            return []  # a run
-        named = [
-            *self.here,
-            *[(replace(self.here[-1][0], text=""), parse_header(""))] * more,
-        ]
-        over = ""
-        for at, text in enumerate(row.texts):
-            over = named[at][0].text or over
-            name, unit = split_unit(over)
-            if text and not (
-                parse_header(text).unit and {*parse_header(text).roles} - roles.TEXTS
-            ):
-                text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
-            if text and not parse_header(text).roles:
-                return []
-            if text:
-                named[at] = replace(named[at][0], text=text), parse_header(text)
-        return named
+    def _is_below_runs(self, row: Row) -> bool:
+        """Return whether a row is a result: it begins with a text, and has no time."""
+        if self.table.has_ended or _names_inertia(row):
+            return True
+        if not self.runs or not _is_label(row.filled()[0]):
+            return False
+        headers = self.table.headers
+        timed = {at for at, header in enumerate(headers) if _is_timing(header)}
+        first, *others = filled_at(row)
+        # "standard error" may be in the column of the times.
+        is_mostly_blank = 2 * len(row.filled()) < len(headers)
+        may_be_time = first in timed and not is_mostly_blank
+        return bool(timed) and timed.isdisjoint(others) and not may_be_time
 
     def _take_run(self, row: Row) -> None:
-        is_first, self.fresh = self.fresh, False
+        table = self.table
+        is_first, table.is_new = table.is_new, False
         if is_first:
             self._begin_runs()
         typed = [
             (header, text)
-            for (_, header), text in zip(self.here, row.texts, strict=False)
+            for header, text in zip(table.headers, row.texts, strict=False)
             if text
         ]
         there = {role for header, _ in typed for role in header.roles}
-        self.given = {
-            role: one for role, one in self.given.items() if role not in there
+        table.given = {
+            role: item for role, item in table.given.items() if role not in there
         }
         if self.words:
+            self._read_words(is_first, typed, there)
+        self.earlier |= table.given
+        if table.is_skipped:
+            return
+        if is_first:
+            self._begin_table(there)
+        row = self._without_remark(row)
+        self.runs.append(_Run(row, table.places, table.given))
+
+    def _read_words(
+        self, is_first: bool, typed: list[tuple[Header, str]], there: set[str]
+    ) -> None:
+        """Add what the rows of text above a run give to it and to the runs below it."""
+        lacking = lacking_roles(self.table.headers)
+        if not is_first:
             # "moved to 10.0 cm" between the runs is valid for the blank cells below it,
             # until another value is typed.
-            blank = set() if is_first else {"mass", "position"} - there
-            lacking = blank | _lacking([header for _, header in self.here])
-            if any(are_turns(header, [text]) for header, text in typed):
-                lacking.discard("turns")
-            self.given |= self._read_captions(lacking)
-            new = self.given.keys() - self.general.keys()
-            kept = self.earlier.keys() & (
-                lacking if new & {"mass", "position", "spin"} else lacking & {"turns"}
-            )
-            self.given = {role: self.earlier[role] for role in kept} | self.given
-        self.earlier |= self.given
-        if self.skipped:
-            return
-        remarks = [
-            at for at in range(len(self.places), len(row.texts)) if row.texts[at]
-        ]
-        if remarks and not any(is_number(row.texts[at]) for at in remarks):
-            self.left_out["title"].append((row, remarks[0]))
-            row = Row(row.line, row.texts[: len(self.places)], row.origin)
-        if is_first:
-            lacking = _lacking([header for _, header in self.here]) & {
-                "position",
-                "turns",
-            }
-            self.given = {
-                role: one for role, one in self.earlier.items() if role in lacking
-            } | self.given
-            there |= set(self.given)
-            if not self.tables:
-                self.told = there & {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
-            self.tables.append(len(self.runs))
-            # A position is blank in a run without a weight.
-            has_position = any("position" in header.roles for _, header in self.here)
-            if lost := sorted(
-                self.told - there - ({"position"} if has_position else set())
-            ):
-                line, lacks = [self.head.line], roles.BY_NAME[lost[0]]
-                raise self.faults.refuse(
-                    "lacks_in_first_row", self.here[0][0], line=line, lacks=lacks
-                )
-        self.runs.append((row, self.places, self.given))
+            lacking |= {"mass", "position"} - there
+        if any(are_turns(header, [text]) for header, text in typed):
+            lacking.discard("turns")
+        given = self.table.given | self._read_captions(lacking)
+        new = given.keys() - self.general.keys()
+        if new.isdisjoint({"mass", "position", "spin"}):
+            lacking &= {"turns"}
+        kept = {role: self.earlier[role] for role in self.earlier if role in lacking}
+        self.table.given = kept | given
+
+    def _begin_table(self, there: set[str]) -> None:
+        """Note where the runs of a table begin, and check that nothing is missing."""
+        table = self.table
+        lacking = lacking_roles(table.headers) & {"position", "turns"}
+        kept = {role: self.earlier[role] for role in self.earlier if role in lacking}
+        table.given = kept | table.given
+        there = there | table.given.keys()
+        if not self.tables:
+            parts = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
+            self.served = there & parts
+        self.tables.append(len(self.runs))
+        lost = self.served - there
+        # A position is blank in a run without a weight.
+        if any("position" in header.roles for header in table.headers):
+            lost.discard("position")
+        if lost:
+            line, lacks = [table.head.line], roles.BY_NAME[min(lost)]
+            cell = table.columns[0][0]
+            raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
+
+    def _without_remark(self, row: Row) -> Row:
+        """Leave out the texts on the right of the table."""
+        width = len(self.table.places)
+        beyond = [at for at in filled_at(row) if at >= width]
+        if not beyond or any(is_number(row.texts[at]) for at in beyond):
+            return row
+        self.left_out["title"].append((row, beyond[0]))
+        return Row(row.line, row.texts[:width], row.origin)
 
     def _begin_runs(self) -> None:
         """Give the columns of a table their places among all columns.
 
         This is not done if the rows of the table are not runs.
         """
-        # Next to a table of times, one of rates is calculated.
-        timed = any("time" in header.roles for _, header in self.columns)
-        wanted = {*roles.TIMINGS} - ({"precession_rate"} if timed else set())
-        timings = [
-            header for _, header in self.here if not wanted.isdisjoint(header.roles)
-        ]
-        title = " ".join(
-            text for words in self.words for text in words.texts if text[:1] != "#"
-        )
-        means = (contains_word(title, MEAN_WORDS) and not turns_in(title)) or (
-            bool(timings) and all(header.is_of_means for header in timings)
-        )
-        untimed = (
-            self.any_timed
-            and not timings
-            and not any(header.turns for _, header in self.here)
-        )
-        titles = [
-            text for words in self.words for text in words.texts if len(text) < 60
-        ]
-        bad = any(
-            re.search(vocabulary.pattern("not_measured"), text)
-            and not re.search(TIMED, text)
-            for text in titles
-        )
-        bad &= sum(map(is_head, self.grid.rows)) > 1
-        if untimed or bad or (means and self.runs and not self.only_means):
-            self.skipped = True
-            if untimed:
-                why = "untimed_table"
-            elif bad:
-                why = "table_not_measured"
-            else:
-                why = "table_of_means"
-            self.faults.add(why, self.here[0][0], line=[self.head.line])
+        table = self.table
+        means = self._are_means()
+        if why := self._why_skipped(means):
+            table.is_skipped = True
+            self.faults.add(why, table.columns[0][0], line=[table.head.line])
             return
-        self.only_means = means if not self.runs else self.only_means
-        for at, (cell, header) in enumerate(self.here):
-            if cell.text and any(
-                (cell.text, header) == (old.text, own) for old, own in self.here[:at]
-            ):
-                raise self.faults.refuse(
-                    "same_spins" if header.roles == ("spin",) else "same_names", cell
-                )
-            place = len(self.columns)
-            for k, (old_cell, old) in enumerate(self.columns):
-                same = squeeze(old_cell.text) == squeeze(cell.text) != ""
-                same |= len(old.roles) == 1 and (old.roles, old.number) == (
-                    header.roles,
-                    header.number,
-                )
-                if same and old.turns == header.turns and k not in self.places:
-                    place = min(place, k)
-            if place == len(self.columns):
-                self.columns.append((cell, header))
-            elif self.columns[place][1].unit != header.unit and header.roles:
-                raise self.faults.refuse(
-                    "other_unit",
-                    cell,
-                    line=[cell.place.line],
-                    first=self.columns[place][0].text,
-                )
-            self.places.append(place)
+        if not self.runs:
+            self.only_means = means
+        self._check_names()
+        for column in table.columns:
+            table.places.append(self._place_of(column))
+
+    def _why_skipped(self, means: bool) -> str:
+        """Return the name of the note if the rows of a table are not runs; else ""."""
+        names_turns = any(turns_in(cell.text) for cell, _ in self.table.columns)
+        if self.any_timed and not names_turns and not self._timings():
+            return "untimed_table"
+        if self._is_not_measured():
+            return "table_not_measured"
+        is_calculated = means and self.runs and not self.only_means
+        return "table_of_means" if is_calculated else ""
+
+    def _timings(self) -> list[str]:
+        """Return the headers of the times of a table.
+
+        Next to a table of times, one of rates is calculated.
+        """
+        timings = set(roles.TIMINGS)
+        if any("time" in header.roles for _, header in self.columns):
+            timings.discard("precession_rate")
+        headers = self.table.headers
+        return [header.text for header in headers if timings & {*header.roles}]
+
+    def _are_means(self) -> bool:
+        """Return whether a table contains means, by its title or its headers."""
+        words = [text for row in self.words for text in row.texts if text[:1] != "#"]
+        title = " ".join(words)
+        if is_of_means(title) and not turns_in(title):
+            return True
+        timings = self._timings()
+        return bool(timings) and all(map(is_of_means, timings))
+
+    def _is_not_measured(self) -> bool:
+        """Return whether the title of one of several tables says that it is not measured."""
+        if sum(map(is_head, self.grid.rows)) < 2:
+            return False
+        titles = [text for row in self.words for text in row.texts if len(text) < 60]
+        return any(
+            re.search(_NOT_MEASURED, title) and not re.search(captions.TIMED, title)
+            for title in titles
+        )
+
+    def _check_names(self) -> None:
+        """Refuse two columns of one name."""
+        seen = set()
+        for cell, header in self.table.columns:
+            if cell.text and (cell.text, header) in seen:
+                name = "same_spins" if header.roles == ("spin",) else "same_names"
+                raise self.faults.refuse(name, cell)
+            seen.add((cell.text, header))
+
+    def _place_of(self, column: _Column) -> int:
+        """Return the number of a column among those of all tables; add it if it is new."""
+        cell, header = column
+        for place, old in enumerate(self.columns):
+            if place not in self.table.places and _are_same(old, column):
+                if old[1].unit != header.unit and header.roles:
+                    line, first = [cell.place.line], old[0].text
+                    raise self.faults.refuse("other_unit", cell, line=line, first=first)
+                return place
+        self.columns.append(column)
+        return len(self.columns) - 1
+
+    # --- Captions ---
 
     def _read_captions(self, lacking: set[str], where: str = "below") -> Given:
         """Return what the rows of text above a run say of what is lacking in it.
@@ -1289,72 +696,79 @@ class _Sheet:
         Above the first table the last row that says something is of this table; those
         before it are of all tables.
         """
-        found: Given = {}
-        lacking = lacking & _lacking([], self.grid)
-        told_in = set(dict(self.faults.sheets))
-        for row in _paragraphs(self.words):
-            of_row = said_in(row)
-            legends = (re.fullmatch(_LEGEND, text) for text in row.texts)
-            is_legend = any(one and squeeze(one[2]) in self.legend for one in legends)
-            if "turns" in of_row and "turns" not in self.decided and not is_legend:
-                self._compare_with_headers(row, of_row["turns"][0])
-            if said := {
-                role: (text, row.spot(at))
-                for role, (text, at) in of_row.items()
-                if role in lacking
-            }:
-                told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                self.said.append((self.grid.cell(row, filled_at(row)[0]), where, told))
-                if not self.runs and found:
-                    self.general = dict(found)
-                two = [
-                    role
-                    for role, one in said.items()
-                    if where == "above" and found.get(role, one)[0] != one[0]
-                ]
-                found = {
-                    role: one for role, one in (found | said).items() if role not in two
-                }
-                lacking = lacking.difference(two)
-                told_in |= {
-                    row.spot(at) // source.MAX_COLUMNS for at in range(len(row.texts))
-                }
+        given: Given = {}
+        lacking = lacking & lacking_roles([], self.grid)
+        used = set(dict(self.faults.sheets))
         for row in self.words:
-            if row.line not in told_in and not row.texts[0].startswith("#"):
+            said = {
+                role: (text, row.spot(at))
+                for role, (text, at) in self._said_in(row).items()
+                if role in lacking
+            }
+            if not said:
+                continue
+            self._note_caption(row, where, said)
+            used |= {row.spot(at) // MAX_COLUMNS for at in range(len(row.texts))}
+            if not self.runs and given:
+                self.general = dict(given)
+            two = _contradictions(given, said) if where == "above" else set()
+            given = {
+                role: item for role, item in (given | said).items() if role not in two
+            }
+            lacking = lacking - two
+        self._leave_out_words(used)
+        return given
+
+    def _leave_out_words(self, used: set[int]) -> None:
+        """Leave out the rows of text above a run, without those of some lines."""
+        for row in self.words:
+            if row.line not in used and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)
         self.words = []
-        return found
+
+    def _said_in(self, row: Row) -> Given:
+        """Return what a row of text says; warn if a header states other turns."""
+        said = said_in(row)
+        is_legend = any(captions.is_legend(text, self.legends) for text in row.texts)
+        if "turns" in said and "turns" not in self.decided and not is_legend:
+            self._compare_with_headers(row, said["turns"][0])
+        return said
+
+    def _note_caption(self, row: Row, where: str, said: Given) -> None:
+        words = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
+        self.captions.append((self.grid.first_cell(row), where, words))
 
     def _compare_with_headers(self, caption: Row, turns: str) -> None:
         """Warn of each header of times that states other turns than a caption."""
-        for cell, header in self.here:
-            stated = header.turns
-            of_others = header.is_of_the_spin or header.roles == ("turns",)
+        for cell, header in self.table.columns:
+            stated = turns_in(cell.text)
+            of_others = is_of_the_spin(cell.text) or header.roles == ("turns",)
             if turns and stated not in ("", turns) and not of_others:
-                self.faults.add(
-                    "turns_contradict_header",
-                    cell,
-                    header=cell.text,
-                    turns=stated,
-                    other=caption.texts[filled_at(caption)[0]],
-                    says=turns,
-                )
+                other = caption.texts[filled_at(caption)[0]]
+                self._warn_of_turns(cell, cell.text, stated, other, turns)
 
     def _compare_with_captions(self, turns: str, spot: int) -> None:
         """Warn of each row below the tables that states other turns than a caption."""
         for row in self.words:
             says = said_in(row).get("turns", ("", 0))[0]
             if says not in ("", turns):
-                cell = self.grid.cell(row, filled_at(row)[0])
-                caption = self.grid.lines[spot // source.MAX_COLUMNS - 1]
-                self.faults.add(
-                    "turns_contradict_header",
-                    cell,
-                    header=caption.strip(),
-                    turns=turns,
-                    other=cell.text,
-                    says=says,
-                )
+                cell = self.grid.first_cell(row)
+                caption = self.grid.lines[spot // MAX_COLUMNS - 1].strip()
+                self._warn_of_turns(cell, caption, turns, cell.text, says)
+
+    def _warn_of_turns(
+        self, cell: Text, header: str, turns: str, other: str, says: str
+    ) -> None:
+        self.faults.add(
+            "turns_contradict_header",
+            cell,
+            header=header,
+            turns=turns,
+            other=other,
+            says=says,
+        )
+
+    # --- The whole table ---
 
     def finish(self) -> Layout:
         """Return all runs as one table.
@@ -1362,202 +776,261 @@ class _Sheet:
         The function adds notes on everything that was left out, and on everything that
         was read from captions.
         """
-        below: Given = {}
-        if self.words:
-            lacking = _lacking([header for _, header in self.columns]).difference(
-                *(given for *_, given in self.runs)
-            )
-            cells_of = [
-                dict(zip(places, row.texts, strict=False))
-                for row, places, _ in self.runs
-            ]
-            for at, (_, header) in enumerate(self.columns):
-                if are_turns(header, [texts.get(at, "") for texts in cells_of]):
-                    lacking.discard(
-                        "turns"
-                    )  # a column with an unknown name counts them
-            above = {given["turns"] for *_, given in self.runs if "turns" in given}
-            if len(above) == 1 and "turns" not in self.decided:
-                [(turns, spot)] = above
-                self._compare_with_captions(turns, spot)
-            below = self._read_captions(lacking, "above")
-        self.runs = [(row, places, below | given) for row, places, given in self.runs]
-        for role, (_, spot) in {
-            role: one for *_, given in self.runs for role, one in given.items()
-        }.items():
-            if not any(header.roles == (role,) for _, header in self.columns):
-                place = source.find_place(self.grid.lines, self.grid.delimiter, spot)
-                self.columns.append(
-                    (Text(role, place), Header(role, (role,), None, ""))
-                )
+        self._read_captions_below()
+        self._add_given_columns()
+        rows = [self._joined(run) for run in self.runs]
+        parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
         headers = [header for _, header in self.columns]
+        for part in parts:
+            if _ends_with_means(part, headers):
+                self._leave_out("summary", part.pop())
+        self._note_left_out()
+        self._note_captions()
+        if not self.runs:
+            raise self.faults.refuse("no_runs")
+        self._check_repeated(parts)
         cells = [
             cell if cell.text else replace(cell, text=f"column {n}")
             for n, (cell, _) in enumerate(self.columns, 1)
         ]
-        joined = []
-        for row, places, given in self.runs:
-            if not given and places == list(range(len(headers))):
-                joined.append(
-                    replace(
-                        row, texts=[*row.texts, *[""] * (len(headers) - len(row.texts))]
-                    )
-                )
-                continue
-            # Each cell comes to the place of its column, with what the caption gives.
-            texts = {
-                [header.roles for header in headers].index((role,)): one
-                for role, one in given.items()
-            }
-            typed = zip(
-                [*places, *range(len(headers), len(headers) + len(row.texts))],
-                row.texts,
-                strict=False,
-            )
-            texts |= {
-                place: (text, row.spot(at))
-                for at, (place, text) in enumerate(typed)
-                if text
-            }
-            filled = [
-                texts.get(at, ("", row.spot(0)))
-                for at in range(max([len(headers) - 1, *texts]) + 1)
-            ]
-            joined.append(
-                Row(
-                    row.line,
-                    [text for text, _ in filled],
-                    tuple(spot for _, spot in filled),
-                )
-            )
-        parts = [
-            joined[start:end] for start, end in pairwise([*self.tables, len(joined)])
+        self._note_parts(parts, cells[0])
+        rows = [row for part in parts for row in part]
+        self._check_split_header(rows)
+        return Layout(self.grid, cells, headers, rows)
+
+    def _read_captions_below(self) -> None:
+        """Read the rows of text below the last run."""
+        if not self.words:
+            return
+        lacking = self._lacking_roles()
+        above = {run.given["turns"] for run in self.runs if "turns" in run.given}
+        if len(above) == 1 and "turns" not in self.decided:
+            self._compare_with_captions(*min(above))
+        below = self._read_captions(lacking, "above")
+        if below:
+            self.runs = [replace(run, given=below | run.given) for run in self.runs]
+
+    def _lacking_roles(self) -> set[str]:
+        """Return the roles that neither columns nor captions give."""
+        lacking = lacking_roles([header for _, header in self.columns])
+        for run in self.runs:
+            lacking -= run.given.keys()
+        if any(map(self._are_turns, range(len(self.columns)))):
+            lacking.discard("turns")  # a column with an unknown name counts them
+        return lacking
+
+    def _are_turns(self, place: int) -> bool:
+        cells = [
+            run.row.texts[run.places.index(place)]
+            for run in self.runs
+            if place in run.places[: len(run.row.texts)]
         ]
-        for part in parts:
-            is_short = len(part) > 2 and len(filled_at(part[-1])) < min(
-                len(filled_at(row)) for row in part[:-1]
-            )
-            is_apart = len(part) > 2 and part[-1].line > part[-2].line + 1
-            of_all = is_short or (is_apart and _contains_means(part, headers, "spin"))
-            if of_all and _contains_means(part, headers, "time"):
-                self._leave_out("summary", part.pop())
-        told_in = {cell.place.line for cell, *_ in self.said}
-        for why, rows_left in self.left_out.items():
-            if left := [one for one in rows_left if one[0].line not in told_in]:
-                said, lines = (
-                    listing([row.texts[at] for row, at in left], 4),
-                    sorted({row.line for row, _ in left}),
-                )
-                self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=said)
-        for cell, where, told in self.said:
-            self.faults.add(
-                "caption", cell, line=[cell.place.line], where=where, said=told
-            )
-            self.faults.take_back("remark", [cell.place.line])
-        if not self.runs:
-            raise self.faults.refuse("no_runs")
+        return are_turns(self.columns[place][1], cells)
+
+    def _add_given_columns(self) -> None:
+        """Add a column for each role that captions give."""
+        given = {
+            role: spot for run in self.runs for role, (_, spot) in run.given.items()
+        }
+        there = {header.roles for _, header in self.columns}
+        for role, spot in given.items():
+            if (role,) not in there:
+                place = find_place(self.grid.lines, self.grid.delimiter, spot)
+                header = Header(role, (role,), None, "")
+                self.columns.append((Text(role, place), header))
+
+    def _joined(self, run: _Run) -> Row:
+        """Return a run with each cell at the place of its column, and what captions give."""
+        row, width = run.row, len(self.columns)
+        if not run.given and run.places == list(range(width)):
+            blank = [""] * (width - len(row.texts))
+            return replace(row, texts=[*row.texts, *blank])
+        names = [header.roles for _, header in self.columns]
+        cells = {names.index((role,)): item for role, item in run.given.items()}
+        beyond = range(width, width + len(row.texts))
+        for at, place in zip(
+            range(len(row.texts)), [*run.places, *beyond], strict=False
+        ):
+            if row.texts[at]:
+                cells[place] = row.texts[at], row.spot(at)
+        last = max([width - 1, *cells])
+        filled = [cells.get(at, ("", row.spot(0))) for at in range(last + 1)]
+        spots = tuple(spot for _, spot in filled)
+        return Row(row.line, [text for text, _ in filled], spots)
+
+    def _note_left_out(self) -> None:
+        captioned = {cell.place.line for cell, *_ in self.captions}
+        for why, rows in self.left_out.items():
+            left = [(row, at) for row, at in rows if row.line not in captioned]
+            if left:
+                texts = listing([row.texts[at] for row, at in left], 4)
+                lines = sorted({row.line for row, _ in left})
+                self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=texts)
+
+    def _note_captions(self) -> None:
+        for cell, where, said in self.captions:
+            line = [cell.place.line]
+            self.faults.add("caption", cell, line=line, where=where, said=said)
+            self.faults.take_back("remark", line)
+
+    def _check_repeated(self, parts: list[list[Row]]) -> None:
+        """Refuse a table that contains two rows of another one."""
+        width = len(self.runs[0].places)
         seen: set[tuple[str, ...]] = set()
         for part in parts:
-            rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
-            if sum(one in seen for one in rows) > 1:
-                cell = self.grid.cell(part[0], filled_at(part[0])[0])
-                raise self.faults.refuse("repeated_table", cell, line=[part[0].line])
+            rows = [tuple(row.texts[:width]) for row in part]
+            if sum(row in seen for row in rows) > 1:
+                cell, line = self.grid.first_cell(part[0]), [part[0].line]
+                raise self.faults.refuse("repeated_table", cell, line=line)
             seen.update(rows)
+
+    def _note_parts(self, parts: list[list[Row]], cell: Text) -> None:
+        lines = [sorted({row.line for row in part}) for part in parts]
         if len(parts) > 1:
-            spans = ", ".join(
-                self.faults.span(sorted({row.line for row in part})) for part in parts
-            )
-            self.faults.add("tables_joined", cells[0], count=len(parts), lines=spans)
-        table = Layout(
-            self.grid, cells, headers, [row for part in parts for row in part]
-        )
-        for at, ((cell, header), (behind, other)) in enumerate(
-            pairwise(self.columns), 1
-        ):
-            # A header may be split at its own comma: "period [s], 5 turns".
-            if (
-                not cell.text
-                or (header.unit and other.unit)
-                or any(row.texts[at] for row in table.rows)
-            ):
-                continue
-            if turns := turns_in(behind.text):
+            spans = ", ".join(map(self.faults.span, lines))
+            self.faults.add("tables_joined", cell, count=len(parts), lines=spans)
+
+    def _check_split_header(self, rows: list[Row]) -> None:
+        """Refuse a header that is split at its own comma: "period [s], 5 turns"."""
+        for at, ((cell, left), (behind, right)) in enumerate(pairwise(self.columns), 1):
+            turns = turns_in(behind.text)
+            may_be_split = cell.text and turns and not (left.unit and right.unit)
+            if may_be_split and not any(row.texts[at] for row in rows):
+                header = cell.text
                 raise self.faults.refuse(
-                    "header_split", behind, header=cell.text, turns=turns
+                    "header_split", behind, header=header, turns=turns
                 )
-        return table
 
 
-def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
+# --- What a row is ---
+
+
+def _states_timing(header: Header) -> bool:
+    return not set(roles.TIMINGS).isdisjoint(header.roles) or bool(
+        turns_in(header.text)
+    )
+
+
+def _is_timing(header: Header) -> bool:
+    is_time = "time" in kinds_of(header.unit or "")
+    return is_time or not set(roles.TIMINGS).isdisjoint(header.roles)
+
+
+def _begins_with_note(row: Row, headers: list[Header]) -> bool:
+    first = filled_at(row)[0]
+    return first < len(headers) and "note" in headers[first].roles
+
+
+def _is_summary(row: Row, headers: list[Header]) -> bool:
+    """Return whether a row begins with a word for means, deviations or sums."""
+    text = row.texts[filled_at(row)[0]]
+    start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
+    words = {squeeze(word).lower() for word in start}
+    is_note = _begins_with_note(row, headers)
+    return not is_note and not SUMMARY_WORDS.isdisjoint(words)
+
+
+def _count_of_summaries(row: Row) -> int:
+    return sum(squeeze(text).lower() in SUMMARY_WORDS for text in row.texts)
+
+
+def _names_inertia(row: Row) -> bool:
+    """Return whether a cell names a moment of inertia, by its unit."""
+    texts = [text for text in row.texts if not is_number(text)]
+    return any("inertia" in kinds_of(parse_header(text).unit or text) for text in texts)
+
+
+def _is_text(row: Row, headers: list[Header]) -> bool:
+    """Return whether a row is a title or a note, but not a remark on a run.
+
+    Or quantities without a column.
+    """
+    filled = filled_at(row)
+    numbers = {at for at in filled if _is_quantity(row.texts[at])}
+    if numbers:
+        return _are_quantities(row, numbers, headers)
+    columns = [(at, headers[at]) for at in filled if at < len(headers)]
+    if any(_is_remark(at, header) for at, header in columns):
+        return False
+    return BLANKS.isdisjoint(row.texts[at] for at in filled)
+
+
+def _is_quantity(text: str) -> bool:
+    return is_number(text) and not _TWO_WORDS.search(text)
+
+
+def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:
+    """Return whether the numbers of a row are quantities without a column.
+
+    "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
+    """
+    said = said_in(row) if len(numbers) < 4 else {}
+    places = {at for _, at in said.values()}
+    if not said or not numbers <= places:
+        return False
+    return numbers < places or lacking_roles(headers).issuperset(said)
+
+
+def _is_remark(at: int, header: Header) -> bool:
+    """Return whether a text in a column may be a remark on a run."""
+    kinds = set(map(roles.kind_of_role, header.roles))
+    return "sign" in kinds or ("text" in kinds and at > 0)
+
+
+def _is_label(text: str) -> bool:
+    """Return whether a cell is no number, or has a unit that gyro does not know."""
+    if text in BLANKS:
+        return False
+    written = notation.take_apart(text)
+    return written is None or bool(written.unit and not kinds_of(written.unit))
+
+
+def _unit_fits(header: Header) -> bool:
+    """Return whether the unit of a header can measure one of its roles."""
+    if not header.unit or not header.roles:
+        return True
+    kinds = set(map(roles.kind_of_role, header.roles))
+    return not kinds.isdisjoint(kinds_of(header.unit))
+
+
+def _are_same(old: _Column, new: _Column) -> bool:
+    """Return whether columns of two tables contain one quantity."""
+    (old_cell, old_header), (cell, header) = old, new
+    if turns_in(old_cell.text) != turns_in(cell.text):
+        return False
+    if squeeze(old_cell.text) == squeeze(cell.text) != "":
+        return True
+    content = (header.roles, header.number)
+    return len(header.roles) == 1 and (old_header.roles, old_header.number) == content
+
+
+def _contradictions(given: Given, said: Given) -> set[str]:
+    """Return the roles of which two captions give different texts."""
+    return {
+        role
+        for role, (text, _) in said.items()
+        if role in given and given[role][0] != text
+    }
+
+
+def _ends_with_means(part: list[Row], headers: list[Header]) -> bool:
+    """Return whether the last row of a table contains the means of those above it."""
+    if len(part) < 3 or not _is_mean(part, headers, "time"):
+        return False
+    *above, last = part
+    if len(filled_at(last)) < min(len(filled_at(row)) for row in above):
+        return True
+    return last.line > above[-1].line + 1 and _is_mean(part, headers, "spin")
+
+
+def _is_mean(rows: list[Row], headers: list[Header], role: str) -> bool:
     """Return whether the last row contains the mean of each column of a role above it."""
     places = [at for at, header in enumerate(headers) if role in header.roles]
-    try:
-        columns = [[notation.to_float(row.texts[at]) for row in rows] for at in places]
-    except (ValueError, IndexError):
-        return False
-    off = [
-        abs(sum(above) - len(above) * last) / abs(sum(above) or 1)
-        for *above, last in columns
-    ]
-    return max(off, default=1.0) < 1e-3
-
-
-# --- Before the first run ---
-
-
-_COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
-"""What a spreadsheet or a data logger writes behind names that repeat."""
-
-
-def _cut(row: Row, places: Iterable[int]) -> Row:
-    cells = [at for at in places if at < len(row.texts)]
-    return Row(row.line, [row.texts[at] for at in cells], tuple(map(row.spot, cells)))
-
-
-def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]]]:
-    """Put tables that are side by side below each other.
-
-    The result contains the words above each table, its header and its rows.
-    """
-    head = rows[first]
-    filled = filled_at(head)
-    # A column on the left may number the rows of all tables.
-    for left in (0, 1):
-        names = "".join(
-            f"{squeeze(re.sub(_COPY, '', head.texts[at]))}\n" for at in filled[left:]
-        )
-        if match := re.match(r"((?:.+\n){2,}?)\1+", names):
-            break
-    names_of_one = match[1].split() if match else []
-    if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
-        return [(rows[:first], head, rows[first + 1 :])]
-    blocks: list[tuple[list[Row], Row, list[Row]]] = []
-    last = max(
-        (at for at, row in enumerate(rows) if any(map(is_number, row.texts))),
-        default=first,
-    )
-    rows, notes = rows[: last + 1], rows[last + 1 :]
-    starts = filled[left :: len(names_of_one)]
-    titles = [
-        row
-        for row in rows[:first]
-        if len(filled_at(row)) == 1 and filled_at(row)[0] <= starts[0]
-    ]
-    label_pattern = r"[^\d=]+" if starts[0] else r"[^\d=]+:"
-    for start, end in pairwise([*starts, len(head.texts)]):
-        words = [] if blocks else titles
-        cut = [_cut(row, range(start, end)) for row in rows]
-        for row, own in zip(rows[:first], cut, strict=False):
-            if row not in titles and any(own.texts):
-                # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
-                if start and re.fullmatch(label_pattern, row.texts[0]):
-                    own = _cut(row, [0, *range(start, end)])
-                words = [*words, own]
-        own_head = replace(
-            cut[first], texts=[re.sub(_COPY, "", text) for text in cut[first].texts]
-        )
-        blocks.append(
-            (words, own_head, [row for row in cut[first + 1 :] if any(row.texts)])
-        )
-    blocks[-1][2].extend(notes)
-    return blocks
+    for at in places:
+        try:
+            *above, last = (notation.to_float(row.texts[at]) for row in rows)
+        except (ValueError, IndexError):
+            return False
+        if abs(sum(above) - len(above) * last) >= 1e-3 * abs(sum(above) or 1):
+            return False
+    return bool(places)

@@ -10,6 +10,7 @@ from gyrodata.quantities.notation import fold_number
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import Chosen, pair_in
+from gyrodata.readings.grid import filled_at, is_number
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults
 from gyrodata.readings.origins import FROM
@@ -56,7 +57,7 @@ def meant_texts(
 
 def _without_words(texts: list[str]) -> list[str]:
     """Leave out words between numbers, such as "aborted"."""
-    if not any(map(layout.is_number, texts)):
+    if not any(map(is_number, texts)):
         return texts
     return [text if re.search("[0-9]", text) else "" for text in texts]
 
@@ -129,10 +130,10 @@ def _quantities_in_tables(
     """Yield the quantities in a table of two columns: "disc, mass / g" above "small, 19.7"."""
     unit = ""
     for row in table.grid.rows:
-        if len(layout.filled_at(row)) != 2:
+        if len(filled_at(row)) != 2:
             continue
         label, number = filter(None, row.texts)
-        if not layout.is_number(number):
+        if not is_number(number):
             unit = parse_header(number).unit or ""
         elif label == name and kind_of_role(column.role) in kinds_of(unit):
             yield f"{number} {unit}"

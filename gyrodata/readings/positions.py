@@ -10,12 +10,13 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.units import UnitError
-from gyrodata.readings import layout, roles, source
+from gyrodata.readings import roles
+from gyrodata.readings.captions import SENTENCE_END, said_in, texts_of
+from gyrodata.readings.grid import Grid, Row, filled_at, is_head
 from gyrodata.readings.lablog import Column, Faults, Text
 from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.source import Grid
 
 _ARM = r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
 """A length that may be an arm."""
@@ -100,7 +101,7 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
 
 def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:
     """Report each note with an arm with which no position agrees."""
-    for text in layout.texts_of(grid):
+    for text in texts_of(grid):
         arm = _arm_in(text)
         if not arm or _is_reported(text) or _is_header(text, grid):
             continue
@@ -113,7 +114,7 @@ def _arm_in(text: str) -> float:
     """Return the distance from the centre in a text [m]; 0 if it states none."""
     if not (re.search(_ARM, text) and from_centre(text)):
         return 0.0
-    said = layout.said_in(source.Row(1, [text])).get("position")
+    said = said_in(Row(1, [text])).get("position")
     return read_cell(said[0], "length", None).value if said else 0.0
 
 
@@ -124,13 +125,13 @@ def _is_reported(text: str) -> bool:
 
 def _is_header(text: str, grid: Grid) -> bool:
     same = [row for row in grid.rows if " ".join(row.texts) == text]
-    return any(map(layout.is_head, same))
+    return any(map(is_head, same))
 
 
 def _read_diameter(settings: Settings, grid: Grid, faults: Faults) -> None:
     """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
     for cell in _sentences(grid):
-        parts = re.split(layout.SENTENCE_END, cell.text)
+        parts = re.split(SENTENCE_END, cell.text)
         diameters = list(filter(None, map(diameter_in, parts)))
         try:
             quantity = read_cell(diameters[0], "length", None) if diameters else None
@@ -150,6 +151,6 @@ def _sentences(grid: Grid) -> Iterator[Text]:
     for row in grid.rows:
         text = " ".join(row.texts)
         if " " in text:
-            yield replace(grid.cell(row, layout.filled_at(row)[0]), text=text)
+            yield replace(grid.cell(row, filled_at(row)[0]), text=text)
     for key, cell in grid.metadata:
         yield replace(cell, text=f"{key.replace('_', ' ')}: {cell.text}")

@@ -12,11 +12,8 @@ from gyrodata.quantities import units
 from gyrodata.quantities.notation import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
-from gyrodata.readings.headers import (
-    counts_weights,
-    is_part_of_mass,
-    suggest_role,
-)
+from gyrodata.readings.grid import is_bare
+from gyrodata.readings.headers import counts_weights, is_part_of_mass, suggest_role
 from gyrodata.readings.lablog import header_of, listing
 from gyrodata.readings.remarks import SPHERE, WIDE
 from gyrodata.readings.roles import kind_of_role
@@ -116,7 +113,7 @@ def _may_be_turns(column: Chosen) -> bool:
     """Return whether a column has no unit of time, and no cell is too large for turns."""
     if "time" in column.kinds:
         return False
-    numbers = [to_float(text) for text in column.texts if layout.is_bare(text)]
+    numbers = [to_float(text) for text in column.texts if is_bare(text)]
     return max(numbers, default=0.0) <= MOST_TURNS
 
 
@@ -210,7 +207,7 @@ def _count_of_parts(lack: Lack) -> str:
 
 def _contains_numbers(column: Chosen) -> bool:
     texts = [text for text in column.texts if text]
-    return column.header.unit is None and all(map(layout.is_bare, texts))
+    return column.header.unit is None and all(map(is_bare, texts))
 
 
 def _from_ball(lack: Lack) -> str:

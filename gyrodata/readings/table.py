@@ -15,18 +15,16 @@ from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import counts, layout, roles, shapes
 from gyrodata.readings import source as sources
+from gyrodata.readings.captions import read_notes
 from gyrodata.readings.cells import CellReader, DecimalSigns, fraction_of_date
 from gyrodata.readings.choice import choose
 from gyrodata.readings.chosen import Choice, Chosen
-from gyrodata.readings.compared import (
-    CONSTANT,
-    ask_which,
-    compare_with_line,
-    leave_out,
-)
+from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
 from gyrodata.readings.completeness import check_completeness
+from gyrodata.readings.conversion import value_text
 from gyrodata.readings.derived import with_derived_columns
 from gyrodata.readings.filling import Filler, Loads
+from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -41,14 +39,10 @@ from gyrodata.readings.lablog import (
 from gyrodata.readings.meant import meant_texts
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
-from gyrodata.readings.settings import (
-    Given,
-    Settings,
-    read_options,
-    read_settings,
-)
+from gyrodata.readings.settings import Given, Settings, read_options, read_settings
 from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.uncertainties import Uncertainties
+from gyrodata.readings.workbook import MAX_COLUMNS
 
 LOADS = ("mass", "force", "torque")
 _LAP = 0.15
@@ -94,12 +88,12 @@ def read_log(
         An argument has a wrong type.
     """
     _check_types(name, settings, mapping, config)
-    texts = {key: sources.value_text(value) for key, value in settings.items()}
+    texts = {key: value_text(value) for key, value in settings.items()}
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
-    if grid.rows and not layout.is_usual(grid):
-        grid, falls = shapes.reshape(grid, faults)
+    grid, falls = shapes.reshape(grid, faults)
+    if falls:
         given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
@@ -133,15 +127,15 @@ def _check_types(
             )
 
 
-def _read_given(grid: sources.Grid, options: list[Given], faults: Faults) -> Settings:
+def _read_given(grid: Grid, options: list[Given], faults: Faults) -> Settings:
     """Read the values for the whole log, from its lines, its notes and the options."""
-    ask = sources.decimal_signs(grid) != {","}
+    ask = decimal_signs(grid) != {","}
     given = read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = layout.read_notes(grid, faults)
+    given.origin = read_notes(grid, faults)
     return given
 
 
-def _without_runs(grid: sources.Grid, given: Settings, faults: Faults) -> Readings:
+def _without_runs(grid: Grid, given: Settings, faults: Faults) -> Readings:
     stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
     return Readings(
         faults.name,
@@ -206,8 +200,8 @@ class TableReader:
         self.table, self.choice = table, choice
         self.settings, self.faults = settings, faults
         self.grid, self.rows = table.grid, table.rows
-        typed_signs = sources.decimal_signs(self.grid, by_delimiter=False)
-        expected = typed_signs or sources.decimal_signs(self.grid)
+        typed_signs = decimal_signs(self.grid, by_delimiter=False)
+        expected = typed_signs or decimal_signs(self.grid)
         self.signs = DecimalSigns(typed_signs, expected)
         self.replaced = self._leave_replaced_out()
         """Columns that an option replaces."""
@@ -451,7 +445,7 @@ class TableReader:
 
     def _is_of_floats(self, chosen: Chosen) -> bool:
         """Return whether a DataFrame has floats in a column."""
-        at = self.rows[0].spot(chosen.at) % sources.MAX_COLUMNS
+        at = self.rows[0].spot(chosen.at) % MAX_COLUMNS
         return at in self.grid.floats and units.SI[kind_of_role(chosen.role)] != ""
 
     def _report(self, cells: CellReader, texts: list[str], faults: Faults) -> None:
@@ -657,7 +651,7 @@ def _unit_of(column: Chosen) -> str | None:
     "" for numbers, and None if each cell has its own unit.
     """
     kind, unit = kind_of_role(column.role), column.header.unit
-    if unit == "%" and kind == "number" and all(map(layout.is_bare, column.texts)):
+    if unit == "%" and kind == "number" and all(map(is_bare, column.texts)):
         return ""  # percent of a turn
     if unit:
         return units.parse_unit(unit, kind).text
@@ -677,7 +671,7 @@ def _ask_for_unit(cells: CellReader, faults: Faults) -> None:
 
 
 def _is_number_alone(text: str) -> bool:
-    return layout.is_number(text) and not re.search(r"[^\W\d]", text)
+    return is_number(text) and not re.search(r"[^\W\d]", text)
 
 
 def _are_laps(times: tuple[float | None, ...]) -> bool:

@@ -10,8 +10,10 @@ from msgspec.structs import replace
 from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.notation import to_float
 from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import texts_of
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
+from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import (
     Header,
     are_turns,
@@ -105,7 +107,7 @@ def _counts_parts(column: Chosen) -> bool:
     if header.roles or header.unit not in (None, "%") or not part_counted(header):
         return False
     texts = [text for text in column.texts if text]
-    return bool(texts) and all(map(layout.is_bare, texts))
+    return bool(texts) and all(map(is_bare, texts))
 
 
 def way_counted(column: Chosen) -> tuple[str, ...]:
@@ -125,7 +127,7 @@ def way_counted(column: Chosen) -> tuple[str, ...]:
 def are_small_counts(column: Chosen) -> bool:
     """Return whether a column contains plain numbers that may be turns."""
     texts = [text for text in column.texts if text]
-    if not texts or not all(map(layout.is_bare, texts)):
+    if not texts or not all(map(is_bare, texts)):
         return False
     return max(map(to_float, texts)) <= MOST_TURNS
 
@@ -238,7 +240,7 @@ def _is_from_centre(column: Chosen, table: layout.Layout) -> bool:
     """Return whether a note such as "length is from the centre" explains a name."""
     name = column.header.name.strip()
     word = rf"(?i)\b{re.escape(name)}\b"
-    notes = filter(from_centre, layout.texts_of(table.grid))
+    notes = filter(from_centre, texts_of(table.grid))
     return any(re.search(word, note) for note in notes)
 
 

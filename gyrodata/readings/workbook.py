@@ -9,7 +9,7 @@ import io
 import re
 import zipfile
 from collections.abc import Callable, Iterable, Iterator
-from datetime import time, timedelta
+from datetime import datetime, time, timedelta
 from typing import Any
 from xml.etree import ElementTree
 
@@ -36,6 +36,18 @@ _MAX_STYLE_BYTES = 400 * 1000
 """Bytes that openpyxl reads in two or three seconds."""
 _TAGS_OF_A_CELL = 8
 _MAX_OTHER_TAGS = 100_000
+
+
+_SMALL_PARTS = frozenset(
+    (
+        "[Content_Types].xml",
+        "xl/styles.xml",
+        "xl/workbook.xml",
+        "docProps/core.xml",
+        "docProps/custom.xml",
+    )
+)
+"""Parts of an .xlsx workbook that are no sheets and no strings."""
 
 
 class TooLargeError(ValueError):
@@ -106,28 +118,31 @@ def write_formulas(sheet: Sheet) -> None:
         sheet.rows[row - 1] = cells
 
 
+def is_filled(sheet: Sheet) -> bool:
+    """Return whether a sheet contains a cell that is not blank."""
+    return any(cell not in (None, "") for row in sheet.rows for cell in row)
+
+
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    filled_columns = {
-        at
-        for row in sheet.rows
-        for at, cell in enumerate(row, 1)
-        if cell not in (None, "")
-    }
-    rows = [
-        row
-        for row in sheet.hidden_rows
-        if row <= len(sheet.rows) and sheet.rows[row - 1]
-    ]
-    columns = [column for column in sheet.hidden_columns if column in filled_columns]
+    rows = [row for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    filled = _filled_columns(sheet)
+    columns = [column for column in sheet.hidden_columns if column in filled]
     for word, numbers, name in (("row", rows, str), ("column", columns, _letters)):
         if numbers:
-            yield (
-                f"{_count_of(word, len(numbers))} {_spans(numbers, name)} of the sheet "
-                f"{quoted(sheet.title)}"
-            )
+            what = f"{_count_of(word, len(numbers))} {_spans(numbers, name)}"
+            yield f"{what} of the sheet {quoted(sheet.title)}"
+
+
+def _filled_columns(sheet: Sheet) -> set[int]:
+    return {
+        column
+        for row in sheet.rows
+        for column, cell in enumerate(row, 1)
+        if cell not in (None, "")
+    }
 
 
 def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
@@ -242,16 +257,7 @@ def _excel_sheets(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     from openpyxl.reader.excel import ExcelReader
     from openpyxl.xml.constants import SHARED_STRINGS
 
-    for part in (
-        "[Content_Types].xml",
-        "xl/styles.xml",
-        "docProps/core.xml",
-        "docProps/custom.xml",
-    ):
-        _check_part(archive, part, _MAX_STYLE_BYTES)
-    for part in archive.namelist():
-        if part.endswith(".rels") or part == "xl/workbook.xml":
-            _check_part(archive, part, _MAX_STYLE_BYTES)
+    _check_parts(archive)
     reader = ExcelReader(
         io.BytesIO(data), read_only=True, data_only=True, keep_links=False
     )
@@ -277,6 +283,13 @@ def _excel_sheets(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
             _scan(texts[sheet.title], sheet, content)
     _add_values(sheets, content)
     return sheets
+
+
+def _check_parts(archive: zipfile.ZipFile) -> None:
+    """Raise TooLargeError if openpyxl would need long for a part that is no sheet."""
+    for part in archive.namelist():
+        if part in _SMALL_PARTS or part.endswith(".rels"):
+            _check_part(archive, part, _MAX_STYLE_BYTES)
 
 
 def _asks_to_calculate(text: bytes) -> bool:
@@ -316,20 +329,30 @@ def _excel_sheet(sheet: Any) -> Sheet:
     """Return a sheet of openpyxl, with cells as they were typed."""
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     rows = list(sheet.iter_rows(max_row=_ROWS, max_col=_COLUMNS))
-    times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
-    # Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
-    in_minutes = bool(times) and all(
-        one.hour < 4 and not one.second and not one.microsecond for one in times
-    )
+    values = [cell.value for row in rows for cell in row]
+    times = [value for value in values if isinstance(value, time)]
+    in_minutes = bool(times) and all(map(_is_in_minutes, times))
     typed = [_typed(row, in_minutes) for row in rows]
     is_hidden = sheet.sheet_state != "visible"
-    blanked = {
+    return Sheet(sheet.title, typed, is_hidden=is_hidden, blanked=_blanked(rows))
+
+
+def _is_in_minutes(typed: time) -> bool:
+    """Return whether a time may be minutes and seconds.
+
+    Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
+    """
+    return typed.hour < 4 and not typed.second and not typed.microsecond
+
+
+def _blanked(rows: list[Any]) -> set[tuple[int, int]]:
+    """Return the row and the column of each filled cell that shows nothing."""
+    return {
         (row, column)
         for row, cells in enumerate(rows, 1)
         for column, cell in enumerate(cells, 1)
         if cell.value is not None and _shows_nothing(cell)
     }
-    return Sheet(sheet.title, typed, is_hidden=is_hidden, blanked=blanked)
 
 
 _SMALLEST = 4
@@ -355,41 +378,47 @@ def _shows_nothing(cell: Any) -> bool:
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
     """Return the cells of a row as they were typed; a row that is struck out begins with #."""
-    filled = [cell for cell in row if cell.value is not None]
-    if not filled:
-        return []
-    values: list[Any] = ["#"] if all(cell.font.strike for cell in filled) else []
-    for cell in row:
-        value = cell.value
-        if type(value) in (int, float) and (
-            shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")
-        ):
-            text = (
-                f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
-            )
-            value = (
-                text if float(text) == value else value
-            )  # digits that the sheet does not show were typed too
-        elif isinstance(value, time) and value.hour and not in_minutes:
-            # "3:36" typed: three hours, or three minutes?
-            value = f"{value:%H:%M:%S} (a time of the day)"
-        elif isinstance(value, time | timedelta):
-            # Excel stores 03:36.26 as a time of the day.
-            if isinstance(value, time):
-                value = timedelta(
-                    0, value.second, value.microsecond, 0, value.minute, value.hour
-                )
-            minutes, seconds = divmod(value.total_seconds(), 60)
-            hours, rest = divmod(int(minutes), 60)
-            value = (
-                f"{hours}:{rest:02d}"
-                if in_minutes
-                else f"{int(minutes):02d}:{seconds:05.2f}"
-            )
-        values.append(value)
-    while values[-1] is None:
-        values.pop()
-    return values
+    cells = list(row)
+    while cells and cells[-1].value is None:
+        cells.pop()
+    filled = [cell for cell in cells if cell.value is not None]
+    values = [_value_as_typed(cell, in_minutes) for cell in cells]
+    is_struck_out = bool(filled) and all(cell.font.strike for cell in filled)
+    return ["#", *values] if is_struck_out else values
+
+
+def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
+    value = cell.value
+    if type(value) in (int, float):
+        return _number_as_typed(value, cell.number_format or "")
+    if isinstance(value, time) and value.hour and not in_minutes:
+        # "3:36" typed: three hours, or three minutes?
+        return f"{value:%H:%M:%S} (a time of the day)"
+    if isinstance(value, time):
+        # Excel stores 03:36.26 as a time of the day.
+        day = datetime.combine(datetime.min, value)
+        return _duration_as_typed(day - datetime.min, in_minutes)
+    if isinstance(value, timedelta):
+        return _duration_as_typed(value, in_minutes)
+    return value
+
+
+def _number_as_typed(value: float, number_format: str) -> float | str:
+    """Return a number with the digits that its format shows: 15.0 is stored as 15.
+
+    Digits that the sheet does not show were typed too.
+    """
+    shown = re.fullmatch(r"0\.(0+)", number_format)
+    text = f"{value:.{len(shown[1])}f}" if shown else ""
+    return text if shown and float(text) == value else value
+
+
+def _duration_as_typed(duration: timedelta, in_minutes: bool) -> str:
+    minutes, seconds = divmod(duration.total_seconds(), 60)
+    if in_minutes:
+        hours, minutes = divmod(int(minutes), 60)
+        return f"{hours}:{minutes:02d}"
+    return f"{int(minutes):02d}:{seconds:05.2f}"
 
 
 def _scan(text: bytes, sheet: Sheet, content: Content) -> None:
@@ -442,20 +471,16 @@ def _add_cell(
         value = value or ""  # the text of a formula can be blank
     if value is not None or "is" in parts:
         content.numbers[cell] = _as_number(value) if kind == "n" else None
-    if "f" in parts:
-        value = "FALSE" if kind == "b" and value == "0" else value
-        formula = Formula(
-            cell, _text_of(parts["f"], element.get("r", ""), masters), value
-        )
-        area = (
-            parts["f"].get("ref")
-            if parts["f"].get("t") in ("array", "dataTable")
-            else None
-        )
-        if area:
-            content.arrays.append((formula, *_size_of(area)))
-        else:
-            content.formulas.append(formula)
+    if "f" not in parts:
+        return
+    value = "FALSE" if kind == "b" and value == "0" else value
+    text = _text_of(parts["f"], element.get("r", ""), masters)
+    formula = Formula(cell, text, value)
+    area = parts["f"].get("ref")
+    if area and parts["f"].get("t") in ("array", "dataTable"):
+        content.arrays.append((formula, *_size_of(area)))
+    else:
+        content.formulas.append(formula)
 
 
 def _text_of(

@@ -351,8 +351,8 @@ def test_words_may_follow_the_unit_of_a_header(name: str) -> None:
 )
 def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> None:
     cells = {(m, s): f"{t:.2f}" for m, s, t in RUNS}
-    rows = "".join(f"{s} rpm;{';'.join(cells[m, s] for m in MASSES)}\n" for s in SPINS)
-    head = ";".join(["", *(f"{m} g" for m in MASSES)])
+    rows = "".join(f"{s};{';'.join(cells[m, s] for m in MASSES)}\n" for s in SPINS)
+    head = ";".join(["spin (rpm)", *(f"{m} g" for m in MASSES)])
     assert gives_truth(f"{title}\nx = 14.8 cm\n{head}\n{rows}")
 
 

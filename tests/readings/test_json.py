@@ -81,7 +81,7 @@ def test_json_gives_the_same_answer_as_csv(text: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "orient", ["list", "dict", "records", "index of pandas", "table"]
+    "orient", ["list", "dict", "records", "index of pandas", "table", "split"]
 )
 def test_json_of_pandas_is_read(orient: str) -> None:
     text = {
@@ -90,6 +90,7 @@ def test_json_of_pandas_is_read(orient: str) -> None:
         "records": lambda: frame().to_json(orient="records"),
         "index of pandas": lambda: frame().to_json(),
         "table": lambda: frame().to_json(orient="table", index=False),
+        "split": lambda: frame().to_json(orient="split"),
     }[orient]()
     assert analyze_briefly(text.encode()).inertia.value == pytest.approx(
         analyze_briefly(as_csv()).inertia.value, rel=1e-3

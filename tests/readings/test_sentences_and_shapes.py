@@ -103,16 +103,6 @@ READ = {
     + "".join(f",time (s) with {m} g" for m in MASSES)
     + "\n"
     + crossed(),
-    "numbers below the mass": (
-        "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n"
-    )
-    + crossed(),
-    "names in the corner": (
-        "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n"
-    )
-    + crossed(),
-    "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n"
-    + crossed("{s} rpm"),
     "units in a sentence": (
         "masses in g, positions in cm, spins in rpm, times in s\n"
         "mass;position;spin;time;turns\n"
@@ -151,9 +141,6 @@ READ = {
     "surface and centre in the header": "Ball diameter 101.6 mm\n"
     + HEAD.replace("r (cm)", "from the surface, centre of the weight [cm]")
     + runs(SURFACE),
-    "the mass of a washer": "one washer = 8.3 g\n"
-    + HEAD.replace("mass (g)", "washers")
-    + "".join(runs(f"{n}" + ROW[3:], 1, [f"{8.3 * n:.1f}"]) for n in (2, 4, 6)),
     "the same weight moved": "\n".join(
         f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n"
         + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
@@ -345,7 +332,7 @@ READ = {
     "slashes between the cells": "weight at 14.8 cm\nmass / rpm / turns / time\n"
     + runs("{m} g / {s} rpm / 1 / {t} s\n"),
     "a weight on the rod": (
-        "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm)\\mass,20.1 g,40.3 "
+        "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm),20.1 g,40.3 "
         "g,60.2 g\n"
     )
     + crossed(),
@@ -366,11 +353,6 @@ READ = {
     + "".join(
         f"run {n}" + "".join(f";{s};{t(m, s)}" for m in MASSES) + "\n"
         for n, s in enumerate(SPINS, 1)
-    ),
-    "three turned tables": "position of the weight: 14.8 cm\n"
-    + "".join(
-        f"\nmass = {m} g, 1 turn\nrpm,206,407,598\ntime (s),{','.join(t(m, s) for s in SPINS)}\n"
-        for m in MASSES
     ),
     "lists of a program": "import numpy as np\nx = 14.8  # cm\n"
     + program("np.array([{}])")
@@ -696,6 +678,42 @@ ASKED = [
         "says 1/3",
     ),
     ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
+    (
+        "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n"
+        + crossed(),
+        "G201",
+        "one row for each run",
+    ),
+    (
+        "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n" + crossed("{s} rpm"),
+        "G201",
+        "one row for each run",
+    ),
+    (
+        "position of the weight: 14.8 cm\n"
+        + "".join(
+            f"\nmass = {m} g, 1 turn\nrpm,206,407,598\n"
+            f"time (s),{','.join(t(m, s) for s in SPINS)}\n"
+            for m in MASSES
+        ),
+        "G201",
+        "one row for each run",
+    ),
+    (
+        "one washer = 8.3 g\n"
+        + HEAD.replace("mass (g)", "washers")
+        + "".join(runs(f"{n}" + ROW[3:], 1, [f"{8.3 * n:.1f}"]) for n in (2, 4, 6)),
+        "G301",
+        "write their mass instead",
+    ),
+    *(
+        (
+            f"{line}\nweight 14.8 cm from the centre\n{PLAIN[0]}" + runs(PLAIN[1]),
+            "G301",
+            "turns is missing",
+        )
+        for line in ("one screw = 1/3 turn", "# 3 screws = 1 full turn")
+    ),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
     (
         "All times are for half a turn\n"

@@ -267,15 +267,19 @@ def test_a_note_that_changes_nothing_is_no_doubt(top: str) -> None:
         ("masa de una tuerca: 8,35 g", "tuercas"),
     ],
 )
-def test_a_number_of_nuts_is_a_mass(top: str, column: str) -> None:
+def test_a_number_of_nuts_is_asked_about(top: str, column: str) -> None:
+    """The counts times the mass of one, as the hint says, give the answer."""
     lines = [top, f"{column};position (cm);spin (rpm);turns;time (s)"]
     for count, spin in ((n, s) for n in (3, 5, 7) for s in (248, 401, 552)):
         torque = count * 8.35e-3 * G * 0.148
         time = 2 * np.pi * INERTIA * spin * RPM / torque
         lines.append(f"{count};14.8;{spin};1;{time:.2f}")
-    assert gyrodata.analyze("\n".join(lines).encode()).inertia.value == pytest.approx(
-        INERTIA, rel=0.02
-    )
+    with pytest.raises(gyrodata.LogError, match="counts weights"):
+        gyrodata.analyze("\n".join(lines).encode())
+    rows = [line.replace(";", " x 8.35;", 1) for line in lines[2:]]
+    corrected = [lines[1].replace(column, "mass [g]"), *rows]
+    inertia = gyrodata.analyze("\n".join(corrected).encode()).inertia
+    assert inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
 @pytest.mark.parametrize(

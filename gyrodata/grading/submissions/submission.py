@@ -42,9 +42,10 @@ from gyrodata.grading.submissions.documents import (
     unseen_in,
 )
 from gyrodata.measurements import measure
-from gyrodata.readings.layout import said_in
+from gyrodata.readings.captions import said_in
+from gyrodata.readings.conversion import workbook_text
+from gyrodata.readings.grid import Row
 from gyrodata.readings.remarks import noted_origin
-from gyrodata.readings.source import Row, workbook_text
 
 _MOST_REPORT = 30_000_000  # bytes
 # largest relative distance of a reported I_zz from that of the log, if turns that are

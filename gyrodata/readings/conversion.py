@@ -1,0 +1,199 @@
+"""Write web pages, DataFrames and workbooks as text with a tab between the cells."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from gyrodata.readings import workbook
+from gyrodata.readings.lablog import Faults, Place, listing
+from gyrodata.readings.workbook import MAX_ROWS
+
+# --- Web pages ---
+
+_NOT_SHOWN = r"(?is)<(script|style|head)\b.*?(?:</\1>|\Z)|<!--.*?(?:-->|\Z)|\s+"
+_MERGED = re.compile(r"(?i)<tr[^<>]*>\s*<t[dh]\b[^<>]*rowspan=\W?([0-9]{1,3})")
+"""A cell at the left that goes over several rows."""
+_BEGINS_LINE = r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^<>]*>"
+
+
+def text_of_page(page: str) -> str:
+    """Return the text that a web page shows, with tabs between the cells of a table."""
+    rows = re.split(r"(?i)(?=<tr\b)", re.sub(_NOT_SHOWN, " ", page))
+    _part_merged_cells(rows)
+    text = re.sub(_BEGINS_LINE, "\n", "".join(rows))
+    text = re.sub(r"(?i)<t[dh]\b[^<>]*>", "\t", text)
+    text = html.unescape(re.sub(r"<[^<>]*>", "", text))
+    lines = [line.strip(" ") for line in text.split("\n") if line.strip()]
+    return "".join(line.removeprefix("\t") + "\n" for line in lines)
+
+
+def _part_merged_cells(rows: list[str]) -> None:
+    """Add a blank cell to each row below a merged cell at the left."""
+    left = MAX_ROWS
+    for at, row in enumerate(rows):
+        for span in _MERGED.findall(row):
+            end = min(at + int(span), len(rows), at + 1 + left)
+            left -= max(end - at - 1, 0)
+            for below in range(at + 1, end):
+                rows[below] = re.sub(r"(?i)(<tr\b[^<>]*>)", r"\1<td></td>", rows[below])
+
+
+# --- DataFrames ---
+
+
+def frame_text(frame: Any) -> tuple[str, frozenset[int]]:
+    """Write a DataFrame as tab-separated text; return the numbers of its columns of floats too."""
+    lines = [
+        f"# {key}: {value_text(value)}".replace("\n", " ")
+        for key, value in frame.attrs.items()
+        if not isinstance(value, Mapping | list | tuple)
+    ]
+    if any(name is not None for name in frame.index.names):
+        frame = frame.reset_index(allow_duplicates=True)  # as `to_csv` writes them too
+    units = frame.attrs.get("units", {})
+    headers = [_header_of(column, units) for column in frame.columns]
+    floats = [at for at in range(len(headers)) if _has_floats(frame.iloc[:, at])]
+    rows = [headers, *frame.itertuples(index=False, name=None)]
+    return "\n".join([*lines, *table_lines(rows)]) + "\n", frozenset(floats)
+
+
+def _header_of(column: Any, units: Any) -> Any:
+    """Return the name of a column with its unit, of which pandas can have both."""
+    name: Any = column
+    unit: Any = ""
+    if isinstance(column, tuple) and len(column) == 2:
+        name, unit = column
+    if not unit and isinstance(units, Mapping):
+        unit = units.get(name)
+    return f"{name} [{unit}]" if unit else name
+
+
+def _has_floats(column: Iterable[Any]) -> bool:
+    """Return whether a column contains a float; a blank cell is NaN, which is not itself."""
+    numbers = [getattr(value, "magnitude", value) for value in column]  # of pint
+    return any(isinstance(number, float) and number == number for number in numbers)
+
+
+def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
+    """Write rows of Python values as tab-separated lines."""
+    for row in rows:
+        yield "\t".join(map(_quoted_text, row)).rstrip("\t")
+
+
+def _quoted_text(value: Any) -> str:
+    text = re.sub(r"[\t\r\n]", " ", value_text(value))
+    return '"' + text.replace('"', '""') + '"' if text[:1] == '"' else text
+
+
+def value_text(value: Any) -> str:
+    """Return a cell of a spreadsheet or DataFrame, or a setting, as a student would type it."""
+    if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
+        number = value.magnitude
+        text = number if isinstance(number, float) else value_text(number)
+        return f"{text} {value.units:~}".rstrip()
+    if hasattr(value, "nominal_value") and hasattr(
+        value, "std_dev"
+    ):  # of uncertainties
+        return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
+    if _is_missing(value):
+        return ""
+    kind = type(value).__name__
+    if kind == "Timedelta":  # of pandas
+        return f"{value.total_seconds()!r} s"
+    whole = kind.startswith("float") and float(value).is_integer() and abs(value) < 1e15
+    return str(int(value)) if whole else str(value)
+
+
+def _is_missing(value: Any) -> bool:
+    """Return whether a value is None, or NaN, which is not itself, or missing in pandas."""
+    return (
+        value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
+    )
+
+
+# --- Workbooks ---
+
+
+def faults_of_workbook(data: bytes, shown: str) -> Faults:
+    """Read a workbook as text, with its faults so far.
+
+    Raise InputError if a formula has no value.
+    """
+    sheets = _sheets_of(data, Faults(shown))
+    faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
+    hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
+    if hidden:
+        faults.add("hidden_cells", where="; ".join(hidden))
+    lacking = [(sheet, *cell) for sheet in sheets for cell in sheet.without_value]
+    if lacking:
+        raise _refuse_formulas(lacking, sheets, faults)
+    return faults
+
+
+def _refuse_formulas(
+    lacking: list[tuple[workbook.Sheet, int, int]],
+    sheets: list[workbook.Sheet],
+    faults: Faults,
+) -> Exception:
+    """Return the error about formulas without a value."""
+    sheet, row, column = lacking[0]
+    above, _ = faults.sheets[sheets.index(sheet)]
+    before = faults.lines[above + row - 1].split("\t")[: column - 1]
+    start = sum(len(cell) + 1 for cell in before)
+    more = ""
+    if sheet.without_value[row, column].value:
+        more = ": the stored 0 is not its result"
+    if others := [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]:
+        more += f" (also {listing(others)})"
+    place = Place(above + row, start + 1)
+    return faults.refuse("formula_without_value", place, more=more)
+
+
+def workbook_text(
+    data: bytes, faults: Faults
+) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write the filled sheets of a workbook as tab-separated text.
+
+    Return the line above each and its name too.
+    """
+    return _text_of_sheets(_sheets_of(data, faults), faults)
+
+
+def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
+    """Return the rows of each sheet of a workbook, with cells as they were typed.
+
+    ValueError if it cannot be read.
+    """
+    return {sheet.title: sheet.rows for sheet in workbook.read_sheets(data)}
+
+
+def _sheets_of(data: bytes, faults: Faults) -> list[workbook.Sheet]:
+    """Return the filled sheets of a workbook, with the formula in each cell that has no value."""
+    try:
+        sheets = workbook.read_sheets(data)
+    except workbook.TooLargeError as error:
+        raise faults.refuse("workbook_too_large", why=str(error)) from None
+    except ValueError as error:
+        raise faults.refuse("workbook", why=str(error)) from None
+    for sheet in sheets:
+        workbook.write_formulas(sheet)
+    return [sheet for sheet in sheets if workbook.is_filled(sheet)]
+
+
+def _text_of_sheets(
+    sheets: list[workbook.Sheet], faults: Faults
+) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write sheets as tab-separated text; return the line above each and its name too."""
+    if not sheets:
+        raise faults.refuse("workbook_empty")
+    lines: list[str] = []
+    places = []
+    for sheet in sheets:
+        if len(sheets) > 1:
+            lines.append(f"sheet {sheet.title}")  # a title of what is on the sheet
+        places.append((len(lines), workbook.quoted(sheet.title)))
+        lines += "\n".join(table_lines(sheet.rows)).rstrip("\n").split("\n")
+    return "\n".join(lines) + "\n", tuple(places)

@@ -1,0 +1,566 @@
+"""Split the text of a log into rows of cells, and say what each row is.
+
+Lines that begin with # are no rows: they are keys with values, or comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings import roles
+from gyrodata.readings.headers import parse_header
+from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
+from gyrodata.readings.names import reported_key
+from gyrodata.readings.origins import from_centre
+from gyrodata.readings.reported import read_reported
+from gyrodata.readings.settings import YES_OR_NO
+from gyrodata.readings.turns import turns_in
+from gyrodata.readings.words import MAX_HEADER
+from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
+
+MAX_CELL = 10_000
+MAX_NOTE = 2_000
+"""Characters of a line that begins with #."""
+MAX_NOTES = 10_000
+"""Lines that begin with #."""
+MAX_TEXT_ROWS = 5_000
+"""Rows without a digit; a long log has one header, and a few captions."""
+MAX_PROSE = 300_000
+"""Characters in lines that begin with #, in rows without a digit and in cells that are
+longer than any header."""
+HEADERS_LOOKED_AT = 60
+"""Rows in which a header is looked for."""
+
+
+class Row(Struct, frozen=True):
+    """One row of a table."""
+
+    line: int
+    """Line of the file in which it begins."""
+    texts: list[str]
+    """Its cells, without quotes and without blanks around them; blank ones at the end
+    are cut off."""
+    origin: tuple[int, ...] = ()
+    """Number of each cell in the file, if the cells are not those of this line."""
+
+    def spot(self, at: int) -> int:
+        """Return the number of a cell in the file."""
+        if at < len(self.origin):
+            return self.origin[at]
+        return self.line * MAX_COLUMNS + at
+
+    def filled(self) -> list[str]:
+        """Return the cells that are not blank."""
+        return [text for text in self.texts if text]
+
+    def cells(self, places: Sequence[int]) -> Row:
+        """Return a row with some of the cells; those beyond its end are blank."""
+        texts = ["".join(self.texts[at : at + 1]) for at in places]
+        return Row(self.line, texts, tuple(map(self.spot, places)))
+
+
+class Grid(Struct, frozen=True):
+    """The rows of a table, and the ``# key: value`` lines around it."""
+
+    lines: list[str]
+    """Lines of the file."""
+    delimiter: str
+    rows: list[Row]
+    """Rows that are neither comments nor blank."""
+    metadata: list[tuple[str, Text]]
+    """Keys with their values, in the order of the file."""
+    comments: list[Text]
+    """``#`` lines without a ``key: value``."""
+    floats: frozenset[int] = frozenset()
+    """Columns of floats of a DataFrame: floats do not contain the digits that were
+    read."""
+    sha256: str = ""
+    """Hash of the bytes that were read."""
+    dittos: set[int] = field(default_factory=set)
+    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say
+    that the value above is valid."""
+
+    def cell(self, row: Row, at: int) -> Text:
+        """Return one cell with its place, which only a fault needs."""
+        return Text(row.texts[at], self.place_of(row.spot(at)))
+
+    def place_of(self, spot: int) -> Place:
+        """Return the place of a cell, by its number."""
+        return find_place(self.lines, self.delimiter, spot)
+
+    def first_cell(self, row: Row) -> Text:
+        """Return the first cell of a row that is not blank."""
+        return self.cell(row, filled_at(row)[0])
+
+    def titles(self) -> list[Row]:
+        """Return the rows without numbers, but not those above numbers, which are headers."""
+        rows = [*self.rows, Row(0, [""])]
+        pairs = itertools.pairwise(rows)
+        return [
+            row
+            for row, below in pairs
+            if not has_numbers(row) and not has_numbers(below)
+        ]
+
+    def notes(self) -> list[Text]:
+        """Return the ``#`` lines that give no value, each with its key, if it has one."""
+        keyed = [
+            replace(text, text=f"{key}: {text.text}")
+            for key, text in self.metadata
+            if not roles.is_key(key)
+        ]
+        return [*self.comments, *keyed]
+
+
+# --- What a row is ---
+
+
+def is_number(text: str) -> bool:
+    """Return whether a cell begins like a number."""
+    return text[:1].isdecimal() or (text[:1] in "+-−.,(" and text[1:2].isdecimal())
+
+
+def is_bare(text: str) -> bool:
+    """Return whether a cell is a number and nothing else."""
+    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
+
+
+def filled_at(row: Row) -> list[int]:
+    """Return the places of the cells of a row that are not blank."""
+    return [at for at, text in enumerate(row.texts) if text]
+
+
+def has_numbers(row: Row) -> bool:
+    """Return whether a cell of a row begins like a number."""
+    return any(map(is_number, row.texts))
+
+
+def count_of_numbers(texts: Sequence[str]) -> int:
+    """Return how many cells begin like numbers and name no quantity."""
+    return sum(is_number(text) and not parse_header(text).roles for text in texts)
+
+
+def is_head(row: Row) -> bool:
+    """Return whether a row is a header: it has two names, one of them that of a quantity."""
+    return _are_names(tuple(row.texts))
+
+
+_SIGNS = str.maketrans("", "", ".,/+-− ")
+"""The signs of a number."""
+
+
+@lru_cache(maxsize=4096)
+def _are_names(texts: tuple[str, ...]) -> bool:
+    filled = list(filter(None, texts))
+    if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
+        return False  # the rows of a long log
+    named = list(filter(None, (parse_header(text).roles for text in filled)))
+    if not any(map(roles.TEXTS.isdisjoint, named)):
+        return False
+    several = len(set(named)) > 1 or _are_repeats(len(named), texts)
+    if not several or count_of_numbers(texts) * 2 >= len(filled):
+        return False
+    # "rpm", "t/s", "turns" are names, although each is a unit as well.
+    return 2 < len(filled) == len(named) or not units_of_row(texts)
+
+
+def _has_digits_alone(text: str) -> bool:
+    return text.translate(_SIGNS).isdigit()
+
+
+def _are_repeats(count: int, texts: Sequence[str]) -> bool:
+    """Return whether several cells name one quantity.
+
+    "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
+    "distance from the centre" gives a value.
+    """
+    return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
+
+
+def units_of_row(texts: Sequence[str]) -> list[str]:
+    """Return the units of a row of units, in brackets or not; an empty list for another row."""
+    units = list(map(_without_brackets, texts))
+    known = [_is_unit(_first_word(unit)) for unit in units]
+    others = [at for at in range(len(texts)) if not known[at]]
+    if not any(known):
+        return []
+    if all(_is_beside_units(units[at], texts[at]) for at in others):
+        return units
+    # Calculated columns can have units that gyro does not know: "rad²/s²".
+    names_quantity = any(_is_name(texts[at]) for at in others)
+    return units if sum(known) > max(2, len(others)) and not names_quantity else []
+
+
+def _is_beside_units(unit: str, text: str) -> bool:
+    """Return whether a cell may be in a row of units: it is blank, 1 or in brackets."""
+    return unit in BLANKS or unit != text or text == "1"
+
+
+def _without_brackets(text: str) -> str:
+    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
+
+
+def _is_unit(text: str) -> bool:
+    return text == "%" or bool(kinds_of(text) and not notation.PLAIN.fullmatch(text))
+
+
+def _first_word(unit: str) -> str:
+    """Return the unit of "cm from centre" and of "s, one turn"; other texts as they are."""
+    first = unit.replace(",", " ").partition(" ")[0]
+    says_more = from_centre(unit) or turns_in(unit)
+    if first != unit and says_more and kinds_of(first) and not kinds_of(unit):
+        return first
+    return unit
+
+
+def _is_name(text: str) -> bool:
+    return is_number(text) or bool(set(parse_header(text).roles) - {"run"})
+
+
+# --- From lines to rows ---
+
+
+_COMMENT = (
+    r'[ "\t]*#(?!(?:N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)'
+    r"|\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,})"
+)
+"""The sign # of a comment: a spreadsheet program writes #DIV/0! into a cell, and "# of
+turns" is a header."""
+_KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
+_RULE = frozenset("|+:=-")
+"""Signs of a line of a Markdown table that only draws a line."""
+_MOST_LINES_OF_A_CELL = 100
+
+
+def make_grid(
+    faults: Faults,
+    delimiter: str = "",
+    floats: frozenset[int] = frozenset(),
+    sha256: str = "",
+) -> Grid:
+    """Split a log into cells; `delimiter` is given if gyro wrote the text itself."""
+    lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
+    grid = Grid(lines, delimiter, [], [], [], floats, sha256)
+    body = _take_notes(grid, faults)
+    if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
+        from gyrodata.readings import typesetting
+
+        body = typesetting.without_latex(lines, body)
+        grid = replace(grid, delimiter="&")
+    if len(body) - 1 > MAX_ROWS:  # without the header
+        raise faults.refuse("too_many_rows", count=len(body) - 1)
+    if body and not grid.delimiter:
+        grid = replace(grid, delimiter=_find_delimiter(lines, body))
+    for row in _split_lines(grid, body, faults):
+        if row.texts[0] == "#" or not _take_key(row, grid, faults):
+            grid.rows.append(row)
+    _check_prose(grid, faults)
+    return grid
+
+
+def _in_usual_signs(text: str) -> str:
+    """Write the digits of all scripts as 0 to 9, and other signs in their usual form."""
+    text = re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), text)
+    text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text.replace("٫", "."))
+    # The marks of a quoted mail, and % in front of a remark in LaTeX and MATLAB.
+    text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
+    if "%" not in text:
+        return text
+    return re.sub(r"(?m)^([^\S\n]*\"*[^\S\n]*)%(?=\s+[^\W\d_]{2})", r"\1#", text)
+
+
+def _take_notes(grid: Grid, faults: Faults) -> list[int]:
+    """Read the lines that begin with #; return the indices of the others."""
+    body = []
+    for index, line in enumerate(grid.lines):
+        if line[:100].lstrip(' "\t').startswith("#") and len(line) > MAX_NOTE:
+            raise faults.refuse("note_too_long", Place(index + 1, 1), most=MAX_NOTE)
+        if re.match(_COMMENT, line):
+            _take_note(grid, index, line)
+        elif not _RULE.issuperset("".join(line.split())):
+            body.append(index)
+    return body
+
+
+def _take_note(grid: Grid, index: int, line: str) -> None:
+    """Add a line that begins with # to the keys or to the comments."""
+    start = line.index("#") + 1
+    content = line[start:].rstrip(" \t,;")
+    # A spreadsheet may have put the line in quotes or added delimiters.
+    if line.lstrip().startswith('"'):
+        content = content.rstrip('"').replace('""', '"')
+    if match := _KEY.fullmatch(content):
+        key = "_".join(match[1].replace("-", " ").split())
+        place = Place(index + 1, start + match.start(2) + 1)
+        grid.metadata.append((key, Text(match[2].strip(), place)))
+    else:
+        grid.comments.append(Text(content.strip(), Place(index + 1, start)))
+
+
+def _find_delimiter(lines: list[str], body: list[int]) -> str:
+    """Return the delimiter that gives most lines the same number of cells.
+
+    Cells that are separated by blanks get tabs.
+    """
+    # A comma between digits separates cells only if no other sign does.
+    without_decimals = _shares_of_delimiters(lines, body, with_decimals=False)
+    shares = _shares_of_delimiters(lines, body)
+    best_without, best = max(without_decimals.values()), max(shares.values())
+    if min(best_without, best) < 1:
+        from gyrodata.readings import typesetting
+
+        if typesetting.write_tabs(lines, body, best_without, best):
+            return "\t"
+    if best_without > 0.6:
+        shares, best = without_decimals, best_without
+    good = [sign for sign, share in shares.items() if share and share >= best - 0.3]
+    return good[0] if good else "\t"
+
+
+def _shares_of_delimiters(
+    lines: list[str], body: list[int], with_decimals: bool = True
+) -> dict[str, float]:
+    """Return the share of the lines in which a sign has its most common count."""
+    quoted = r'"(?:[^\S\t]|[,;|])*+[^"\s,;|][^"\t]*"'
+    bare = [re.sub(quoted, "", lines[index][: 4 * MAX_CELL]) for index in body[:30]]
+    if not with_decimals:
+        bare = [re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare]
+    shares = {}
+    for sign in "\t;,|":
+        counts = Counter(filter(None, (line.count(sign) for line in bare)))
+        shares[sign] = max(counts.values(), default=0) / len(bare)
+    return shares
+
+
+# Marks of order and width that a copy from a web page or a chat brings along, and that
+# no editor shows.
+_UNSEEN = (
+    "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
+)
+_WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
+_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
+"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a
+word processor."""
+_FOOTNOTES = "*†‡"
+_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
+"""Marks for "the same as above"; a blank cell means the same."""
+
+
+def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
+    """Split the lines of a table into cells."""
+    until = -1  # last line of a quoted cell that goes over several lines
+    for index in body:
+        if index <= until:
+            continue
+        _write_dittos(grid, index)
+        line = grid.lines[index]
+        cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
+        if max(map(len, cells), default=0) > MAX_CELL:
+            raise faults.refuse("cell_too_long", Place(index + 1, 1))
+        texts, until = _split_line(grid, index, faults)
+        while texts and not texts[-1]:
+            texts.pop()
+        if len(texts) > MAX_COLUMNS:
+            place = Place(index + 1, 1)
+            raise faults.refuse("too_many_columns", place, count=len(texts))
+        if texts:
+            yield Row(index + 1, texts)
+
+
+def _write_dittos(grid: Grid, index: int) -> None:
+    """Write quotes that are alone in their cells as ditto marks.
+
+    No text in quotes has its quotes alone in the cells of a whole row.
+    """
+    line = grid.lines[index]
+    if '"' not in line:
+        return
+    cells = [
+        cell.replace('"', "〃") if cell.strip(" ") == '"' else cell
+        for cell in line.split(grid.delimiter)
+    ]
+    if not any('"' in cell for cell in cells):
+        grid.lines[index] = grid.delimiter.join(cells)
+
+
+def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
+    """Return the cells of a line, and the index of the last line that they go over."""
+    reader = csv.reader(
+        _lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True
+    )
+    try:
+        texts = [_plain(text) for text in next(reader)]
+    except csv.Error:
+        place = Place(index + 1, grid.lines[index].rfind('"') + 1)
+        raise faults.refuse("quote_never_closed", place) from None
+    for at, text in enumerate(texts):
+        if text in _DITTO:
+            grid.dittos.add((index + 1) * MAX_COLUMNS + at)
+            texts[at] = ""
+    if sum(text.startswith("~~") for text in texts) > 1:
+        texts[0] = "#"  # a row that is struck out
+    return texts, index + reader.line_num - 1
+
+
+def _lines_from(lines: list[str], index: int) -> Iterator[str]:
+    for number in range(index, len(lines)):
+        yield lines[number] + " "
+    raise csv.Error  # a quote is never closed
+
+
+def _plain(text: str) -> str:
+    """Return a cell without marks of width, emphasis and footnotes."""
+    text = text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
+    if match := _EMPHASIS.fullmatch(text):
+        text = match[2] or match[3]
+    bare = text.rstrip(_FOOTNOTES)
+    if bare != text:
+        bare = bare.removesuffix(" ")
+        return bare if bare[-1:].isdecimal() else text
+    return text
+
+
+def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
+    """Return the place of a cell, by its number."""
+    line, at = divmod(spot, MAX_COLUMNS)
+    text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
+    mark = re.escape(delimiter)
+    cell = re.compile(rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}')
+    end = 0
+    for _ in range(at):
+        found = cell.match(text, end)
+        if not found:
+            return Place(line, 1)
+        end = found.end()
+    first = re.compile(rf'[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n])').match(text, end)
+    before = text[: first.end() if first else end]
+    return Place(line + before.count("\n"), len(before) - before.rfind("\n"))
+
+
+# --- Keys without the sign #, and limits ---
+
+
+def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
+    """Move I_zz and constants to the ``#`` lines.
+
+    Examples are "g = 9.81", and "Ball diameter", "101.6", "mm". Return whether the row
+    contained nothing else.
+    """
+    if _take_inertia(row, grid):
+        return not row.texts
+    stated = _value_of_log(row.filled())
+    if stated is None:
+        return False
+    key, value = stated
+    cell = grid.first_cell(row)
+    grid.metadata.append((key, replace(cell, text=value)))
+    faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
+    return True
+
+
+def _take_inertia(row: Row, grid: Grid) -> bool:
+    """Move I_zz, and all behind it, to the ``#`` lines; return whether there is one."""
+    for at, text in enumerate(row.texts):
+        name, _, value = text.replace("=", ":").partition(":")
+        value = (value or " ".join(row.texts[at + 1 :])).strip()
+        if not text[:1].isalpha() or reported_key(name.strip()) != "inertia":
+            continue
+        if read_reported("inertia", value).fault is not None:
+            continue
+        grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
+        del row.texts[at:]
+        while row.texts and not row.texts[-1]:
+            row.texts.pop()
+        return True
+    return False
+
+
+_KEY_OF_CELLS = re.compile(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*(.+)")
+
+
+def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
+    """Return the key and the value that a row states for the whole log.
+
+    An example is "u_time", "0.2", "s".
+    """
+    match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
+    if len(cells) > 3 or match is None:
+        return None
+    key, value = "_".join(match[1].replace("_", " ").split()).lower(), match[2]
+    form = vocabulary.LINES.get(key, {})
+    if form and "sample" not in form:
+        words = form.get("words", YES_OR_NO)
+        return (key, value) if value.lower() in words else None
+    if not form and key not in _CONSTANTS:
+        return None
+    is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
+    if is_column or not re.match(r"[-+(]?[.\d]", value):
+        return None
+    return key, _without_remark(value.replace("\t", " "))
+
+
+_CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))
+
+
+def _without_remark(value: str) -> str:
+    """Return a value without the words behind it: "9,81 m/s² verwendet."."""
+    value = re.split(r"\.\s|\s\([^\d()]*\)$", value)[0]
+    before, _, word = value.rstrip(".").rpartition(" ")
+    if len(word) > 3 and word.isalpha() and not kinds_of(word):
+        return before.rstrip()
+    return value
+
+
+def _check_prose(grid: Grid, faults: Faults) -> None:
+    """Refuse a file with more text than a log has.
+
+    The time to understand a sentence grows with its length.
+    """
+    notes = [text.text for text in grid.comments]
+    notes += [f"{key}: {text.text}" for key, text in grid.metadata]
+    if len(notes) > MAX_NOTES:
+        raise faults.refuse("too_many_notes", count=len(notes), most=MAX_NOTES)
+    rows = [row for row in grid.rows if re.search("[0-9]", "".join(row.texts)) is None]
+    if len(rows) > MAX_TEXT_ROWS:
+        cell = grid.cell(rows[-1], 0)
+        most = MAX_TEXT_ROWS
+        raise faults.refuse("too_many_text_rows", cell, count=len(rows), most=most)
+    size = sum(map(len, (*notes, *_cells_of(rows), *_long_cells(grid.rows))))
+    if size > MAX_PROSE:
+        raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
+
+
+def _cells_of(rows: list[Row]) -> Iterator[str]:
+    return itertools.chain.from_iterable(row.texts for row in rows)
+
+
+def _long_cells(rows: list[Row]) -> list[str]:
+    """Return the cells that are longer than any header."""
+    return [text for text in _cells_of(rows) if len(text) > MAX_HEADER]
+
+
+_DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
+
+
+def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
+    """Return the decimal signs of a table's first numbers that cannot separate thousands."""
+    signs = set()
+    for row in grid.rows[:50]:
+        for match in map(_DECIMAL.fullmatch, row.texts):
+            if match and (len(match[2]) != 3 or match[0][0] == "0"):
+                signs.add(match[1])
+    # If a spreadsheet separates the cells with semicolons, the comma is the decimal
+    # sign.
+    if not signs and by_delimiter and grid.delimiter == ";":
+        return {","}
+    return signs

@@ -1,0 +1,91 @@
+"""Tables in other forms than one header row with one row for each run.
+
+Each module of this folder reads one form. `applies` says whether a grid has it, and
+`to_rows` returns the grid with ordinary rows. Most logs need none of them.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from gyrodata.quantities import vocabulary
+from gyrodata.readings import roles
+from gyrodata.readings.grid import Grid, filled_at, has_numbers, is_head
+from gyrodata.readings.headers import contains
+from gyrodata.readings.lablog import Fall, Faults
+from gyrodata.readings.shapes import (
+    crossed,
+    parted_header,
+    runs_in_a_row,
+    sentences,
+    side_by_side,
+    spin_down,
+    transposed,
+    two_row_header,
+)
+
+
+class Shape(Protocol):
+    """A form of a table."""
+
+    def applies(self, grid: Grid) -> bool:
+        """Return whether a table has this form."""
+
+    def to_rows(self, grid: Grid, faults: Faults) -> Grid:
+        """Return the table with one row for each run; add a note on what was changed."""
+
+
+SHAPES: tuple[Shape, ...] = (
+    parted_header,
+    runs_in_a_row,
+    crossed,
+    transposed,
+    sentences,
+    two_row_header,
+    side_by_side,
+)
+"""The forms, in the order in which they are looked for."""
+
+
+def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
+    """Return the table with one row for each run, if its shape is another one.
+
+    Parameters
+    ----------
+    grid : Grid
+        What was read.
+    faults : Faults
+        Receives a note on each change.
+
+    Returns
+    -------
+    Grid
+        The same one if the table has the usual shape.
+    tuple of Fall
+        What a second table, of time and spin, says of the spin-down; empty if there is
+        none.
+    """
+    if not grid.rows or _is_usual(grid):
+        return grid, ()
+    for shape in SHAPES:
+        if shape.applies(grid):
+            grid = shape.to_rows(grid, faults)
+    return spin_down.take_out(grid)
+
+
+_NUMBER_OR_WEIGHTS = rf"[0-9]|{vocabulary.pattern('weights')}"
+
+
+def _is_usual(grid: Grid) -> bool:
+    """Return whether a table has one row of names above its runs, each with one name."""
+    named = [
+        row for row in grid.rows if len(filled_at(row)) > 1 and not has_numbers(row)
+    ]
+    if len(named) != 1 or not is_head(named[0]):
+        return False
+    names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
+    if "" in names or len(set(names)) < width:
+        return False
+    if any(contains(_NUMBER_OR_WEIGHTS, name) for name in names):
+        return False
+    return sentences.names_quantities(named[0])

@@ -1,0 +1,161 @@
+"""Tables whose cells are not separated by a delimiter: LaTeX, blanks and slashes."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import NamedTuple
+
+from gyrodata.quantities import vocabulary
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings.workbook import MAX_COLUMNS
+
+_LATEX = re.compile(r"\\\\(?s:.*)|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
+"""The end of a row of LaTeX, its commands, and signs that it does not print; units keep
+their names."""
+_WRITTEN = {
+    "\\pm": "±",
+    "\\per": "/",
+    "\\centi": "centi",
+    "\\milli": "milli",
+    "\\kilo": "kilo",
+    "\\degree": "deg",
+    "\\omega": "ω",
+    "\\Omega": "Ω",
+    "\\tau": "τ",
+    "\\psi": "ψ",
+    "\\varphi": "φ",
+    "\\phi": "φ",
+}
+_THREE_WORDS = re.compile(r"(?:(?<![^\W\d_])[^\W\d_]{2,}+\W++){3}")
+
+
+def without_latex(lines: list[str], body: list[int]) -> list[int]:
+    """Keep only the text of a table in LaTeX, at its place if possible.
+
+    Return the indices of its rows and captions.
+    """
+    for index in body:
+        line = lines[index].replace("{,}", ",")
+        for way, usual in vocabulary.WAYS["latex"]:
+            line = re.sub(way, usual, line)
+        lines[index] = _LATEX.sub(_in_plain_text, line)
+    return [
+        index
+        for index in body
+        if "&" in lines[index] or _THREE_WORDS.search(lines[index])
+    ]
+
+
+def _in_plain_text(command: re.Match[str]) -> str:
+    if command[0] in _WRITTEN:
+        return _WRITTEN[command[0]]
+    name = command[1] or ""
+    return name if kinds_of(name) else ""
+
+
+class _Gaps(NamedTuple):
+    """A way to align columns with blanks."""
+
+    between: str
+    """Blanks between two cells."""
+    cell: re.Pattern[str]
+    least: int
+    """Columns that a table has at least."""
+    share: float
+    """Share of the lines that must have the usual number of columns."""
+    rival: float
+    """A delimiter that separates more than this share of the lines is used instead."""
+
+
+_WIDE = _Gaps(r"\s{2,}", re.compile(r"\S+(?: \S+)*"), 2, 0.0, 1.0)
+_NARROW = _Gaps(r"\s+", re.compile(r"\S+"), 4, 0.4, 0.5)
+
+
+def write_tabs(
+    lines: list[str], body: list[int], without_decimals: float, with_decimals: float
+) -> bool:
+    """Write tabs between cells that are separated by slashes or by blanks.
+
+    Parameters
+    ----------
+    lines : list of str
+        Lines of the file; the function changes those in `body`.
+    body : list of int
+        Indices of the lines of the table.
+    without_decimals, with_decimals : float
+        Share of the lines that the best delimiter separates, if commas between digits
+        do not count, and if they do [1].
+
+    Returns
+    -------
+    bool
+        False if the cells are separated by a delimiter.
+    """
+    if _write_tabs_for_slashes(lines, body):
+        return True
+    for gaps, rival in ((_WIDE, without_decimals), (_NARROW, with_decimals)):
+        if rival < gaps.rival and _are_aligned(lines, body, gaps, rival):
+            _write_tabs_for_blanks(lines, body, gaps.cell)
+            return True
+    return False
+
+
+def _write_tabs_for_slashes(lines: list[str], body: list[int]) -> bool:
+    counts = Counter(lines[index].count(" / ") for index in body)
+    slashes, often = counts.most_common(1)[0]
+    if slashes < 3 or 2 * often <= len(body):
+        return False
+    for index in body:
+        lines[index] = lines[index].replace(" / ", " \t ")
+    return True
+
+
+def _are_aligned(lines: list[str], body: list[int], gaps: _Gaps, rival: float) -> bool:
+    cells = [re.split(gaps.between, lines[index].strip()) for index in body]
+    counts = Counter(map(len, cells))
+    columns, often = counts.most_common(1)[0]
+    is_usual = often > max(rival, gaps.share) * len(body)
+    return is_usual and gaps.least <= columns <= MAX_COLUMNS
+
+
+def _write_tabs_for_blanks(
+    lines: list[str], body: list[int], cell: re.Pattern[str]
+) -> None:
+    """Write tabs between cells; of a row with blank cells, each comes to its column."""
+    rows = {index: list(cell.finditer(lines[index])) for index in body}
+    counts = Counter(map(len, rows.values()))
+    repeated = [count for count, often in counts.items() if often > 1]
+    width = max(repeated or counts)
+    full = [row for row in rows.values() if len(row) == width]
+    spans = [_span(column) for column in zip(*full, strict=True)]
+    for index, row in rows.items():
+        lines[index] = _with_tabs(row, spans)
+
+
+def _span(cells: tuple[re.Match[str], ...]) -> tuple[int, int]:
+    """Return where the cells of a column begin and end."""
+    return min(cell.start() for cell in cells), max(cell.end() for cell in cells)
+
+
+def _with_tabs(row: list[re.Match[str]], spans: list[tuple[int, int]]) -> str:
+    line, column, end = "", 0, 0
+    for number, cell in enumerate(row):
+        first = column + 1 if number else 0
+        last = len(spans) - len(row) + number
+        to = _nearest(cell, spans, first, last)
+        line += ("\t" * (to - column)).ljust(cell.start() - end) + cell[0]
+        column, end = to, cell.end()
+    return line
+
+
+def _nearest(
+    cell: re.Match[str], spans: list[tuple[int, int]], first: int, last: int
+) -> int:
+    """Return which of some columns a cell is above or below."""
+
+    def distance(column: int) -> int:
+        start, stop = spans[column]
+        return max(start - cell.end(), cell.start() - stop)
+
+    return min(range(first, last + 1), key=distance) if last > first else first

@@ -274,9 +274,12 @@ def _in_usual_signs(text: str) -> str:
     text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text.replace("٫", "."))
     # The marks of a quoted mail, and % in front of a remark in LaTeX and MATLAB.
     text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
-    if "%" not in text:
-        return text
-    return re.sub(r"(?m)^([^\S\n]*\"*[^\S\n]*)%(?=\s+[^\W\d_]{2})", r"\1#", text)
+    lines = text.split("\n")
+    return "\n".join(_with_hash(line) if "%" in line else line for line in lines)
+
+
+def _with_hash(line: str) -> str:
+    return re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line)
 
 
 def _take_notes(grid: Grid, faults: Faults) -> list[int]:

@@ -31,9 +31,18 @@ that it is corrected."""
 _HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
 _HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
 _HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
-_ADDED = rf"\+\s*{notation.NUMBER}\s*([^\W\d_]+)"
+_WITHOUT_HANGER = (
+    rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?{_HANGER}"
+)
+_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{notation.NUMBER}\s*([^\W\d_]+)"
 _MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
-_ROLE_OF_UNIT = {frozenset({"mass"}): "mass", frozenset({"length"}): "position"}
+_ROLE_OF_UNIT = {
+    frozenset({"mass"}): "mass",
+    frozenset({"length"}): "position",
+    frozenset({"time"}): "time",
+}
+_DONE_TWICE = r"(?i:\b(?:measured|weighed|timed|checked|read|took)\W{1,4}(?:\w{1,20}\W{1,4}){1,3}twice)"
+"""In "we measured the spin twice"."""
 _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""
 
@@ -59,13 +68,15 @@ def _added_role(note: str) -> str:
         return _ROLE_OF_UNIT.get(kinds_of(added[1]), "")
     if re.search(r"\+\s*(?:R|radius)\b", note):
         return "position"
+    if re.search(_WITHOUT_HANGER, note):
+        return "mass"
     weighs = re.search(_HANGER, note) and re.search(_MASS, note)
     return "mass" if weighs and not re.search(_INCLUDED, note) else ""
 
 
 def _altered_by_word(note: str) -> str:
     """Find the first reading in a clause that says "twice", "half" or "without"."""
-    bare = re.sub(f"{_USUAL}|{_HALF_TURN}", "…", note)
+    bare = re.sub(f"{_USUAL}|{_HALF_TURN}|{_DONE_TWICE}", "…", note)
     for clause in re.split(r"[.;!?]\s", bare):
         if not re.search(_ALTERED, clause):
             continue

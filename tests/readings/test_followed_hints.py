@@ -175,6 +175,7 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
     [
         "spin read at half time",
         "mass double-checked",
+        "measured the spin twice and took the mean",
         "rpm already halved",
     ],
 )

@@ -59,12 +59,16 @@ class PythonDiagnostic(Diagnostic, frozen=True):
 def in_python(text: str) -> str:
     """Replace options such as ``--set g=9.8`` by arguments such as ``settings={"g": "9.8"}``."""
     text = re.sub(f"{_PAIR}(?: {_PAIR})*", _arguments, text)
-    for option, argument in _ARGUMENTS.items():
-        text = re.sub(rf"--{option} (\w+)(?=:)", rf'{argument}["\1"]', text)
+    text = re.sub(r"--(set|map|config) (\w+)(?=:)", _item, text)
     text = re.sub(r"--model (\w+)", r'model="\1"', text)
     for option, argument in _OTHERS.items():
         text = text.replace(option, argument)
     return text
+
+
+def _item(option: re.Match[str]) -> str:
+    """Write an option and its key as an item of an argument."""
+    return f'{_ARGUMENTS[option[1]]}["{option[2]}"]'
 
 
 def _arguments(options: re.Match[str]) -> str:

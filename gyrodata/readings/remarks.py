@@ -41,7 +41,8 @@ _ROLE_OF_UNIT = {
     frozenset({"length"}): "position",
     frozenset({"time"}): "time",
 }
-_DONE_TWICE = r"(?i:\b(?:measured|weighed|timed|checked|read|took)\W{1,4}(?:\w{1,20}\W{1,4}){1,3}twice)"
+_DONE = r"\b(?:measured|weighed|timed|checked|read|took)\W{1,4}"
+_DONE_TWICE = rf"(?i:{_DONE}(?:\w{{1,20}}\W{{1,4}}){{1,3}}twice)"
 """In "we measured the spin twice"."""
 _DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """In "4 = full turn"."""

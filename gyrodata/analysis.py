@@ -414,7 +414,7 @@ def fit_runs(
         says = np.ones(len(measured.runs))
         says[list(odd)] = 0.0
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
-        if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
+        if fit.dof <= 0 and fitting.relative_u((fit.as_stated or fit).inertia) < EXACT:
             # Without degrees of freedom, the runs cannot contradict the stated
             # uncertainties.
             raise NoFit(

@@ -119,6 +119,7 @@ class Change(Struct, frozen=True):
 
 EFFECTS = {
     "residual_torque": "imperfect balance",
+    "balance_change": "balance, differs between weights",
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
@@ -127,6 +128,10 @@ EFFECTS = {
 }
 """The simplifications that do not belong to a model of motion, by their name in the
 JSON, in words."""
+
+
+UNTOUCHED: Mapping[str, Any] = {"balance": "untouched"}
+"""What a log says if nobody touched the balance between two weights."""
 
 
 def effect_words(name: str) -> str:
@@ -149,11 +154,16 @@ def _effects(lab: Lab) -> Iterator[Change]:
         f"{prior:.2g} N·m, with wide tails"
     )
     assert widths.residual_torque is not None
-    none = replace(widths, residual_torque=fitting.NEGLIGIBLE * widths.residual_torque)
+    none = replace(
+        widths,
+        residual_torque=fitting.NEGLIGIBLE * widths.residual_torque,
+        level=0.0,
+    )
     left_out = tuple({*lab.left_out, *np.flatnonzero(measured.torque == 0).tolist()})
     yield lab.change(
         "residual_torque", words, kept=True, sized=False, left_out=left_out, widths=none
     )
+    yield _balance_change(lab)
     width = measured.timing_bias_u
     if width:
         words = f"its size is unknown beforehand, so b is a parameter with prior width {width:g} s"
@@ -212,6 +222,21 @@ def _effects(lab: Lab) -> Iterator[Change]:
             )
     yield _delay_of_spin(lab)
     yield from _effects_of_motion(lab)
+
+
+def _balance_change(lab: Lab) -> Change:
+    """Suppose that M0 is the same with every weight."""
+    measured, fit, name = lab.measured, lab.fit, "balance_change"
+    if not measured.balance_differs:
+        words = 'the log says "# balance: untouched", or it has one weight'
+        return lab.change(name, words, sized=False, measured=None)
+    shares = [one.share for one in fit.budget if one.source == name]
+    part = math.sqrt(sum(shares))
+    words = (
+        f"its size is unknown beforehand, so its width is estimated: "
+        f"{fit.widths.level:.2g} N·m, which makes {part:.2g} u of u"
+    )
+    return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
 
 
 def _delay_of_spin(lab: Lab) -> Change:
@@ -311,6 +336,9 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
         yield lab.change(
             "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
         )
+    if measured.balance_differs:
+        words = 'balance not touched between the weights ("# balance: untouched")'
+        yield lab.change("balance_untouched", words, UNTOUCHED)
     groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
@@ -643,8 +671,8 @@ class Sensitivity(Struct, frozen=True):
     """I_zz if one thing were different."""
 
     name: str
-    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or
-    "without"."""
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free",
+    "balance_untouched" or "without"."""
     words: str
     """What is different: "without 20 g at 15 cm"."""
     inertia: Estimate | None

@@ -176,7 +176,7 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         )
         words = {
             "stated": stated,
-            "in_u": scatter_in_u(seen.constancy),
+            "in_u": scatter_in_u(seen.constancy, measured),
             "motion": _other_motion(seen),
         }
         yield say("scatter_too_large", **values, **words)

@@ -215,6 +215,7 @@ def _head(readings: Readings) -> list[str]:
     lines |= {
         "motion": readings.motion,
         "balanced": words[readings.balanced],
+        "balance": readings.balance,
         "position_from": readings.position_from,
     }
     # The digits with which the length is written say how well it is known, and they are

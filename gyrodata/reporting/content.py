@@ -300,7 +300,7 @@ def _agreement(n: Numbers) -> Sentence:
         runs,
         n.scatter("goodness.scatter"),
         stated,
-        scatter_in_u(analysis.constancy),
+        scatter_in_u(analysis.constancy, analysis.measurements),
     )
 
 
@@ -333,6 +333,8 @@ def _largest_part(n: Numbers) -> Sentence:
                     f". Largest uncertainty: the {name} ({both:.0f} % of the variance)."
                 )
                 continue
+            # In a sentence, a clause needs its pronoun.
+            name = name.replace(", differs", ", which differs")
             the = "" if name == "g" or name.startswith("each") else "the "
             said = say(
                 ". Largest uncertainty: {}{} ({} of the variance).", the, name, part

@@ -185,6 +185,16 @@ class Posterior(Struct, frozen=True):
         width = np.interp((above - below) / 2, u[0, order], widths)
         return factor, level, float(np.exp(width))
 
+    def chance_of_one_balance(self) -> float | None:
+        """Return the probability that M0 is the same with every weight.
+
+        The result is None if this was not asked, or if the log decides it.
+        """
+        is_same = self.level == 0
+        return (
+            float(self.weight @ is_same) if 0 < is_same.sum() < len(is_same) else None
+        )
+
     def _nearest(self, some: Any, values: Floats, typical: float) -> Any:
         """Select those of some parts whose value is the nearest one to a typical value."""
         away = np.where(some, np.abs(values - typical), np.inf)
@@ -344,8 +354,10 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
         [share * one.weight, one.mean, one.u, one.factor, one.width, one.level]
         for share, one in shares
     ]
-    columns = [np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)]
-    return Posterior(*columns, evidence.max())
+    weight, mean, u, factor, width, level = (
+        np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)
+    )
+    return Posterior(weight, mean, u, factor, width, level, evidence.max())
 
 
 @lru_cache(maxsize=8)
@@ -473,7 +485,7 @@ def _normal_below(x: Floats, square: Floats) -> Floats:
         series += coefficient
         series *= t
     # The probability of the tail beyond x.
-    tail = np.multiply(series, square, out=series)
+    tail: Floats = np.multiply(series, square, out=series)
     np.subtract(1, tail, out=tail, where=x > 0)
     return tail
 

@@ -411,6 +411,11 @@ def fit_runs(
         )
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])
+        birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
+        if birge > ABSURD:
+            raise NoFit(
+                f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
+            )
         says = np.ones(len(measured.runs))
         says[list(odd)] = 0.0
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
@@ -420,11 +425,6 @@ def fit_runs(
             raise NoFit(
                 "all uncertainties are stated as zero, and the runs are too few to "
                 "show how well they agree"
-            )
-        birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
-        if birge > ABSURD:
-            raise NoFit(
-                f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
             )
         low, high = fit.inertia.interval_95 or (fit.inertia.value, fit.inertia.value)
         if low <= 0 or (fit.inertia.u or 0.0) > TOO_WIDE * fit.inertia.value:

@@ -185,15 +185,9 @@ class Posterior(Struct, frozen=True):
         width = np.interp((above - below) / 2, u[0, order], widths)
         return factor, level, float(np.exp(width))
 
-    def chance_of_one_balance(self) -> float | None:
-        """Return the probability that M0 is the same with every weight.
-
-        The result is None if this was not asked, or if the log decides it.
-        """
-        is_same = self.level == 0
-        return (
-            float(self.weight @ is_same) if 0 < is_same.sum() < len(is_same) else None
-        )
+    def chance_of_one_balance(self) -> float:
+        """Return the probability that M0 is the same with every weight."""
+        return float(self.weight @ (self.level == 0))
 
     def _nearest(self, some: Any, values: Floats, typical: float) -> Any:
         """Select those of some parts whose value is the nearest one to a typical value."""

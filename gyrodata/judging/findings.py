@@ -142,6 +142,16 @@ def _other_motion(seen: Seen) -> str:
     return ""
 
 
+MUCH_SCATTER = 2.0
+"""With a smaller scatter the weights disagree, and not their runs."""
+
+
+def _is_balance_change(seen: Seen) -> bool:
+    """Return whether a balance that differs between weights explains the scatter."""
+    is_change = _chance_of_one_balance(seen.fit) < ONE_BALANCE
+    return is_change and seen.fit.widths.scatter < MUCH_SCATTER
+
+
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
@@ -154,6 +164,8 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         seen.contradicts_itself
         or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
     ):
+        return
+    if _is_balance_change(seen):
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     values = {
@@ -230,9 +242,11 @@ def _odd_weights(seen: Seen) -> list[list[int]]:
 
 
 def _chance_of_one_balance(fit: fitting.FitResult) -> float:
-    """Return the probability that M0 is the same with every weight; 1 if it is known."""
-    chance = fit.posterior.chance_of_one_balance() if fit.posterior else None
-    return 1.0 if chance is None else chance
+    """Return the probability that M0 is the same with every weight; 1 if the log decides."""
+    is_asked = fit.adjusted.problem.measured.balance is None
+    if not is_asked or fit.posterior is None:
+        return 1.0
+    return fit.posterior.chance_of_one_balance()
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:

@@ -325,20 +325,7 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
         ):
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
-    if not measured.balanced:
-        yield lab.change(
-            "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
-        )
-    if measured.balanced or measured.balance_test is not None:
-        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
-        yield lab.change("balance_free", "balance unknown", unknown)
-    elif measured.balanced is None and measured.torque_unseen is None:
-        yield lab.change(
-            "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
-        )
-    if measured.balance_differs:
-        words = 'balance not touched between the weights ("# balance: untouched")'
-        yield lab.change("balance_untouched", words, UNTOUCHED)
+    yield from _other_balances(lab)
     groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
@@ -361,6 +348,25 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
                 left_out=left_out,
                 torque=number,
             )
+
+
+def _other_balances(lab: Lab) -> Iterator[Change]:
+    """List what else the log could say of the balance."""
+    measured = lab.measured
+    if not measured.balanced:
+        yield lab.change(
+            "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
+        )
+    if measured.balanced or measured.balance_test is not None:
+        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
+        yield lab.change("balance_free", "balance unknown", unknown)
+    elif measured.balanced is None and measured.torque_unseen is None:
+        yield lab.change(
+            "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
+        )
+    if measured.balance_differs:
+        words = 'balance not touched between the weights ("# balance: untouched")'
+        yield lab.change("balance_untouched", words, UNTOUCHED)
 
 
 def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:

@@ -7,10 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import Analysis
+from gyrodata.analysis import fit_log
 from gyrodata.base.errors import LogError
+from gyrodata.grading.yardsticks import own_runs
+from gyrodata.readings import read_log
+from gyrodata.results import Options
 
 TRUTH = 4.44e-3
 G = 9.80665
@@ -180,3 +185,13 @@ def test_another_word_for_the_balance_is_asked_about() -> None:
     assert fault.line == 1
     assert '"untouched"' in fault.hint
     assert '"# balanced"' in fault.hint
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_wider_u_does_not_forgive_a_wrong_answer() -> None:
+    readings = read_log(DISTURBED.encode(), name="lab.csv")
+    silent, untouched = (
+        own_runs(fit_log(log, Options()), ("recommended",)).yardstick
+        for log in (readings, replace(readings, balance="untouched"))
+    )
+    assert silent <= 1.05 * untouched

@@ -416,7 +416,7 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     return cast(Floats, np.log(near + far))
 
 
-LIGHT = 1e-4
+LIGHT = 1e-3
 """Parts that have less weight than this together are left out."""
 
 K_95 = 1.959963984540054
@@ -445,7 +445,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
     size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
-    close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
+    close = 1e-2 * np.minimum(LEVELS, 1 - LEVELS)
     steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
     for _turn in range(40):
         # Far away the density is zero; the limit avoids an overflow of the square.

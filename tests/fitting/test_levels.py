@@ -195,3 +195,14 @@ def test_a_wider_u_does_not_forgive_a_wrong_answer() -> None:
         for log in (readings, replace(readings, balance="untouched"))
     )
     assert silent <= 1.05 * untouched
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_advice_names_a_spin_down_where_a_worn_cup_would_matter() -> None:
+    log = lab(3)
+    silent, shown = (
+        analyze(log),
+        analyze(log, "# spin_down: 612 rpm to 540 rpm in 120 s"),
+    )
+    assert any("spin_down" in advice for advice in silent.advice)
+    assert not any("spin_down" in advice for advice in shown.advice)

@@ -130,7 +130,7 @@ class Problem:
             self.observed[row] = values
         some = [
             one
-            for one in (*measured.sources, *measured.balance_sources(level))
+            for one in (*measured.sources, measured.balance_source(level))
             if tilted or one.quantity not in ("pitch", "transverse")
         ]
         sizes = np.array(
@@ -156,8 +156,8 @@ class Problem:
         sizes = np.bincount(bins[touched], minlength=width * len(self.groups))
         # A weight with a single run has a balance too, which does not scatter with the
         # run's own errors.
-        if level:
-            sizes[bins[-1, touched[-1]]] = count
+        of_balance = (self.quantity == BALANCE)[:, None]
+        sizes[bins[touched & of_balance]] = count
         size = np.where(touched, sizes[bins], 0)
         self.independent = (size == 1).astype(float)
         column = (sizes > 1).cumsum() - 1

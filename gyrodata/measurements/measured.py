@@ -182,18 +182,19 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Whether M0 may differ between the weights of the log."""
         return bool(np.ptp(self.balance_groups))
 
-    def balance_sources(self, width: float) -> tuple[Source, ...]:
-        """Return the difference of M0 between weights, of a width [N*m], as a source.
-
-        The result is empty if there is no difference.
-        """
-        if not width:
-            return ()
-        nothing, groups = np.zeros(len(self.runs)), self.balance_groups
-        shared, usual = "runs with the same weight", "estimated from the runs"
-        sizes = nothing + width, nothing
-        name = "balance_change"
-        return (Source(name, "balance", groups, *sizes, shared, True, usual),)
+    def balance_source(self, width: float) -> Source:
+        """Return the difference of M0 between weights, of a width [N*m], as a source."""
+        nothing = np.zeros(len(self.runs))
+        return Source(
+            "balance_change",
+            "balance",
+            self.balance_groups,
+            nothing + width,
+            nothing,
+            "runs with the same weight",
+            True,
+            "estimated from the runs",
+        )
 
     @cached_property
     def product(self) -> Floats:

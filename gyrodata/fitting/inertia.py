@@ -24,6 +24,7 @@ from gyrodata import physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import (
     ADDED,
+    BALANCE,
     PITCH,
     SPIN,
     TRANSVERSE,
@@ -115,6 +116,8 @@ class Widths(Struct, frozen=True):
     """Factor s on the errors of single runs [1]."""
     residual_torque: float | None
     """Width of M0 [N*m]; None: the smallest torque."""
+    level: float = 0.0
+    """Width of the difference of M0 between weights [N*m]."""
 
 
 AS_STATED = Widths(1.0, None)
@@ -304,15 +307,16 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
         # there again.
         answer = _integrate_at(result)
-        scatter, width = answer.typical_widths()
+        scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
-        problem = result.adjusted.problem.with_scatter(scatter / result.widths.scatter)
+        tilted = result.adjusted.problem.tilted
+        problem = Problem(measured, tilted, level).with_scatter(scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(
                 problem, result.sense, start, width, kept, adjustment.FACTOR
             )
             result = _result(
-                adjusted, result.sense, Widths(scatter, width), result.chi2
+                adjusted, result.sense, Widths(scatter, width, level), result.chi2
             )
             answer = _integrate_at(result)
         found.append((answer.evidence, result, answer))
@@ -361,7 +365,7 @@ def _at_widths(
     """Adjust the runs at fixed widths."""
     factor, width = widths.scatter, widths.residual_torque
     width = lightest_torque(measured, kept) if width is None else width
-    problem = Problem(measured, tilted)
+    problem = Problem(measured, tilted, widths.level)
     start = adjustment.first_guess(measured, sense, kept)
     start = replace(
         start, residual_torque=max(-width, min(start.residual_torque, width))
@@ -385,9 +389,8 @@ def _at_widths(
     # freedom counts.
     differ = adjustment.torques_differ(measured.torque[kept > 0])
     prior = (float(adjusted.unknowns[1]) / width) ** 2 if differ else 0.0
-    return _result(
-        adjusted, sense, Widths(factor, width), factor**2 * (adjusted.chi2 - prior)
-    )
+    used = Widths(factor, width, widths.level)
+    return _result(adjusted, sense, used, factor**2 * (adjusted.chi2 - prior))
 
 
 def _result(
@@ -431,9 +434,14 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
+    groups = measured.balance_groups
+    several = np.unique(groups[(adjusted.kept > 0) & (groups >= 0)])
+    levels = rows[:, 1:2] * (groups[:, None] == several)
+    is_balance = adjusted.problem.quantity[adjusted.problem.owners] == BALANCE
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
-        shared=rows[:, 3:],
+        shared=rows[:, 3:][:, ~is_balance],
+        levels=levels if len(several) > 1 else levels[:, :0],
         left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
@@ -443,7 +451,10 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), width)
+    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    return posterior.integrate(
+        conditions, scale, times_stated(measured), width, untouched
+    )
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
@@ -485,8 +496,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
     excess, variances = float((variances - stated).sum()), stated
-    owners = np.zeros(problem.shared_count, dtype=int)
-    owners[problem.to_column] = problem.from_source
+    owners = problem.owners
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
     shared = set(owners.tolist())
     parts = [

@@ -32,7 +32,7 @@ from gyrodata.judging.tables import (
     scatter_in_u,
 )
 from gyrodata.judging.wrong_cells import exchanged_digits
-from gyrodata.measurements import spin_columns
+from gyrodata.measurements import select, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
@@ -143,6 +143,16 @@ def _other_motion(seen: Seen) -> str:
     return ""
 
 
+MUCH_SCATTER = 2.0
+"""With a smaller scatter the weights disagree, and not their runs."""
+
+
+def _is_balance_change(seen: Seen) -> bool:
+    """Return whether a balance that differs between weights explains the scatter."""
+    is_change = _chance_of_one_balance(seen.fit) < ONE_BALANCE
+    return is_change and seen.fit.widths.scatter < MUCH_SCATTER
+
+
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
@@ -155,6 +165,8 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         seen.contradicts_itself
         or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
     ):
+        return
+    if _is_balance_change(seen):
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     values = {
@@ -177,10 +189,65 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         )
         words = {
             "stated": stated,
-            "in_u": scatter_in_u(seen.constancy),
+            "in_u": scatter_in_u(seen.constancy, measured),
             "motion": _other_motion(seen),
         }
         yield say("scatter_too_large", **values, **words)
+
+
+ONE_BALANCE = 1 / 3
+"""If M0 is the same with every weight with a smaller probability, the weights
+disagree."""
+
+TELLING = 4
+"""Smallest number of weights that can show which one of them is different."""
+
+
+def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
+    """Report that M0 differs between weights, and the weight that differs.
+
+    This is a test of lack of fit: the scatter between the weights is compared with that
+    within each weight, whose size is uncertain.
+    """
+    chance = _chance_of_one_balance(seen.fit)
+    if seen.contradicts_itself or chance >= ONE_BALANCE:
+        return
+    names = [load_words(seen.measured, runs[0]) for runs in _odd_weights(seen)]
+    which = "no single weight explains this"
+    if len(seen.measured.by_weight) < TELLING:
+        which = "so few weights cannot show which one is different"
+    elif len(names) == 1:
+        which = f"without {names[0]} they agree"
+    yield seen.readings.say(
+        "weights_disagree",
+        percent=100 * (1 - chance),
+        level=1e3 * seen.fit.widths.level,
+        which=which,
+    )
+
+
+def _odd_weights(seen: Seen) -> list[list[int]]:
+    """List the runs of each weight without which the other weights agree."""
+    measured, every = seen.measured, set(range(len(seen.measured.runs)))
+    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+    odd: list[list[int]] = []
+    if not TELLING <= len(weights) <= changes.MOST_WEIGHTS:
+        return odd
+    for runs in weights:
+        rest = select(measured, sorted(every.difference(runs, seen.left_out)))
+        with suppress(fitting.NoFit):
+            fit = fitting.fit(rest, tilted=seen.chosen.tilted)
+            if _chance_of_one_balance(fit) > ONE_BALANCE:
+                odd.append(runs)
+    return odd
+
+
+def _chance_of_one_balance(fit: fitting.FitResult) -> float:
+    """Return the probability that M0 is the same with every weight; 1 if the log decides."""
+    is_asked = fit.adjusted.problem.measured.balance is None
+    if not is_asked or fit.posterior is None:
+        return 1.0
+    return fit.posterior.chance_of_one_balance()
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -863,6 +930,7 @@ Check = Callable[[Seen], Iterable[Diagnostic]]
 CHECKS: tuple[Check, ...] = (
     _outliers,
     _scatter,
+    _weights_disagree,
     _balance,
     _other_choices,
     _deviations,

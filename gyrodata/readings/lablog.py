@@ -181,6 +181,9 @@ class Readings(Struct, frozen=True, dict=True):
         "released" from rest, or "steady"; None if the log does not say.
     balanced : bool or None
         Whether the ball is balanced; None if the log does not say.
+    balance : str or None
+        Whether somebody "touched" the balance between two weights, or it was
+        "untouched"; None if the log does not say.
     position_from : str or None
         "surface" of the ball or "tip" of the rod, if the positions as typed count from
         there; else None or "centre". The positions in `columns` always count from the
@@ -223,6 +226,7 @@ class Readings(Struct, frozen=True, dict=True):
     tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
+    balance: str | None = None
     position_from: str | None = None
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)

@@ -215,6 +215,7 @@ def _head(readings: Readings) -> list[str]:
     lines["tachometer"] = readings.tachometer
     lines["motion"] = readings.motion
     lines["balanced"] = {None: None, True: "yes", False: "no"}[readings.balanced]
+    lines["balance"] = readings.balance
     lines["position_from"] = readings.position_from
     if readings.origin_u and readings.position_from:
         # The digits with which the length is written say how well it is known, and they

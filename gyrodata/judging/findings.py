@@ -236,7 +236,7 @@ def _odd_weights(seen: Seen) -> list[list[int]]:
     for runs in weights:
         rest = select(measured, sorted(every.difference(runs, seen.left_out)))
         with suppress(fitting.NoFit):
-            fit = fitting.fit(rest, tilted=seen.chosen.tilted)
+            fit = fitting.fit(rest, tilted=seen.motion.tilted)
             if _chance_of_one_balance(fit) > ONE_BALANCE:
                 odd.append(runs)
     return odd

@@ -90,7 +90,7 @@ _UNCERTAINTY = re.compile(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$")
 """The name in front of an uncertainty: "u(r) = 1 mm"."""
 
 
-# --- What a sentence says ---
+# --- Sentences ---
 
 
 def said_in(row: Row, with_time: bool = False) -> Given:

@@ -65,7 +65,6 @@ def choose(
 
 
 # --map
-# ----------------------------------------------------------------------------------
 
 
 def _serve_mapped(
@@ -121,7 +120,6 @@ def _unit_for(role: str, header: Header) -> str | None:
 
 
 # By name
-# ----------------------------------------------------------------------------------
 
 
 def _with_roles(columns: list[Chosen]) -> list[Chosen]:
@@ -261,7 +259,6 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
 
 
 # By stated turns
-# ----------------------------------------------------------------------------------
 
 
 def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) -> None:
@@ -357,7 +354,6 @@ def _names_part(note: str) -> bool:
 
 
 # By elimination
-# ----------------------------------------------------------------------------------
 
 
 def _eliminate(
@@ -497,7 +493,6 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 # Readings of the spin
-# ----------------------------------------------------------------------------------
 
 
 def _split_pairs(choice: Choice, faults: Faults) -> None:

@@ -282,7 +282,7 @@ def _unknown_unit(text: str) -> _Split | None:
     return _Split(name, unit, "bracket") if is_known else None
 
 
-# --- What the name means, next to the unit ---
+# --- The meaning of a name next to its unit ---
 
 
 def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]:

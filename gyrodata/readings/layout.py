@@ -251,7 +251,7 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in words)
 
 
-# --- What other texts say of headers ---
+# --- Headers that other texts explain ---
 
 
 def _with_numbered_spins(columns: list[_Column], faults: Faults) -> list[_Column]:
@@ -902,7 +902,7 @@ class _Sheet:
                 )
 
 
-# --- What a row is ---
+# --- Kinds of rows ---
 
 
 def _states_timing(header: Header) -> bool:

@@ -102,8 +102,8 @@ def test_unit_of_impossible_numbers_is_replaced_as_the_question_says(
 ) -> None:
     count = "angle [deg]" if "angle" in wrong else "turns"
     text = log(f"{START},{count}".replace(right, wrong), f"{FOUR},{cell}")
-    (asked,) = questions(text)
-    assert re.findall(r'write the header as "([^"]+)"', asked.hint) == [right]
+    doubted = gyrodata.analyze(text.encode()).doubts[0].remedy
+    assert re.findall(r'write the header as "([^"]+)"', doubted) == [right]
     assert is_true(text.replace(wrong, right))
 
 

@@ -275,6 +275,8 @@ def _with_numbered_spins(columns: list[_Column], faults: Faults) -> list[_Column
 
 def _explained(column: _Column, legends: dict[str, str]) -> _Column:
     """Return a column with what a legend says of its header."""
+    if not legends:
+        return column
     cell, header = column
     name = split_unit(cell.text)[0] if header.unit else cell.text
     words = legends.get(squeeze(name), "")

@@ -78,9 +78,9 @@ def _turns_of_angle(text: str) -> str:
 
 
 def fraction_of_date(text: str) -> str:
-    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01.
+    """Return the fraction of which a spreadsheet made a date; "" for other texts.
 
-    Mrz"; "" for other texts.
+    "3-Jan" and "01. Mrz" are 1/3.
     """
     low, high = sorted(notation.date_pair(text) or (0, 0))
     is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)

@@ -14,6 +14,7 @@ from gyrodata.quantities.notation import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.captions import texts_of
+from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of, pair_in
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
@@ -56,6 +57,7 @@ def choose(
     unnamed.place_columns(table, choice, faults)
     _split_pairs(choice, faults)
     _name_moment_of_spin(choice, faults)
+    _ask_about_unused_words(choice, faults)
     if "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
     choice.unplaced.sort(key=attrgetter("at"))
@@ -544,3 +546,28 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     elif first and after and not before:
         choice.rename("spin", "spin_start")
         faults.add("spin_then_end", first[0].cell, end=after[0].text)
+
+
+# Words without a use
+
+
+def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
+    """Ask about a number, the ball or the tip in a header, if no rule has used it.
+
+    What --map names is decided.
+    """
+    for role, columns in choice.used.items():
+        if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
+            continue
+        for column in columns:
+            words = " ".join(column.header.leftover)
+            if words and not _uses_words(column):
+                named = header_of(role, column.header.unit or "")
+                faults.add("words_not_used", column.cell, words=words, named=named)
+
+
+def _uses_words(column: Chosen) -> bool:
+    """Return whether the words say that the ball turns, or which part is counted."""
+    if column.role.startswith("spin"):
+        return True
+    return column.role in roles.COUNTS and part_counted(column.header) != ""

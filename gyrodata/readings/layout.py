@@ -180,8 +180,12 @@ def _count_up(cells: list[str]) -> bool:
 
 def _split_rows(rows: list[Row], width: int) -> None:
     """Split the rows that were typed with another delimiter than the header."""
+    if width < 3:
+        return
     for row in rows:
-        for sign in ",;\t" if len(row.texts) == 1 and width > 2 else "":
+        if len(row.texts) > 1:
+            continue
+        for sign in ",;\t":
             parts = row.texts[0].split(sign)
             if len(parts) == width and all(map(is_number, parts)):
                 row.texts[:] = parts

@@ -90,7 +90,7 @@ _UNCERTAINTY = re.compile(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$")
 """The name in front of an uncertainty: "u(r) = 1 mm"."""
 
 
-# --- What a sentence says ---
+# --- Sentences ---
 
 
 def said_in(row: Row, with_time: bool = False) -> Given:
@@ -452,7 +452,10 @@ _LEGEND = re.compile(
 
 
 def legends_of(grid: Grid) -> dict[str, str]:
-    """Return what lines such as "d = distance from centre in cm" say of short headers."""
+    """Return what lines such as "d = distance from centre in cm" say of short headers.
+
+    A line counts if it gives a unit, turns, or the moment of a reading.
+    """
     texts = [_with_colon(row) for row in grid.titles()]
     texts += [text.text for text in grid.comments]
     texts += [f"{key}: {text.text}" for key, text in grid.metadata]
@@ -463,7 +466,9 @@ def legends_of(grid: Grid) -> dict[str, str]:
                 continue
             words = re.split(r"[;.]\s", f"{match[1] or ''} {match[3]}".strip())[0]
             words = words.rstrip(" )")
-            if parse_header(words).unit or turns_in(words):
+            explained = parse_header(words)
+            says_moment = explained.moment != "" and len(explained.roles) == 1
+            if explained.unit or turns_in(words) or says_moment:
                 legends[squeeze(match[2])] = words
     return legends
 
@@ -546,7 +551,7 @@ def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
     for row in grid.rows:
         texts = {at: text for at, text in enumerate(row.texts) if _is_remark(text)}
         note = ", ".join(texts.values())
-        if altered_role(note):
+        if note and altered_role(note):
             yield note, grid.cell(row, min(texts))
 
 

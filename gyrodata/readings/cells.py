@@ -43,8 +43,7 @@ _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 """Roles whose numbers may be written in words."""
 
 
-# What a text means
-# ----------------------------------------------------------------------------------
+# The meaning of a text
 
 
 @lru_cache(maxsize=4096)
@@ -79,9 +78,9 @@ def _turns_of_angle(text: str) -> str:
 
 
 def fraction_of_date(text: str) -> str:
-    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01.
+    """Return the fraction of which a spreadsheet made a date; "" for other texts.
 
-    Mrz"; "" for other texts.
+    "3-Jan" and "01. Mrz" are 1/3.
     """
     low, high = sorted(notation.date_pair(text) or (0, 0))
     is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
@@ -97,7 +96,7 @@ def rounded_turns(text: str) -> tuple[str, float]:
     The screws of the ball are a third of a turn apart; a run without a weight takes a
     twelfth.
     """
-    # Whole turns, however many, are meant as written.
+    # Whole turns are meant as written.
     if not notation.PLAIN.fullmatch(text) or notation.last_place(text) >= 0:
         return "", 0.0
     value, step = to_float(text), float(f"1e{notation.last_place(text)}")
@@ -125,7 +124,6 @@ def part_counted(header: Header) -> str:
 
 
 # The cells of a column
-# ----------------------------------------------------------------------------------
 
 
 class Wrong(Struct, frozen=True):
@@ -276,7 +274,9 @@ class CellReader:
         if large and large[0] not in self.wrong:
             values = {"role": self.role, "likely": likely, "text": large[0]}
             unit = self.unit or self.role
-            self.faults.add("unit_unlikely", self.column.cell, unit=unit, **values)
+            # Other parts of a turn give an answer that looks possible: ask.
+            name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
+            self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def fractions_of_dates(self) -> list[str]:
         """Return the texts that were read as fractions of which a program made dates."""

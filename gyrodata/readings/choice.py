@@ -14,6 +14,7 @@ from gyrodata.quantities.notation import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.captions import texts_of
+from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of, pair_in
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
@@ -56,6 +57,7 @@ def choose(
     unnamed.place_columns(table, choice, faults)
     _split_pairs(choice, faults)
     _name_moment_of_spin(choice, faults)
+    _ask_about_unused_words(choice, faults)
     if "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
     choice.unplaced.sort(key=attrgetter("at"))
@@ -65,7 +67,6 @@ def choose(
 
 
 # --map
-# ----------------------------------------------------------------------------------
 
 
 def _serve_mapped(
@@ -121,7 +122,6 @@ def _unit_for(role: str, header: Header) -> str | None:
 
 
 # By name
-# ----------------------------------------------------------------------------------
 
 
 def _with_roles(columns: list[Chosen]) -> list[Chosen]:
@@ -261,7 +261,6 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
 
 
 # By stated turns
-# ----------------------------------------------------------------------------------
 
 
 def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) -> None:
@@ -357,7 +356,6 @@ def _names_part(note: str) -> bool:
 
 
 # By elimination
-# ----------------------------------------------------------------------------------
 
 
 def _eliminate(
@@ -497,7 +495,6 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 # Readings of the spin
-# ----------------------------------------------------------------------------------
 
 
 def _split_pairs(choice: Choice, faults: Faults) -> None:
@@ -549,3 +546,28 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     elif first and after and not before:
         choice.rename("spin", "spin_start")
         faults.add("spin_then_end", first[0].cell, end=after[0].text)
+
+
+# Words without a use
+
+
+def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
+    """Ask about a number, the ball or the tip in a header, if no rule has used it.
+
+    What --map names is decided.
+    """
+    for role, columns in choice.used.items():
+        if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
+            continue
+        for column in columns:
+            words = " ".join(column.header.leftover)
+            if words and not _uses_words(column):
+                named = header_of(role, column.header.unit or "")
+                faults.add("words_not_used", column.cell, words=words, named=named)
+
+
+def _uses_words(column: Chosen) -> bool:
+    """Return whether the words say that the ball turns, or which part is counted."""
+    if column.role.startswith("spin"):
+        return True
+    return column.role in roles.COUNTS and part_counted(column.header) != ""

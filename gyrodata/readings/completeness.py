@@ -123,7 +123,6 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 
 
 # Contradictions
-# ----------------------------------------------------------------------------------
 
 
 def _compare_turns_with_angle(log: Readings, faults: Faults) -> None:

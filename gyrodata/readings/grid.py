@@ -122,7 +122,7 @@ class Grid(Struct, frozen=True):
         return [*self.comments, *keyed]
 
 
-# --- What a row is ---
+# --- Kinds of rows ---
 
 
 def is_number(text: str) -> bool:

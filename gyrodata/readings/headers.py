@@ -132,7 +132,9 @@ def _leftover(header: Header) -> tuple[str, ...]:
 
 
 def _says_number(word: str) -> bool:
-    return bool(re.search("[0-9]", word)) or squeeze(word).lower() in NUMBERS
+    """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
+    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
+    return is_name or bool(re.search("[0-9]", word))
 
 
 _PLACE = f"{vocabulary.pattern('sphere')}|{vocabulary.pattern('tip')}"
@@ -276,13 +278,15 @@ def _unknown_unit(text: str) -> _Split | None:
     name, square = match[1], match[2]
     unit = next(filter(None, match.groups()[1:]), "").strip()
     is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
-    if not unit or is_remark or turns_in(unit):
+    # "Turns (thirds)" counts thirds.
+    is_count = turns_in(unit) or words_of_turns(unit, whole=True)
+    if not unit or is_remark or is_count:
         return None
     is_known = square is not None or name_roles(name)[0]
     return _Split(name, unit, "bracket") if is_known else None
 
 
-# --- What the name means, next to the unit ---
+# --- The meaning of a name next to its unit ---
 
 
 def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]:

@@ -448,8 +448,7 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UN
 """What students write if nothing was measured."""
 
 
-# What a student reports, for grading
-# ------------------------------------------------------------------------------
+# Results that a student reports, for grading
 
 Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
 

@@ -39,7 +39,6 @@ from gyrodata.readings.headers import (
     hinted,
     is_of_the_spin,
     parse_header,
-    split_unit,
 )
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.names import name_roles
@@ -181,8 +180,12 @@ def _count_up(cells: list[str]) -> bool:
 
 def _split_rows(rows: list[Row], width: int) -> None:
     """Split the rows that were typed with another delimiter than the header."""
+    if width < 3:
+        return
     for row in rows:
-        for sign in ",;\t" if len(row.texts) == 1 and width > 2 else "":
+        if len(row.texts) > 1:
+            continue
+        for sign in ",;\t":
             parts = row.texts[0].split(sign)
             if len(parts) == width and all(map(is_number, parts)):
                 row.texts[:] = parts
@@ -251,7 +254,7 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in words)
 
 
-# --- What other texts say of headers ---
+# --- Headers that other texts explain ---
 
 
 def _with_numbered_spins(columns: list[_Column], faults: Faults) -> list[_Column]:
@@ -275,18 +278,27 @@ def _with_numbered_spins(columns: list[_Column], faults: Faults) -> list[_Column
 
 def _explained(column: _Column, legends: dict[str, str]) -> _Column:
     """Return a column with what a legend says of its header."""
+    if not legends:
+        return column
     cell, header = column
-    name = split_unit(cell.text)[0] if header.unit else cell.text
+    name = header.name if header.unit else cell.text
     words = legends.get(squeeze(name), "")
     if not words:
         return column
     explained = parse_header(words)
     gives_unit = explained.unit and header.unit is None
-    if gives_unit or (explained.roles and not header.roles):
+    if gives_unit or _says_more(explained, header):
         names = explained.roles or header.roles
         unit = explained.unit or header.unit
         return replace(cell, text=words), replace(explained, roles=names, unit=unit)
     return _with_turns_of_legend(column, words)
+
+
+def _says_more(explained: Header, header: Header) -> bool:
+    """Return whether a legend names a role, or the moment of the role that a header has."""
+    if len(header.roles) != 1 or len(explained.roles) != 1:
+        return bool(explained.roles) and not header.roles
+    return explained.roles[0].startswith(f"{header.roles[0]}_")
 
 
 def _with_turns_of_legend(column: _Column, words: str) -> _Column:
@@ -327,7 +339,7 @@ def _with_stated_units(
 def _with_uncertainties(columns: list[_Column]) -> list[_Column]:
     """Read "±" or "error" as the uncertainty of the column on its left."""
     for at, ((_, left), (cell, header)) in enumerate(pairwise(columns), 1):
-        name = split_unit(cell.text)[0].strip()
+        name = header.name.strip()
         is_sign = name in ("±", "+/-", "+-")
         if len(left.roles) == 1 and (is_sign or squeeze(name).lower() in UNSURE_WORDS):
             role, unit = f"u_{left.roles[0]}", header.unit or left.unit
@@ -902,7 +914,7 @@ class _Sheet:
                 )
 
 
-# --- What a row is ---
+# --- Kinds of rows ---
 
 
 def _states_timing(header: Header) -> bool:

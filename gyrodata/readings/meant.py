@@ -79,7 +79,6 @@ def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[
 
 
 # Names
-# ----------------------------------------------------------------------------------
 
 
 def _explained_names(
@@ -153,7 +152,6 @@ def _note_explanations(
 
 
 # Colons
-# ----------------------------------------------------------------------------------
 
 
 def _without_colons(

@@ -96,7 +96,6 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
 
 
 # Lengths in texts
-# ----------------------------------------------------------------------------------
 
 
 def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:

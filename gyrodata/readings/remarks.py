@@ -53,14 +53,19 @@ def altered_role(note: str) -> str:
 
     "" if there is none.
     """
-    if re.search(CORRECTED, re.sub(_ALTERED, "…", note)):
-        return ""
+    role = _role_of_phrase(note) or _added_role(note) or _altered_by_word(note)
+    is_corrected = role and re.search(CORRECTED, re.sub(_ALTERED, "…", note))
+    return "" if is_corrected else role
+
+
+def _role_of_phrase(note: str) -> str:
+    """Find the reading of a phrase such as "4 = full turn" or "two stripes"."""
     if re.search(_DEFINITION, note):
         return "turns"
     for role, words in ALTERED.items():
         if re.search(words, note):
             return role
-    return _added_role(note) or _altered_by_word(note)
+    return ""
 
 
 def _added_role(note: str) -> str:
@@ -76,7 +81,9 @@ def _added_role(note: str) -> str:
 
 
 def _altered_by_word(note: str) -> str:
-    """Find the first reading in a clause that says "twice", "half" or "without"."""
+    """Find the first reading in a clause that says "twice", "half" or "wrong"."""
+    if not re.search(_ALTERED, note):
+        return ""
     bare = re.sub(f"{_USUAL}|{_HALF_TURN}|{_DONE_TWICE}", "…", note)
     for clause in re.split(r"[.;!?]\s", bare):
         if not re.search(_ALTERED, clause):

@@ -76,7 +76,6 @@ class Settings(Struct):
 
 
 # Options
-# ----------------------------------------------------------------------------------
 
 
 def read_options(
@@ -129,7 +128,6 @@ def _did_you_mean(name: str, known: list[str]) -> str:
 
 
 # Lines of the log
-# ----------------------------------------------------------------------------------
 
 
 def read_settings(
@@ -294,7 +292,6 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
 
 
 # Values
-# ----------------------------------------------------------------------------------
 
 YES_OR_NO: dict[str, bool | None] = {"": None}
 YES_OR_NO |= dict.fromkeys(vocabulary.words("yes").split(), True)
@@ -444,7 +441,6 @@ def _check(role: str, value: float) -> None:
 
 
 # Lines of several quantities
-# ----------------------------------------------------------------------------------
 
 
 def form_of(key: str) -> tuple[str, list[str]]:

@@ -118,7 +118,6 @@ def _may_be_turns(column: Chosen) -> bool:
 
 
 # One way to repair a log each: a hint, or "" if it does not apply
-# ----------------------------------------------------------------------------------
 
 
 def _time_of_stated_turns(lack: Lack) -> str:
@@ -286,7 +285,6 @@ def _suggestion(lack: Lack) -> str:
 
 
 # The question
-# ----------------------------------------------------------------------------------
 
 
 def question_of(missing: list[str], choice: Choice, header_row: str) -> tuple[str, str]:

@@ -176,7 +176,6 @@ def _with_runs(
 
 
 # From cells to readings
-# -------------------------------------------------------------------------------------------
 
 
 class _Run(Struct, frozen=True):

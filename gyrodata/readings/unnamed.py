@@ -69,7 +69,6 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 
 # Turns, by cells
-# ----------------------------------------------------------------------------------
 
 
 def _place_turns(choice: Choice, faults: Faults) -> None:
@@ -133,7 +132,6 @@ def are_small_counts(column: Chosen) -> bool:
 
 
 # By unit
-# ----------------------------------------------------------------------------------
 
 
 def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
@@ -252,8 +250,7 @@ def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
     return column.at - 1 in bare
 
 
-# What is left
-# ----------------------------------------------------------------------------------
+# Columns that are left
 
 
 def may_number(header: Header) -> bool:

@@ -141,7 +141,6 @@ def _unread(readings: Readings) -> _Columns:
 
 
 # Columns
-# ----------------------------------------------------------------------------------
 
 
 def _parts(readings: Readings) -> tuple[list[str], _Columns]:
@@ -258,7 +257,6 @@ def _joined(readings: Readings) -> Readings:
 
 
 # Numbers
-# ----------------------------------------------------------------------------------
 
 
 def _read(text: str, kind: str, unit: str | None) -> Quantity | None:

@@ -63,6 +63,7 @@ def questions(text: str) -> list[Diagnostic]:
         ("number of thirds", "{thirds}"),
         ("thirds of a turn", "{thirds}"),
         ("thirds", "{thirds}"),
+        ("Turns (thirds)", "{thirds}"),
         ("Anzahl Drittel", "{thirds}"),
         ("tiers de tour", "{thirds}"),
         ("turn completed (%)", "{percent}"),
@@ -102,8 +103,8 @@ def test_unit_of_impossible_numbers_is_replaced_as_the_question_says(
 ) -> None:
     count = "angle [deg]" if "angle" in wrong else "turns"
     text = log(f"{START},{count}".replace(right, wrong), f"{FOUR},{cell}")
-    (asked,) = questions(text)
-    assert re.findall(r'write the header as "([^"]+)"', asked.hint) == [right]
+    doubted = gyrodata.analyze(text.encode()).doubts[0].remedy
+    assert re.findall(r'write the header as "([^"]+)"', doubted) == [right]
     assert is_true(text.replace(wrong, right))
 
 
@@ -208,3 +209,44 @@ def test_watch_shows_the_warnings_that_check_shows() -> None:
         gyrodata.analyze(f"{START},turns\n{rows}")
     shown = unfinished_text("log.csv", raised.value.diagnostics)
     assert "time 1881 s is outside" in shown
+
+
+@pytest.mark.parametrize(
+    ("header", "replaced"),
+    [
+        ("half time [s]", "time [s]"),
+        ("half distance [cm]", "position [cm]"),
+        ("turns x2", "turns"),
+        ("turns 2", "turns"),
+    ],
+)
+def test_a_word_of_a_header_that_nothing_uses_is_asked_about(
+    header: str, replaced: str
+) -> None:
+    text = log(f"{START},turns", f"{FOUR},{{turns}}")
+    assert is_true(text)
+    wrong = text.replace(replaced, header)
+    asked = [one for one in questions(wrong) if one.code == "G207"]
+    assert [re.findall(r'write "([^"]+)"', one.hint) for one in asked] == [[replaced]]
+    assert is_true(wrong.replace(header, replaced))
+    role = replaced.partition(" ")[0]
+    assert is_true(wrong, mapping={role: header})
+
+
+@pytest.mark.parametrize(
+    ("header", "replaced"),
+    [
+        ("time 2 [s]", "time [s]"),
+        ("t1 [s]", "time [s]"),
+        ("Time (run 1) [s]", "time [s]"),
+        ("spin at half time [rpm]", "spin [rpm]"),
+        ("spin of the ball [rpm]", "spin [rpm]"),
+        ("distance to the tip [cm]", "position [cm]"),
+    ],
+)
+def test_numbers_of_repeats_and_the_ball_of_a_spin_are_no_question(
+    header: str, replaced: str
+) -> None:
+    text = log(f"{START},turns", f"{FOUR},{{turns}}").replace(replaced, header)
+    readings = gyrodata.read_log(text.encode(), name="log.csv")
+    assert [one for one in readings.diagnostics if one.code == "G207"] == []

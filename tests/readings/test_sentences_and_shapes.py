@@ -1137,6 +1137,26 @@ def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "line",
+    [
+        "n_A: Drehzahl am Anfang, n_E: Drehzahl am Ende",
+        "n_A = spin at the start, n_E = spin at the end",
+        "# n_A: vitesse au début, n_E: vitesse à la fin",
+    ],
+)
+def test_a_legend_says_which_spin_is_that_of_the_start(line: str) -> None:
+    """The mean of both is the spin; the first alone is 10 % too large."""
+    rows = "".join(
+        f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n"
+        for m in MASSES
+        for s in SPINS
+    )
+    head = HEAD.replace("spin (rpm)", "n_A [1/min];n_E [1/min]")
+    assert is_right(f"{line}\n{head}{rows}")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["rpm1;rpm2", "spin1 (rpm);spin2 (rpm)"])
 def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
     rows = "".join(

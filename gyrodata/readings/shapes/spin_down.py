@@ -27,7 +27,9 @@ def take_out(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         Empty if there is no such table.
     """
     heads = [at for at, row in enumerate(grid.rows) if _is_name_row(row)]
-    for at in heads if len(heads) > 1 else []:
+    if len(heads) < 2:
+        return grid, ()
+    for at in heads:
         columns = _columns_of(grid.rows[at])
         rows = _rows_below(grid.rows, at)
         falls = _falls(rows, columns) if len(rows) >= _SHORTEST and columns else ()

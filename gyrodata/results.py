@@ -21,6 +21,7 @@ from gyrodata.base.errors import Diagnostic, DiagnosticJson
 from gyrodata.base.tool import Tool
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.judging.changes import Choice, Effect, Lab, Sensitivity
+from gyrodata.judging.explanations import Explanation
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -177,6 +178,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
         I_zz without all suspected outliers [kg*m^2]; None if none of them is in the fit.
+    explanations : tuple of Explanation
+        Mistakes with which the runs would agree, the most probable first.
     inertia : Result
         I_zz [kg*m^2].
     residual_torque : Result
@@ -216,6 +219,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     choice: Choice | None
     outliers: tuple[Outlier, ...]
     without_outliers: Estimate | None
+    explanations: tuple[Explanation, ...]
     inertia: Result
     residual_torque: Result
     timing_bias: Result
@@ -478,6 +482,9 @@ class AnalysisResult(Struct, eq=False):
     """What each uncertainty component contributes to u(I_zz)."""
     sensitivity: tuple[Sensitivity, ...]
     """I_zz if one reading, setting or assumption were different."""
+    explanations: tuple[Explanation, ...]
+    """Mistakes with which the runs would agree, the most probable first; empty if they
+    agree, or if no mistake explains them."""
     constants: Mapping[str, float]
     """By name: g, and the mass and diameter of the ball if the log gives them."""
     model: str

@@ -49,7 +49,6 @@ from gyrodata.fitting.screening import (
     explaining_counts,
     insist_on_lines,
     ordinary_line,
-    rivals,
     screen,
 )
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO

@@ -9,8 +9,7 @@ intercept, and the mean of the ratios), which a fit must not contradict.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -21,10 +20,7 @@ from gyrodata.fitting.inertia import (
     AS_STATED,
     FitResult,
     Outlier,
-    Widths,
-    balance_scale,
     fit,
-    lightest_torque,
 )
 from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.measurements import Measurements
@@ -72,17 +68,6 @@ def screen(
     is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
     if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
         return [], as_stated
-    found, result = _find_outliers(measured, tilted, as_stated)
-    if found and _is_balance_change(measured, tilted, found):
-        return [], as_stated
-    return found, result
-
-
-def _find_outliers(
-    measured: Measurements, tilted: bool, as_stated: FitResult | None
-) -> Screened:
-    """Find the runs that do not agree with the others if M0 is the same with all weights."""
-    count = len(measured.runs)
     # The first guess: runs that are far from the line that most runs agree with.
     start = adjustment.first_guess(
         measured, adjustment.assume_sense(measured, 1.0), np.ones(count)
@@ -107,25 +92,6 @@ def _find_outliers(
         }:
             return more, without
     return found, result
-
-
-def _is_balance_change(
-    measured: Measurements, tilted: bool, outliers: Collection[Outlier]
-) -> bool:
-    """Return whether the runs agree if the balance differs between weights.
-
-    It never explains a run that deviates from the others with its weight. A weight with
-    a single run can be wrong as well.
-    """
-    groups = measured.balance_groups
-    sizes = np.bincount(groups + 1)[groups + 1]
-    if min(sizes[one.index] for one in outliers) < 2 or not measured.balance_differs:
-        return False
-    with suppress(NoFit):
-        level = fit(measured, tilted=tilted).widths.level
-        result = fit(measured, Widths(1.0, None, level), tilted=tilted)
-        return bool(np.abs(result.deviations).max() <= OUTLIER)
-    return False
 
 
 def _settle(
@@ -196,69 +162,6 @@ def _explaining_turns(
     }
     best = min(sorted(misfits), key=lambda turns: misfits[turns])
     return best if misfits[best] < 3 else None
-
-
-NO_WORSE = 1e-3
-"""Runs fit as well as the chosen ones if the ratio of the chi-squares is more probable
-than this."""
-
-MOST_INSTEAD = 12
-"""More runs of one torque that agree with each other cannot all be wrong."""
-
-LESS_LIKELY = 3.0
-"""Factor by which one M0 must be less probable than another to decide which runs are
-wrong."""
-
-
-def rivals(
-    measured: Measurements, chosen: FitResult, left_out: Collection[int]
-) -> list[tuple[list[int], list[int], FitResult]]:
-    """Find torques whose kept runs may be wrong, instead of the runs that are left out.
-
-    Runs of one torque that contradict each other are decided by their number or by the
-    other torques. Two torques are on a line for every choice, so only a much larger M0
-    is an argument against the other choice.
-
-    Returns
-    -------
-    list of tuple
-        For each such torque: its runs that are left out, those that would be left out
-        instead, and the fit then.
-    """
-
-    def unlikely(result: FitResult) -> float:
-        inertia, lightest = (
-            result.inertia.value,
-            lightest_torque(measured, result.adjusted.kept),
-        )
-        test = measured.balance_test
-        width = (
-            test(inertia)
-            if test is not None
-            else balance_scale(measured, inertia, lightest)
-        )
-        return 1 + (result.residual_torque.value / max(width, 1e-12)) ** 2
-
-    found = []
-    for group in measured.by_torque:
-        gone = sorted(set(group) & set(left_out))
-        rest = sorted(set(group) - set(left_out))
-        instead = {*left_out, *rest} - set(gone)
-        too_many = len(rest) > MOST_INSTEAD or len(instead) > len(measured.runs) / 2
-        if not gone or not rest or too_many or not measured.torque[group[0]]:
-            continue
-        try:
-            other = fit(
-                measured, tilted=chosen.adjusted.problem.tilted, left_out=instead
-            )
-        except NoFit:
-            continue
-        misfit = other.chi2 / max(1.0, chosen.chi2 / max(chosen.dof, 1))
-        if chi2_tail(misfit, max(other.dof, 1)) > NO_WORSE and unlikely(
-            other
-        ) < LESS_LIKELY * unlikely(chosen):
-            found.append((gone, rest, other))
-    return found
 
 
 USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)

@@ -22,6 +22,8 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
+from gyrodata.judging.corrections import exchanged_digits
+from gyrodata.judging.explanations import Explanation
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -31,7 +33,6 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.judging.wrong_cells import exchanged_digits
 from gyrodata.measurements import select, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
@@ -52,6 +53,8 @@ class Seen(Lab, frozen=True, kw_only=True):
     outliers: tuple[Outlier, ...]
     without: Estimate | None
     """I_zz without any odd run [kg*m^2], if one is kept."""
+    explanations: tuple[Explanation, ...]
+    """Mistakes with which the runs would agree, the most probable first."""
     p: float | None
     """Chance of a chi-square at least as large; None without degrees of freedom."""
     constancy: Constancy | None
@@ -71,6 +74,10 @@ class Seen(Lab, frozen=True, kw_only=True):
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
     readings, without, out = seen.readings, seen.without, set(seen.left_out)
+    kinds = [each.kind for each in seen.explanations]
+    if kinds == ["weight"] or len(kinds) > 1:
+        # The explanations have a message of their own.
+        return
     kept = (
         f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
         if without
@@ -210,7 +217,12 @@ def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
     within each weight, whose size is uncertain.
     """
     chance = _chance_of_one_balance(seen.fit)
-    if seen.contradicts_itself or chance >= ONE_BALANCE:
+    kinds = [each.kind for each in seen.explanations]
+    if (
+        seen.contradicts_itself
+        or chance >= ONE_BALANCE
+        or kinds not in ([], ["balance"])
+    ):
         return
     names = [load_words(seen.measured, runs[0]) for runs in _odd_weights(seen)]
     which = "no single weight explains this"
@@ -250,47 +262,27 @@ def _chance_of_one_balance(fit: fitting.FitResult) -> float:
     return fit.posterior.chance_of_one_balance()
 
 
-def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
-    """Report that the kept runs of a torque may be wrong.
+def _explanations(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the mistake with which the runs would agree, or the probable ones.
 
-    The answer is then in doubt: either these runs or the runs that are left out may be
-    wrong.
+    Single runs that are certainly wrong, and a balance that differs, have messages of
+    their own.
     """
-    if seen.contradicts_itself or not seen.left_out:
+    several = seen.explanations
+    if not several:
         return
-    measured, left_out = seen.measured, seen.left_out
-
-    def named(runs: list[int]) -> str:
-        *first, last = (measured.runs[i] for i in runs)
-        return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
-
-    for gone, rest, other in fitting.rivals(measured, seen.fit, left_out):
-        gone_are, rest_are = (
-            "is" if len(runs) == 1 else "are" for runs in (gone, rest)
-        )
-        words = {
-            "gone": named(gone),
-            "rest": named(rest),
-            "gone_are": gone_are,
-            "rest_are": rest_are,
-        }
-        answers = {"here": seen.fit.inertia.value, "there": other.inertia.value}
-        yield seen.readings.say(
-            "either_run_wrong", **words, load=load_words(measured, gone[0]), **answers
-        )
-    gone = next(
-        (
-            group
-            for group in measured.by_torque
-            if len(group) > 1 and set(group) <= set(left_out)
-        ),
-        [],
+    first = several[0]
+    if len(several) == 1:
+        if first.kind == "weight":
+            yield seen.readings.say("weight_wrong", words=first.words)
+        return
+    listed = "; or ".join(
+        f"({number}) {each.words} (I_zz = {each.inertia.value:.4g} kg·m²)"
+        for number, each in enumerate(several, start=1)
     )
-    if gone and (poor := _poor_balance(seen)):
-        # The runs do not say which of two weights is wrong; the balance does.
-        yield seen.readings.say(
-            "either_weight_wrong", load=load_words(measured, gone[0]), poor=poor
-        )
+    of_runs = all(each.kind == "runs" for each in several)
+    name = "either_run_wrong" if of_runs else "several_explanations"
+    yield seen.readings.say(name, listed=listed)
 
 
 CHANCE = 0.015
@@ -362,7 +354,7 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
                 "period_not_in_proportion", **values, motion=_other_motion(seen)
             )
     # The most likely cause is the first one.
-    if patterns and patterns[0].p_corrected < CHANCE:
+    if patterns and patterns[0].p_corrected < CHANCE and not seen.explanations:
         p = (
             f"p = {patterns[0].p_corrected:.1g}"
             if patterns[0].p_corrected > 1e-6
@@ -932,7 +924,7 @@ CHECKS: tuple[Check, ...] = (
     _scatter,
     _weights_disagree,
     _balance,
-    _other_choices,
+    _explanations,
     _deviations,
     _large_residual_torque,
     _falling_spin,
@@ -946,5 +938,5 @@ CHECKS: tuple[Check, ...] = (
 """Every check of a log that has been fitted, in the order in which the findings are
 shown."""
 
-OF_FIT = tuple(check for check in CHECKS if check not in (_other_choices, _other_body))
+OF_FIT = tuple([check for check in CHECKS if check is not _other_body])
 """The checks that a grade needs: those of the fit alone."""

@@ -6,6 +6,7 @@ A log whose fit is not credible has no recommended fit; `refusals` says what to 
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 from msgspec import Struct
@@ -13,8 +14,9 @@ from msgspec import Struct
 from gyrodata import fitting
 from gyrodata.base.errors import LogError
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
-from gyrodata.judging import changes, refusals, wrong_cells
+from gyrodata.judging import changes, explanations, refusals
 from gyrodata.judging.changes import Choice, Effect, Lab
+from gyrodata.judging.explanations import Diagnosis, Explanation
 from gyrodata.measurements import Measurements
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, Model
@@ -33,9 +35,12 @@ EXACT = 1e-6
 TOO_WIDE = 0.7
 """Largest relative uncertainty of I_zz that is an answer [1]."""
 
-HOPELESS = 1e-6
-"""If the probability of chi-square is below this, wrong turn counts that explain all
-torques are reported as errors."""
+UNLIKELY = 1e-3
+"""If chi-square is less probable than this, the runs do not agree."""
+
+ONE_BALANCE = 1 / 3
+"""If M0 is the same with every weight with a smaller probability, the weights do not
+agree."""
 
 
 class Recommended(Struct, frozen=True):
@@ -46,6 +51,8 @@ class Recommended(Struct, frozen=True):
     """Suspected outliers, also those that are in the fit."""
     without_outliers: Estimate | None
     """I_zz without all of them [kg*m^2]; None if none of them is in the fit."""
+    explanations: tuple[Explanation, ...]
+    """Mistakes with which the runs would agree."""
 
 
 def recommend(
@@ -78,23 +85,22 @@ def recommend(
     _refuse_rods_that_fall(readings, measured, model)
     try:
         screened = _screen(measured, model)
-        lab = screened.fit_kept(readings, model, keep_flagged)
+        diagnosis = screened.diagnose(readings)
+        _refuse_wrong_counts(readings, measured, diagnosis)
+        left_out = () if keep_flagged else diagnosis.left_out
+        lab = screened.fit_kept(readings, model, left_out)
+        suspected = tuple([outlier.index for outlier in diagnosis.outliers])
         without = None
-        if screened.suspected != lab.left_out:
-            without = screened.fit_without(screened.suspected).inertia
-        _insist_on_credible_fit(readings, lab, screened)
+        if suspected and suspected != lab.left_out:
+            without = screened.fit_without(suspected).inertia
+        _insist_on_credible_fit(readings, lab, suspected)
     except NoFit as reason:
         miscounted = refusals.count_findings(readings, measured)
         if miscounted:
             raise LogError(miscounted) from None
         refusal = refusals.refusal(readings, measured, str(reason), keep_flagged)
         raise LogError([refusal]) from None
-    _refuse_wrong_counts(readings, lab)
-    outliers = screened.outliers
-    if outliers:
-        others = screened.fit or lab.fit
-        outliers = wrong_cells.explain(readings, lab, outliers, others)
-    return Recommended(lab, outliers, without)
+    return Recommended(lab, diagnosis.outliers, without, diagnosis.explanations)
 
 
 class _Screened(Struct, frozen=True):
@@ -109,27 +115,26 @@ class _Screened(Struct, frozen=True):
     """The fit of all runs with these models, if the choice has made it already: that is
     only possible for models without a correction."""
 
-    @property
-    def suspected(self) -> tuple[int, ...]:
-        """The outliers, by the numbers of their runs."""
-        return tuple([outlier.index for outlier in self.outliers])
-
-    @property
-    def miscounted(self) -> tuple[int, ...]:
-        """The outliers that a wrong number of turns explains."""
-        return tuple([outlier.index for outlier in self.outliers if outlier.slip])
-
     def fit_without(self, left_out: tuple[int, ...]) -> FitResult:
         """Fit the other runs."""
         tilted = self.choice.motion.tilted
         return fitting.fit(self.runs, tilted=tilted, left_out=left_out)
 
-    def fit_kept(self, readings: Readings, model: Model, keep_flagged: bool) -> Lab:
-        """Fit the runs; a run with a wrong number of turns is left out.
+    def diagnose(self, readings: Readings) -> Diagnosis:
+        """Find what explains that the runs do not agree; nothing if they agree."""
+        base = None if self.ready is None else self.ready.fit
+        if base is None:
+            with suppress(NoFit):
+                base = self.fit_without(())
+        if not self.outliers and base is not None and _agrees(base):
+            return Diagnosis()
+        tilted = self.choice.motion.tilted
+        return explanations.diagnose(readings, self.runs, tilted, base, self.outliers)
 
-        Another outlier is still a measurement.
-        """
-        left_out = () if keep_flagged else self.miscounted
+    def fit_kept(
+        self, readings: Readings, model: Model, left_out: tuple[int, ...]
+    ) -> Lab:
+        """Fit the runs that are not certainly wrong."""
         effects: tuple[Effect, ...] = ()
         if self.ready is None or left_out:
             fit = self.fit_without(left_out)
@@ -148,6 +153,16 @@ class _Screened(Struct, frozen=True):
         )
 
 
+def _agrees(fit: FitResult) -> bool:
+    """Return whether the runs, and the weights, agree with each other."""
+    as_stated = fit.as_stated or fit
+    if fitting.chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) < UNLIKELY:
+        return False
+    is_asked = fit.adjusted.problem.measured.balance is None
+    alike = fit.posterior.chance_of_one_balance() if fit.posterior else 1.0
+    return not is_asked or alike > ONE_BALANCE
+
+
 def _screen(measured: Measurements, model: Model) -> _Screened:
     """Choose the models, correct the runs for them, and find the outliers.
 
@@ -162,7 +177,10 @@ def _screen(measured: Measurements, model: Model) -> _Screened:
     if not choice.motion.is_corrected(fitting.timed_runs(measured)):
         return screened
     corrected, _ = fitting.fit_model(
-        measured, choice.motion, screened.suspected, fitting.AS_STATED
+        measured,
+        choice.motion,
+        [outlier.index for outlier in outliers],
+        fitting.AS_STATED,
     )
     outliers, fit = fitting.screen(corrected, tilted)
     return _Screened(corrected, tuple(outliers), fit, choice, ready)
@@ -198,7 +216,9 @@ def _refuse_rods_that_fall(
             raise LogError(fallen)
 
 
-def _insist_on_credible_fit(readings: Readings, lab: Lab, screened: _Screened) -> None:
+def _insist_on_credible_fit(
+    readings: Readings, lab: Lab, suspected: tuple[int, ...]
+) -> None:
     """Raise NoFit or LogError if a fit is not an answer."""
     fit = lab.fit
     if not np.isfinite(fit.fitted_time).all():
@@ -209,7 +229,7 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab, screened: _Screened) -
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
     weights = np.ones(len(lab.measured.runs))
-    weights[list(screened.suspected)] = 0.0
+    weights[list({*suspected, *lab.left_out})] = 0.0
     fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, weights)
     as_stated = fit.as_stated or fit
     if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
@@ -225,11 +245,9 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab, screened: _Screened) -
         raise LogError([refusals.not_measured(readings, fit, low, high)])
 
 
-def _refuse_wrong_counts(readings: Readings, lab: Lab) -> None:
-    """Refuse a log that is impossible with its turns, and probable with other turns."""
-    fit = lab.fit
-    if fit.dof <= 0 or fitting.chi2_tail(fit.chi2, fit.dof) >= HOPELESS:
-        return
-    miscounted = refusals.count_findings(readings, lab.measured, fit, lab.left_out)
-    if miscounted:
-        raise LogError(miscounted)
+def _refuse_wrong_counts(
+    readings: Readings, measured: Measurements, diagnosis: Diagnosis
+) -> None:
+    """Refuse a log whose weights agree only with other turns."""
+    if [each.kind for each in diagnosis.explanations[:1]] == ["turns"]:
+        raise LogError(refusals.count_findings(readings, measured))

@@ -6,16 +6,13 @@ They are wrong counts of turns, a rod that falls, no common I_zz, or a useless i
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import FitResult
-from gyrodata.judging.changes import CLEARLY
 from gyrodata.judging.tables import load_words, turn_words
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import RPM, motion
@@ -23,39 +20,9 @@ from gyrodata.physics.models import FALLEN, STEEP
 from gyrodata.readings import Readings
 
 
-def count_findings(
-    readings: Readings,
-    measured: Measurements,
-    fit: FitResult | None = None,
-    left_out: Collection[int] = (),
-) -> list[Diagnostic]:
-    """Name the torques whose turns must be wrong, because all torques agree with other counts.
-
-    `fit` is the fit with the written counts and without the runs that are left out;
-    None if that fit failed.
-    """
-    groups = measured.by_torque
-
-    def believed(counts: dict[int, float]) -> bool:
-        """Return whether the times are much more likely with other counts."""
-        if fit is None:
-            return True
-        turns = measured.turns.copy()
-        for k, count in counts.items():
-            turns[groups[k]] = count
-        try:
-            other = fitting.fit(
-                replace(measured, turns=turns),
-                tilted=fit.adjusted.problem.tilted,
-                left_out=left_out,
-            )
-        except fitting.NoFit:
-            return False
-        return other.log_evidence - fit.log_evidence > CLEARLY
-
-    answers = [
-        counts for counts in fitting.explaining_counts(measured) if believed(counts)
-    ]
+def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the torques whose turns must be wrong, because all torques agree with other counts."""
+    groups, answers = measured.by_torque, fitting.explaining_counts(measured)
     if not answers:
         return []
 

@@ -1,0 +1,433 @@
+"""Corrections of single runs: what one cell, or two, may have been meant to contain.
+
+Each correction is made in the log's own readings and measured again. The page
+"statistics" describes how explanations are compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
+from itertools import pairwise
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting
+from gyrodata.judging.tables import turn_words
+from gyrodata.measurements import Measurements, measure, spin_columns
+from gyrodata.measurements.checks import SIZES, other_units
+from gyrodata.measurements.sources import load_role
+from gyrodata.physics import Floats
+from gyrodata.quantities.notation import PLAIN
+from gyrodata.quantities.units import from_si, parse_unit
+from gyrodata.readings import Column, Reading, Readings, kind_of_role
+from gyrodata.readings.roles import TIMINGS
+
+COMMON: Mapping[str, float] = {
+    "count of the weight": 1e-2,
+    "count": 3e-3,
+    "value of the runs around": 2e-2,
+    "value of a neighbour": 1e-3,
+    "point": 2e-3,
+    "two places": 5e-4,
+    "digits": 2e-3,
+    "minutes and seconds": 2e-3,
+    "minute": 5e-4,
+    "digit": 3e-4,
+    "unit": 3e-4,
+    "strip": 1e-3,
+    "exchanged cells": 2e-3,
+    "exchanged runs": 3e-4,
+}
+"""Probability of each mistake in one run [1]. Only the ratios matter: a miscount is the
+most common mistake in this lab."""
+
+WIDER, UNUSUAL = 1.25, 0.05
+"""A correction is less probable by the factor `UNUSUAL` if the new value is outside the
+range of the other runs by the factor `WIDER`, and the old one is not."""
+
+FEW_COUNTS = (-1, -0.5, 0.5, 1)
+"""Differences of a miscount from the true count."""
+
+
+class Correction(Struct, frozen=True):
+    """Other contents of one or two cells."""
+
+    runs: tuple[int, ...]
+    """The runs in which a cell changes."""
+    words: str
+    common: float
+    """Probability of this mistake [1]."""
+    measured: Measurements
+    """The log after it."""
+
+
+class Cell(Struct, frozen=True):
+    """One possible content of a cell."""
+
+    kind: str
+    """In `COMMON`."""
+    text: str
+    """The number as it would be written."""
+    words: str
+    """The words after the number; {old} is the number that was written."""
+    value: float
+    """[SI unit]"""
+
+
+def of_run(
+    readings: Readings, measured: Measurements, kept: Sequence[int], index: int
+) -> Iterator[Correction]:
+    """List the corrections of one run; `kept` are the runs that agree with each other."""
+    yield from _other_counts(measured, kept, index)
+    yield from _exchanged_in_run(readings, index)
+    timing = timing_role(readings)
+    loads = _load_roles(readings) if measured.torque[index] else []
+    spins = [column.role for column in spin_columns(readings)]
+    for role in (timing, *spins, *loads):
+        column = readings.columns[role]
+        if column.spots[index] < 0 or not column.values[index]:
+            continue
+        usual = _range_of(column, kept)
+        for cell in _distinct(_cells(readings, column, usual, index), column, index):
+            common = COMMON[cell.kind] * _unusual(column, usual, index, cell.value)
+            unit = f" {column.unit}" if column.unit else ""
+            words = cell.words.format(old=written(column, index))
+            yield Correction(
+                (index,),
+                f"{role.replace('_', ' ')} {cell.text}{unit}{words}",
+                common,
+                measure(_with_value(readings, column, index, cell.value)),
+            )
+
+
+def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]:
+    """List the corrections that exchange cells of two runs."""
+    runs = (first, second)
+    timing = timing_role(readings)
+    spins = [column.role for column in spin_columns(readings)]
+    counts = [role for role in ("turns", "angle") if role in readings.columns]
+    names = f"runs {readings.runs[first]} and {readings.runs[second]}"
+    for roles, words, kind in (
+        (spins, "the spins", "exchanged cells"),
+        ([timing], "the times", "exchanged cells"),
+        ([timing, *counts], "the times and turns", "exchanged runs"),
+        ([*spins, timing, *counts], "the weights", "exchanged runs"),
+    ):
+        changed = _exchanged(readings, roles, first, second)
+        if changed is not None:
+            text = f"are {words} of {names} exchanged? Then both would fit"
+            yield Correction(runs, text, COMMON[kind], measure(changed))
+
+
+def timing_role(readings: Readings) -> str:
+    """Return the role of the column with times, periods or rates."""
+    return next(role for role in TIMINGS if role in readings.columns)
+
+
+def _load_roles(readings: Readings) -> list[str]:
+    load = load_role(readings.columns)
+    return [load] if load == "torque" else [load, "position"]
+
+
+def _other_counts(
+    measured: Measurements, kept: Sequence[int], index: int
+) -> Iterator[Correction]:
+    """List other numbers of turns that are likely.
+
+    They are the usual ones, those of other runs, and those that are off by one or a
+    half.
+    """
+    turns = float(measured.turns[index])
+    alike = {
+        float(measured.turns[run])
+        for run in kept
+        if measured.torque[run] == measured.torque[index]
+    }
+    likely = {*fitting.USUAL_COUNTS, *measured.turns.tolist()}
+    likely |= {turns + step for step in FEW_COUNTS}
+    for count in sorted(likely):
+        if count <= 0 or math.isclose(count, turns):
+            continue
+        counts = measured.turns.copy()
+        counts[index] = count
+        is_of_weight = len(alike) == 1 and math.isclose(count, *alike)
+        yield Correction(
+            (index,),
+            f"fits {turn_words(count)}, not {turn_words(turns).split(' ')[0]}",
+            COMMON["count of the weight" if is_of_weight else "count"],
+            replace(measured, turns=counts, slowing=None),
+        )
+
+
+def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
+    """Suppose that the spin and the time of a run were written in each other's column."""
+    spin, time = readings.columns.get("spin"), readings.columns.get("time")
+    if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
+        return
+    values = []
+    for column, other in ((spin, time), (time, spin)):
+        factor = _factor(column) / _factor(other)
+        values.append(factor * (other.values[index] or 0.0))
+    if not all(values):
+        return
+    changed = _with_value(readings, spin, index, values[0])
+    changed = _with_value(changed, time, index, values[1])
+    words = (
+        f"are time and spin exchanged? Spin {written(time, index)} {spin.unit} and "
+        f"time {written(spin, index)} {time.unit} would fit"
+    )
+    yield Correction((index,), words, COMMON["exchanged cells"], measure(changed))
+
+
+def _exchanged(
+    readings: Readings, roles: Sequence[str], first: int, second: int
+) -> Readings | None:
+    """Exchange the cells of two runs in some columns; None if nothing changes."""
+    columns, is_changed = dict(readings.columns), False
+    for role in roles:
+        column = columns[role]
+        if min(column.spots[first], column.spots[second]) < 0:
+            return None
+        cells = list(column.readings)
+        is_changed |= cells[first].value != cells[second].value
+        cells[first], cells[second] = cells[second], cells[first]
+        columns[role] = replace(column, readings=tuple(cells))
+    return replace(readings, columns=columns) if is_changed else None
+
+
+def _with_value(
+    readings: Readings, column: Column, index: int, value: float
+) -> Readings:
+    """Change one cell; if it also counts for blank cells below it, their runs change too."""
+
+    def changed(reading: Reading, spot: int) -> Reading:
+        is_cell = spot == column.spots[index]
+        return replace(reading, value=value) if is_cell else reading
+
+    cells = tuple(map(changed, column.readings, column.spots))
+    columns = {**readings.columns, column.role: replace(column, readings=cells)}
+    return replace(readings, columns=columns)
+
+
+# --- other contents of a cell ---
+
+
+def _cells(
+    readings: Readings, column: Column, usual: tuple[float, float], index: int
+) -> Iterator[Cell]:
+    """List other contents of a cell, without those that are the same number."""
+    role, is_load = column.role, column.role in _load_roles(readings)
+    if role not in TIMINGS:
+        yield from _of_neighbours(column, index, is_load)
+    others = {
+        abs(value)
+        for value, spot in zip(column.values, column.spots, strict=True)
+        if value and spot != column.spots[index]
+    }
+    # A value that another run has too is not a typing mistake.
+    if not is_load or abs(column.values[index] or 0.0) not in others:
+        origin = readings.position_from if role == "position" else None
+        yield from of_typing(column, index, origin)
+
+
+def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
+    """Leave out cells with a number that is there already, or that is impossible."""
+    sizes = [size.possible for size in SIZES if size.role == column.role]
+    seen = {0.0, float(f"{column.values[index]:.6g}")}
+    for cell in cells:
+        rounded = float(f"{cell.value:.6g}")
+        is_possible = all(low <= cell.value <= high for low, high in sizes)
+        if is_possible and rounded not in seen:
+            seen.add(rounded)
+            yield cell
+
+
+def _range_of(column: Column, kept: Sequence[int]) -> tuple[float, float]:
+    """Return the range of the values of the other runs, a little wider."""
+    values = [abs(value) for run in kept if (value := column.values[run])]
+    return min(values, default=0.0) / WIDER, max(values, default=math.inf) * WIDER
+
+
+def _unusual(
+    column: Column, usual: tuple[float, float], index: int, value: float
+) -> float:
+    """Return a factor on the probability of a value, for its size."""
+    low, high = usual
+    is_out = not low < abs(value) < high
+    was_out = not low < abs(column.values[index] or 0.0) < high
+    return UNUSUAL ** (int(is_out) - int(was_out and column.role not in TIMINGS))
+
+
+def written(column: Column, index: int) -> str:
+    """Return the number of a cell as it was typed.
+
+    If it is not a plain number, its value in the unit of the column.
+    """
+    text, value = column.readings[index].text, column.values[index] or 0.0
+    if PLAIN.fullmatch(text):
+        return text
+    if column.unit:
+        value = from_si(value, column.unit, kind_of_role(column.role))
+    return f"{value:.6g}"
+
+
+def _factor(column: Column) -> float:
+    """Return one unit of a column [SI unit]."""
+    kind = kind_of_role(column.role)
+    return parse_unit(column.unit, kind).factor if column.unit else 1.0
+
+
+def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
+    """List the values of the runs before and after.
+
+    `single`: also if only one of them has the value.
+    """
+    values, spots = column.values, column.spots
+    elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
+    before = [k for k in elsewhere if k < index][-1:]
+    after = [k for k in elsewhere if k > index][:1]
+    around = {k: value for k in (*before, *after) if (value := values[k])}
+    rest = [values[k] for k in elsewhere]
+    steps = sum(value != other for value, other in pairwise(rest))
+    run, value = next(iter(around.items()), (0, 0.0))
+    is_alike = set(around.values()) == {value} and rest.count(value) > 1
+    # If one weight is used after the other, the runs around a run nearly always have
+    # its weight.
+    if steps < len(set(rest)) and is_alike:
+        place = "other runs" if len(set(rest)) == 1 else "runs around it"
+        words = f", as in the {place}, would fit, not {{old}}"
+        yield Cell("value of the runs around", written(column, run), words, value)
+        return
+    for run, value in around.items():
+        if single and value != values[index]:
+            place = "before" if run < index else "after"
+            words = f", as in the run {place}, would fit, not {{old}}"
+            yield Cell("value of a neighbour", written(column, run), words, value)
+
+
+def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
+    """List the number with another decimal point, exchanged digits, or another unit.
+
+    `origin` is the end of the rod from which positions count.
+    """
+    text, value = written(column, index), column.values[index] or 0.0
+    number, factor = Decimal(text.replace(",", ".")), _factor(column)
+    is_shifted = origin in ("surface", "tip")
+    is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
+    if not number or not (is_shifted or is_plain):
+        return
+    for kind, new, why in _guesses(column, text, number):
+        # A position with another origin changes by as much as the number.
+        moved = factor * float(new - number) * (-1 if origin == "tip" else 1)
+        words = f" would fit, not {{old}} ({why})"
+        yield Cell(kind, _like(f"{new:f}", text), words, value + moved)
+    if column.unit and not is_shifted:
+        for unit, times in other_units(column):
+            words = f" would fit, not {{old}} (is it in {unit}?)"
+            yield Cell("unit", f"{value * times / factor:.5g}", words, value * times)
+
+
+def _guesses(
+    column: Column, text: str, number: Decimal
+) -> Iterator[tuple[str, Decimal, str]]:
+    """List other numbers for a number as it was typed: the mistake, the number, and why."""
+    for power in (-1, 1, -2, 2):
+        kind = "point" if abs(power) == 1 else "two places"
+        yield kind, number.scaleb(power), "is the decimal point misplaced?"
+    step = (column.readings[0].step or 0.0) / _factor(column)
+    places = round(-math.log10(step)) if 0 < step < 1 else 0
+    # A zero at the end may be missing, as in 43 for 43.0.
+    for new in exchanged_digits(
+        text if "." in text or "," in text else f"{number:.{places}f}"
+    ):
+        yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
+    if column.role in ("spin", "spin_start", "spin_end"):
+        yield "strip", number / 2, "are two strips of tape on the ball?"
+    if column.role == "time" and column.unit == "s":
+        minutes, _, seconds = text.replace(",", ".").partition(".")
+        if len(seconds) == 2 and seconds < "60" and 0 < int(minutes or 0) < 30:
+            meant = 60 * Decimal(minutes) + Decimal(seconds)
+            why = f"is it {minutes} min {seconds} s? Then write {minutes}:{seconds}"
+            yield "minutes and seconds", meant, why
+        yield "minute", number + 60, "is a minute missing?"
+        yield "minute", number - 60, "is it a minute less?"
+        for step in (-10, 10):
+            yield "digit", number + step, "is a digit wrong?"
+
+
+def exchanged_digits(number: str) -> Iterator[str]:
+    """List the numbers that result if two neighbouring digits are exchanged.
+
+    Numbers that begin with 0 are left out.
+    """
+    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
+    for first, second in pairwise(digits):
+        signs = [*number]
+        signs[first], signs[second] = number[second], number[first]
+        if signs[digits[0]] != "0" and signs != [*number]:
+            yield "".join(signs)
+
+
+def _like(number: str, text: str) -> str:
+    """Return a number with the decimal sign of another number."""
+    return number.replace(".", ",") if "," in text else number
+
+
+# --- how well a corrected run agrees with the others ---
+
+
+class Prediction:
+    """What the fit of some runs predicts for the times of the others."""
+
+    def __init__(self, measured: Measurements, others: fitting.FitResult) -> None:
+        """`others` is a fit of `measured` without some runs."""
+        self.others = others
+        deviations = np.abs(others.deviations[others.adjusted.kept > 0])
+        self.typical = max(1.0, fitting.MAD_TO_SD * fitting.median(deviations))
+        fitted = others.fitted_time - others.timing_bias.value
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.ratio = fitted / self._steady_time(measured)
+
+    def _torque(self, measured: Measurements) -> Floats:
+        """Return the net torque of each run [N*m], shape (n,)."""
+        return np.abs(measured.torque + self.others.residual_torque.value)
+
+    def _steady_time(self, measured: Measurements) -> Floats:
+        """Return the time of each run of a steady, level rod [s], shape (n,)."""
+        moment = self.others.inertia.value * measured.corrected_spin
+        return 2 * np.pi * measured.turns * moment / self._torque(measured)
+
+    def _relative_u(self, changed: Measurements, run: int) -> float:
+        """Return the relative u of the difference of a time from its prediction [1]."""
+        (inertia, both, _), (_, balance, _), _ = self.others.covariance.tolist()
+        value, torque = self.others.inertia.value, float(self._torque(changed)[run])
+        variance = inertia / value**2 - 2 * both / (value * torque)
+        variance += balance / torque**2 + float(changed.own_relative[run]) ** 2
+        return self.typical * math.sqrt(max(variance, 0.0))
+
+    def log_density(self, changed: Measurements, run: int) -> float:
+        """Return the log of the probability density of ln T of a run of a changed log.
+
+        −inf if the run then deviates by more than `FITS` standard uncertainties.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            predicted = float(self.ratio[run] * self._steady_time(changed)[run])
+            time = float(changed.time[run]) - self.others.timing_bias.value
+            u = self._relative_u(changed, run)
+        if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
+            return -math.inf
+        off = (time / predicted - 1) / u
+        if abs(off) > FITS:
+            return -math.inf
+        return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
+
+
+FITS = 3.0
+"""A correction fits if the run is then off by less than this many standard
+uncertainties."""
+
+HALF_LOG_2PI = 0.5 * math.log(2 * math.pi)

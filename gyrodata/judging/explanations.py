@@ -1,0 +1,604 @@
+"""Explanations: the mistakes with which the runs of a log would agree.
+
+An explanation says which readings are wrong: those of single runs, the load of one
+weight in all its runs, the turns of whole weights, or none, because the balance
+differs between weights. All are judged in the same way: the log is fitted as if the
+explanation were true, and the probability of all its times (the evidence of this fit)
+is multiplied by how common the mistake is. A reading that an explanation calls wrong
+can have every value, so that its probability is small and the same everywhere.
+
+No explanation is tried for a log whose runs agree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import cast
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import fitting
+from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
+from gyrodata.judging import corrections
+from gyrodata.judging.corrections import HALF_LOG_2PI, Correction, Prediction
+from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
+from gyrodata.measurements import Measurements, Source
+from gyrodata.measurements.checks import SIZES, other_units
+from gyrodata.measurements.sources import load_role
+from gyrodata.quantities.error_sources import Quantity
+from gyrodata.quantities.units import from_si, parse_unit
+from gyrodata.readings import Column, Readings, kind_of_role
+
+# --- how common each mistake is ---
+
+WRONG_RUN = 3e-3
+"""Probability that a run is wrong for a reason that gyro does not know [1]; the known
+ones are in `corrections`."""
+
+WRONG_WEIGHT = 0.03
+"""Probability that the mass or the position of one weight is wrong in all its runs [1].
+"""
+
+FAR, RARE = 0.1, 0.05
+"""A balance that differs between weights by more than this part of the lightest torque
+is less common by this factor than its prior in the fit, whose tails make u safe."""
+
+LARGE = math.log(2.5)
+"""A load that is wrong by a larger factor is less common by the factor `RARE`."""
+
+WRONG_COUNT = 0.01
+"""Probability that the turns of all runs of one weight are miscounted [1]."""
+
+UNKNOWN = 4.0
+"""A wrong time is equally probable in a range of this width of its logarithm."""
+
+WIDE = 0.4
+"""Relative standard uncertainty of a wrong load [1]."""
+
+CLEARLY = math.log(20.0)
+"""An explanation is certain if it is this much more probable than every other one, as
+the logarithm of a ratio."""
+
+MOST_RUNS, MOST_WEIGHTS, MOST_ODD = 500, 12, 12
+"""Larger logs, and more wrong runs, are not searched for a mistake."""
+
+MOST_LISTED, MOST_SHOWN = 4, 3
+"""Largest number of explanations, and of corrections, that are shown."""
+
+
+class Explanation(Struct, frozen=True):
+    """A mistake with which the runs of a log would agree."""
+
+    kind: str
+    """"runs", "weight", "turns" or "balance"."""
+    words: str
+    probability: float
+    """Compared with all others that were tried, and with no mistake [1]."""
+    runs: tuple[str, ...]
+    """The runs whose readings would be wrong."""
+    inertia: Estimate
+    """I_zz if it is true [kg*m^2]."""
+
+
+class Hypothesis(Struct, frozen=True):
+    """An explanation with its fit, before all of them are compared."""
+
+    kind: str
+    """As of an explanation; or "none"."""
+    words: str
+    log_probability: float
+    wrong: tuple[int, ...]
+    """The runs that are certainly wrong if it is true."""
+    fit: FitResult
+    outliers: tuple[Outlier, ...] = ()
+
+
+class Diagnosis(Struct, frozen=True):
+    """What explains that the runs of a log do not agree."""
+
+    explanations: tuple[Explanation, ...] = ()
+    """The probable ones, the most probable first; empty if there is none."""
+    outliers: tuple[Outlier, ...] = ()
+    """Runs that look odd, with their corrections."""
+    left_out: tuple[int, ...] = ()
+    """The runs that are certainly wrong."""
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether one explanation is much more probable than all others."""
+        return len(self.explanations) == 1
+
+
+class Log(Struct, frozen=True):
+    """A log whose runs do not agree."""
+
+    readings: Readings
+    measured: Measurements
+    """Its n runs, corrected for their motion."""
+    tilted: bool
+
+    def fit(
+        self, measured: Measurements | None = None, left_out: Sequence[int] = ()
+    ) -> FitResult:
+        """Fit the log, or a changed one."""
+        runs = self.measured if measured is None else measured
+        return fitting.fit(runs, tilted=self.tilted, left_out=left_out)
+
+    def evidence(self, fit: FitResult) -> float:
+        """Return the log of the probability of the kept times of a fit, and of the ball."""
+        return float(np.logaddexp(*self.evidences(fit)))
+
+    def evidences(self, fit: FitResult) -> tuple[float, float]:
+        """Return the evidence if M0 is the same with all weights, and if it differs."""
+        assert fit.posterior is not None
+        level, weight = fit.posterior.level, fit.posterior.weight
+        evidence = fit.log_evidence - float(fit.adjusted.kept.sum()) * HALF_LOG_2PI
+        evidence += self._log_agreement_with_ball(fit)
+        if self.measured.balance is not None:
+            # The log decides whether the balance differs.
+            return evidence, -math.inf
+        lightest = fitting.lightest_torque(self.measured, fit.adjusted.kept)
+        common = np.where(level > FAR * lightest, RARE, 1.0)
+        with np.errstate(divide="ignore"):
+            alike, differs = np.log(
+                [weight @ (level == 0), weight @ (common * (level > 0))]
+            )
+        return evidence + float(alike), evidence + float(differs)
+
+    def _log_agreement_with_ball(self, fit: FitResult) -> float:
+        """Return the log of the probability of I_zz for the ball; 0 without a ball."""
+        ball = compare_with_ball(
+            fit.inertia, self.readings.constants, self.readings.uncertainties
+        )
+        if ball is None:
+            return 0.0
+        off = ball.relative / math.hypot(BALL, fitting.relative_u(fit.inertia))
+        return math.log(math.exp(-0.5 * off**2) + NO_BALL)
+
+
+BALL, NO_BALL = 0.03, 0.01
+"""Relative difference of I_zz from the value for the ball that is usual, and the
+probability density of any other difference [1]."""
+
+
+def diagnose(
+    readings: Readings,
+    measured: Measurements,
+    tilted: bool,
+    base: FitResult | None,
+    outliers: Sequence[Outlier],
+) -> Diagnosis:
+    """Find what explains that the runs of a log do not agree.
+
+    Parameters
+    ----------
+    readings, measured
+        The log, and its n runs, corrected for their motion.
+    tilted : bool
+        As for `fitting.fit`.
+    base : FitResult or None
+        The fit of all runs; None if there is none.
+    outliers : sequence of Outlier
+        The runs that do not agree with the others.
+
+    Returns
+    -------
+    Diagnosis
+    """
+    log = Log(readings, measured, tilted)
+    tried = list(_as_written(log, base))
+    if len(measured.runs) <= MOST_RUNS:
+        tried += _wrong_runs(log, outliers)
+        tried += _wrong_weights(log)
+        tried += _wrong_counts(log)
+    if not tried:
+        return Diagnosis(outliers=tuple(outliers))
+    tried.sort(key=lambda each: each.log_probability, reverse=True)
+    best = tried[0]
+    least = best.log_probability - CLEARLY
+    likely = [each for each in tried if each.log_probability > least]
+    named = next(
+        (each.outliers for each in likely if each.kind == "runs"), tuple(outliers)
+    )
+    if any(each.kind == "none" for each in likely):
+        return Diagnosis(outliers=named)
+    total = sum(math.exp(each.log_probability - best.log_probability) for each in tried)
+    wrong = set(best.wrong).intersection(*[each.wrong for each in likely])
+    if wrong and best.kind == "weight":
+        named = best.outliers
+    return Diagnosis(
+        tuple(
+            [
+                Explanation(
+                    each.kind,
+                    each.words,
+                    math.exp(each.log_probability - best.log_probability) / total,
+                    tuple([measured.runs[run] for run in each.wrong]),
+                    each.fit.inertia,
+                )
+                for each in likely[:MOST_LISTED]
+            ]
+        ),
+        named if wrong or best.kind == "runs" else (),
+        tuple(sorted(wrong)),
+    )
+
+
+# --- no mistake ---
+
+BALANCE_WORDS = "M0 differs between the weights, as if somebody touched the balance"
+
+
+def _as_written(log: Log, base: FitResult | None) -> Iterator[Hypothesis]:
+    """Suppose that all readings are right, and that M0 is the same or differs."""
+    if base is None or base.posterior is None:
+        return
+    alike, differs = log.evidences(base)
+    if alike > -math.inf:
+        yield Hypothesis("none", "", alike, (), base)
+    if differs > -math.inf:
+        yield Hypothesis("balance", BALANCE_WORDS, differs, (), base)
+
+
+# --- single runs ---
+
+
+def _wrong_runs(log: Log, outliers: Sequence[Outlier]) -> Iterator[Hypothesis]:
+    """Suppose that the outliers are wrong, or instead the others of one weight."""
+    if not outliers:
+        return
+    odd = [outlier.index for outlier in outliers]
+    known = {outlier.index: outlier for outlier in outliers}
+    for runs in (odd, *_instead(log.measured, odd)):
+        with suppress(NoFit):
+            yield _runs_hypothesis(log, runs, known)
+
+
+def _instead(measured: Measurements, odd: Sequence[int]) -> Iterator[list[int]]:
+    """List the runs that may be wrong instead of the outliers of a torque.
+
+    Runs of one torque that contradict each other are decided by their number, or by the
+    other torques.
+    """
+    for group in measured.by_torque:
+        gone, rest = set(group) & set(odd), set(group) - set(odd)
+        instead = (set(odd) | rest) - gone
+        too_many = len(rest) > MOST_ODD or len(instead) > len(measured.runs) / 2
+        if gone and rest and not too_many and measured.torque[group[0]]:
+            yield sorted(instead)
+
+
+def _runs_hypothesis(
+    log: Log, runs: Sequence[int], known: dict[int, Outlier]
+) -> Hypothesis:
+    """Suppose that some runs are wrong, each by its most probable correction."""
+    measured, others = log.measured, log.fit(left_out=runs)
+    prediction = Prediction(measured, others)
+    kept = np.flatnonzero(others.adjusted.kept).tolist()
+    of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
+    partners: dict[int, Scores] = {}
+    for words, scores in _exchanges(log, prediction, of_run):
+        for run, score in scores.items():
+            of_run.get(run, partners.setdefault(run, [])).append((score, words))
+    total = log.evidence(others)
+    for run in runs:
+        total += _log_sum(of_run.get(run, [])) - math.log(measured.time[run])
+    of_run = {**{run: [] for run in runs}, **partners, **of_run}
+    outliers = [
+        _with_corrections(others, run, scores, known.get(run))
+        for run, scores in sorted(of_run.items())
+    ]
+    wrong = [outlier.index for outlier in outliers if outlier.slip]
+    return Hypothesis(
+        "runs",
+        _words_of_runs(measured, outliers),
+        total,
+        tuple(wrong),
+        others,
+        tuple(outliers),
+    )
+
+
+def _log_sum(scores: Scores) -> float:
+    """Return the log of the probability density of a run that is wrong somehow."""
+    unknown = math.log(WRONG_RUN / UNKNOWN)
+    return float(np.logaddexp.reduce([unknown, *[score for score, _ in scores]]))
+
+
+Scores = list[tuple[float, str]]
+"""The corrections of a run: log of the probability density, and words."""
+
+
+def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
+    """Score the corrections of one run."""
+    scores = []
+    for correction in corrections.of_run(log.readings, log.measured, kept, run):
+        density = prediction.log_density(correction.measured, run)
+        if density > -math.inf:
+            scores.append((density + math.log(correction.common), correction.words))
+    return scores
+
+
+def _exchanges(
+    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
+) -> Iterator[tuple[str, dict[int, float]]]:
+    """Find pairs of runs whose cells are exchanged: words, and the score of each run."""
+    gains: list[tuple[float, Correction, dict[int, float]]] = []
+    for first in of_run:
+        for second in range(len(log.measured.runs)):
+            if second == first or (second in of_run and second < first):
+                continue
+            for correction in corrections.of_pair(log.readings, first, second):
+                scores = _scores_of_pair(log, prediction, of_run, correction)
+                before = [_log_sum(of_run[run]) for run in scores if run in of_run]
+                gain = sum(scores.values()) - sum(before)
+                if math.isfinite(gain) and gain > 0:
+                    gains.append((gain, correction, scores))
+    gains.sort(key=lambda item: item[0], reverse=True)
+    used: set[int] = set()
+    for _, correction, scores in gains:
+        if not used.intersection(correction.runs):
+            used.update(correction.runs)
+            yield correction.words, scores
+
+
+def _scores_of_pair(
+    log: Log,
+    prediction: Prediction,
+    of_run: Mapping[int, Scores],
+    correction: Correction,
+) -> dict[int, float]:
+    """Score an exchange: each of two outliers gets a half of it.
+
+    The partner of an outlier may agree with the others by itself.
+    """
+    first, second = correction.runs
+    score = math.log(correction.common)
+    for run in correction.runs:
+        score += prediction.log_density(correction.measured, run)
+    if second in of_run:
+        return {first: score / 2, second: score / 2}
+    return {first: score - prediction.log_density(log.measured, second), second: 0.0}
+
+
+def _with_corrections(
+    others: FitResult, run: int, scores: Scores, known: Outlier | None
+) -> Outlier:
+    """Return an outlier with its probable corrections."""
+    deviation = float(others.deviations[run])
+    outlier = known or Outlier(run, deviation, None, slip=True)
+    scores = sorted(scores, reverse=True)
+    likely = [words for score, words in scores if score > scores[0][0] - CLEARLY]
+    is_wrong = outlier.slip or any("exchanged?" in words for words in likely)
+    maybe = ""
+    if not is_wrong:
+        # A run that is not clearly wrong may be odd by chance; then several
+        # corrections may fit, or none.
+        likely, maybe = [], likely[0] if len(likely) == 1 else ""
+    return replace(
+        outlier,
+        deviation=deviation,
+        expected=float(others.fitted_time[run]),
+        slip=is_wrong,
+        cells=tuple(likely[:MOST_SHOWN]),
+        maybe=maybe,
+    )
+
+
+def _words_of_runs(measured: Measurements, outliers: Sequence[Outlier]) -> str:
+    """Return what is wrong with some runs, if they are wrong."""
+    words: dict[str, None] = {}
+    for outlier in outliers:
+        cell = next(iter(outlier.cells), "is wrong")
+        name = measured.runs[outlier.index]
+        colon = ":" if outlier.cells else ""
+        words[cell if "runs" in cell else f"run {name}{colon} {cell}"] = None
+    return "; ".join(words)
+
+
+# --- the load of a weight ---
+
+
+def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
+    """Suppose that the load of one weight is wrong in all its runs."""
+    measured = log.measured
+    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+    if not 2 <= len(weights) <= MOST_WEIGHTS:
+        return
+    prior = math.log(WRONG_WEIGHT / len(weights))
+    for runs in weights:
+        if len(runs) > 1:
+            with suppress(NoFit):
+                yield _weight_hypothesis(log, runs, prior)
+
+
+def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
+    """Suppose that the load of some runs can have every value."""
+    factor = _load_factor(log, runs)
+    changed = _with_free_load(log, runs, factor)
+    fit = log.fit(changed)
+    error = fit.adjusted.shared[
+        [
+            fit.adjusted.problem.sources[owner].name == FREE_LOAD
+            for owner in fit.adjusted.problem.owners
+        ]
+    ]
+    factor /= 1 + WIDE * float(error[0])
+    causes = list(_causes(log, runs, factor))
+    if not causes:
+        raise NoFit("no possible load agrees with the other weights")
+    evidence = log.evidence(fit) + prior
+    if abs(math.log(factor)) > LARGE:
+        evidence += math.log(RARE)
+    load = load_words(log.measured, runs[0])
+    number = "both" if len(runs) == 2 else f"all {len(runs)}"
+    words = f"{number} runs of {load} would agree with the others if "
+    reason = f"the mass or the position of {load} is wrong"
+    outliers = [
+        Outlier(run, float(fit.deviations[run]), None, slip=True, cells=(reason,))
+        for run in runs
+    ]
+    return Hypothesis(
+        "weight",
+        words + " or ".join(causes[:MOST_SHOWN]),
+        evidence,
+        tuple(runs),
+        fit,
+        tuple(outliers),
+    )
+
+
+FREE_LOAD = "free_load"
+"""Name of the error of a load that may be wrong."""
+
+
+def _load_factor(log: Log, runs: list[int]) -> float:
+    """Return the factor on the load of some runs with which they agree with the others.
+
+    Raises
+    ------
+    NoFit
+        If there is none.
+    """
+    measured = log.measured
+    others = fitting.fit(measured, fitting.AS_STATED, tilted=log.tilted, left_out=runs)
+    bias, imbalance = others.timing_bias.value, others.residual_torque.value
+    torque = measured.torque[runs] + imbalance
+    needed = torque * (others.fitted_time[runs] - bias) / (measured.time[runs] - bias)
+    factor = fitting.median((needed - imbalance) / measured.torque[runs])
+    if not 0 < factor < math.inf:
+        raise NoFit("no load agrees with the other weights")
+    return factor
+
+
+def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
+    """Multiply the load of some runs, and let it have every value near this one."""
+    measured, role = log.measured, load_role(log.readings.columns)
+    quantity = cast(Quantity, role)
+    of_weight = np.isin(np.arange(len(measured.runs)), runs)
+    factors = np.where(of_weight, factor, 1.0)
+    name = "given_torque" if role == "torque" else role
+    free = Source(
+        FREE_LOAD,
+        quantity,
+        np.where(of_weight, 0, -1),
+        np.zeros(len(factors)),
+        np.where(of_weight, WIDE, 0.0),
+        "runs with the same weight",
+        True,
+        "",
+    )
+    changed = {name: factors * getattr(measured, name)}
+    return replace(
+        measured,
+        torque=factors * measured.torque,
+        sources=(*measured.sources, free),
+        **changed,
+    )
+
+
+def _causes(log: Log, runs: list[int], factor: float) -> Iterator[str]:
+    """List what would explain the runs of a weight, the most probable first."""
+    known: list[str] = []
+    unknown: list[str] = []
+    columns = log.readings.columns
+    for role, words, of_load in _slips(log.readings):
+        if role in columns and abs(factor / of_load - 1) < NEAR:
+            known.append(words)
+    roles = [load_role(columns)]
+    if roles[0] != "torque" and "position" in columns:
+        roles.append("position")
+    for role in roles:
+        words = _value_words(log, columns[role], runs[0], factor)
+        if words:
+            (known if "(" in words else unknown).append(f"its {words}")
+    yield from known
+    yield from unknown
+
+
+SLIPS = (
+    ("spin", "their spins were half as large (two strips of tape?)", 2.0),
+    ("spin", "their spins were twice as large", 0.5),
+)
+"""Mistakes in all readings of one column in the runs of a weight: its role, words, and
+the factor on the load with which the runs would agree as well [1]."""
+
+
+def _slips(readings: Readings) -> Iterator[tuple[str, str, float]]:
+    """List `SLIPS`, and the other units of times and spins."""
+    yield from SLIPS
+    for role in ("time", "spin"):
+        if role in readings.columns:
+            for unit, times in other_units(readings.columns[role]):
+                # A load is too large by as much as a time is too long.
+                of_load = 1 / times if role == "time" else times
+                yield role, f"their {role}s were in {unit}", 1 / of_load
+
+
+def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
+    """Return a value with which a weight would agree, and its cause; "" if impossible."""
+    origin = log.readings.position_from if column.role == "position" else None
+    measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
+    value, written = factor * measured, column.values[run] or 0.0
+    low, high = next(
+        (size.possible for size in SIZES if size.role == column.role), (0.0, math.inf)
+    )
+    if not low <= abs(value) <= high:
+        return ""
+    name = column.role.replace("_", " ")
+    for cell in corrections.of_typing(column, run, origin):
+        if abs(cell.value / value - 1) < NEAR:
+            why = cell.words.partition("(")[2].rstrip(")")
+            return f"{name} were {cell.text} {column.unit} ({why})"
+    shown = _in_column(column, run, written + value - measured)
+    if column.role == "mass" and HANGER[0] < value - measured < HANGER[1]:
+        missing = _in_column(column, run, value - measured)
+        return f"{name} were {shown} (is a hanger of {missing} missing?)"
+    return f"{name} were {shown}"
+
+
+NEAR = 0.03
+"""A mistake explains a load if it gives this load within this part of it [1]."""
+
+HANGER = (0.5e-3, 0.02)
+"""Range of the mass of a hanger [kg]."""
+
+
+def _in_column(column: Column, run: int, value: float) -> str:
+    """Return a value with the unit and the digits of a column."""
+    kind = kind_of_role(column.role)
+    factor = parse_unit(column.unit, kind).factor if column.unit else 1.0
+    step = (column.readings[run].step or 0.0) / factor
+    places = max(0, -math.floor(math.log10(step * 1.000001))) if step else 1
+    number = from_si(value, column.unit, kind) if column.unit else value
+    return f"{number:.{places}f} {column.unit}".rstrip()
+
+
+# --- the turns of weights ---
+
+
+def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
+    """Suppose that the turns of all runs of some weights are wrong."""
+    measured, groups = log.measured, log.measured.by_torque
+    for counts in fitting.explaining_counts(measured)[:MOST_SHOWN]:
+        turns = measured.turns.copy()
+        for group, count in counts.items():
+            turns[groups[group]] = count
+        with suppress(NoFit):
+            fit = log.fit(replace(measured, turns=turns))
+            prior = len(counts) * math.log(WRONG_COUNT)
+            wrong = sorted(run for group in counts for run in groups[group])
+            words = "; ".join(
+                [
+                    f"the runs of {load_words(measured, groups[group][0])} fit "
+                    f"{turn_words(count)}"
+                    for group, count in counts.items()
+                ]
+            )
+            yield Hypothesis(
+                "turns", words, log.evidence(fit) + prior, tuple(wrong), fit
+            )

@@ -50,6 +50,10 @@ is less common by this factor than its prior in the fit, whose tails make u safe
 LARGE = math.log(2.5)
 """A load that is wrong by a larger factor is less common by the factor `RARE`."""
 
+POORLY_BALANCED, POOR = 0.25, 5.0
+"""Share of the balls whose M0 has a prior that is wider by this factor [1]: the only
+published air ball has an M0 of 28 % of the lightest torque."""
+
 WRONG_COUNT = 0.01
 """Probability that the turns of all runs of one weight are miscounted [1]."""
 
@@ -137,7 +141,7 @@ class Log(Struct, frozen=True):
         assert fit.posterior is not None
         level, weight = fit.posterior.level, fit.posterior.weight
         evidence = fit.log_evidence - float(fit.adjusted.kept.sum()) * HALF_LOG_2PI
-        evidence += self._log_agreement_with_ball(fit)
+        evidence += self._log_agreement_with_ball(fit) + self._log_of_balance(fit)
         if self.measured.balance is not None:
             # The log decides whether the balance differs.
             return evidence, -math.inf
@@ -148,6 +152,18 @@ class Log(Struct, frozen=True):
                 [weight @ (level == 0), weight @ (common * (level > 0))]
             )
         return evidence + float(alike), evidence + float(differs)
+
+    def _log_of_balance(self, fit: FitResult) -> float:
+        """Return the log of how much more common the M0 of a fit is than in its prior."""
+        measured = self.measured
+        stated = measured.balanced, measured.balance_test, measured.torque_unseen
+        if any(each is not None for each in stated):
+            return 0.0
+        lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
+        scale = fitting.balance_scale(measured, fit.inertia.value, lightest)
+        near = 1 + (fit.residual_torque.value / scale) ** 2
+        far = 1 + (fit.residual_torque.value / (POOR * scale)) ** 2
+        return math.log(1 - POORLY_BALANCED + POORLY_BALANCED * near / (POOR * far))
 
     def _log_agreement_with_ball(self, fit: FitResult) -> float:
         """Return the log of the probability of I_zz for the ball; 0 without a ball."""
@@ -428,11 +444,14 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
         ]
     ]
     factor /= 1 + WIDE * float(error[0])
-    causes = list(_causes(log, runs, factor))
+    slips = _slips_of(log, factor)
+    causes = [*slips, *_values_of(log, runs, factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
-    if abs(math.log(factor)) > LARGE:
+    if slips:
+        evidence += math.log(KNOWN_SLIP)
+    elif abs(math.log(factor)) > LARGE:
         evidence += math.log(RARE)
     load = load_words(log.measured, runs[0])
     number = "both" if len(runs) == 2 else f"all {len(runs)}"
@@ -501,42 +520,49 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-def _causes(log: Log, runs: list[int], factor: float) -> Iterator[str]:
-    """List what would explain the runs of a weight, the most probable first."""
-    known: list[str] = []
-    unknown: list[str] = []
+def _slips_of(log: Log, factor: float) -> list[str]:
+    """List the mistakes in a whole column that are the same as a factor on the load."""
+    return [
+        words
+        for words, of_load in _slips(log.readings)
+        if abs(factor / of_load - 1) < NEAR
+    ]
+
+
+def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
+    """List the masses and positions of a weight, the one with a known cause first."""
     columns = log.readings.columns
-    for role, words, of_load in _slips(log.readings):
-        if role in columns and abs(factor / of_load - 1) < NEAR:
-            known.append(words)
     roles = [load_role(columns)]
     if roles[0] != "torque" and "position" in columns:
         roles.append("position")
-    for role in roles:
-        words = _value_words(log, columns[role], runs[0], factor)
-        if words:
-            (known if "(" in words else unknown).append(f"its {words}")
-    yield from known
-    yield from unknown
+    each = [_value_words(log, columns[role], runs[0], factor) for role in roles]
+    return sorted([f"its {words}" for words in each if words], key=_has_no_cause)
 
 
-SLIPS = (
-    ("spin", "their spins were half as large (two strips of tape?)", 2.0),
-    ("spin", "their spins were twice as large", 0.5),
-)
+def _has_no_cause(words: str) -> bool:
+    return "(" not in words
+
+
+SLIPS = (("spin", "their spins were half as large (two strips of tape?)", 2.0),)
 """Mistakes in all readings of one column in the runs of a weight: its role, words, and
 the factor on the load with which the runs would agree as well [1]."""
 
+KNOWN_SLIP = 10.0
+"""A factor that is exactly that of a known mistake is more probable by this factor than
+any other one."""
 
-def _slips(readings: Readings) -> Iterator[tuple[str, str, float]]:
+
+def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
     """List `SLIPS`, and the other units of times and spins."""
-    yield from SLIPS
+    for role, words, of_load in SLIPS:
+        if role in readings.columns:
+            yield words, of_load
     for role in ("time", "spin"):
         if role in readings.columns:
             for unit, times in other_units(readings.columns[role]):
                 # A load is too large by as much as a time is too long.
-                of_load = 1 / times if role == "time" else times
-                yield role, f"their {role}s were in {unit}", 1 / of_load
+                of_load = times if role == "time" else 1 / times
+                yield f"their {role}s were in {unit}", of_load
 
 
 def _value_words(log: Log, column: Column, run: int, factor: float) -> str:

@@ -249,5 +249,5 @@ def _refuse_wrong_counts(
     readings: Readings, measured: Measurements, diagnosis: Diagnosis
 ) -> None:
     """Refuse a log whose weights agree only with other turns."""
-    if [each.kind for each in diagnosis.explanations[:1]] == ["turns"]:
+    if {each.kind for each in diagnosis.explanations} == {"turns"}:
         raise LogError(refusals.count_findings(readings, measured))

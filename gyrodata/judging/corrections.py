@@ -288,25 +288,32 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
     """
     values, spots = column.values, column.spots
     elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
-    before = [k for k in elsewhere if k < index][-1:]
-    after = [k for k in elsewhere if k > index][:1]
-    around = {k: value for k in (*before, *after) if (value := values[k])}
+    nearest = [
+        *[k for k in elsewhere if k < index][-1:],
+        *[k for k in elsewhere if k > index][:1],
+    ]
+    around = {k: value for k in nearest if (value := values[k])}
     rest = [values[k] for k in elsewhere]
-    steps = sum(value != other for value, other in pairwise(rest))
     run, value = next(iter(around.items()), (0, 0.0))
     is_alike = set(around.values()) == {value} and rest.count(value) > 1
-    # If one weight is used after the other, the runs around a run nearly always have
-    # its weight.
-    if steps < len(set(rest)) and is_alike:
+    if is_alike and _in_blocks(rest):
         place = "other runs" if len(set(rest)) == 1 else "runs around it"
         words = f", as in the {place}, would fit, not {{old}}"
         yield Cell("value of the runs around", written(column, run), words, value)
-        return
-    for run, value in around.items():
-        if single and value != values[index]:
+    elif single:
+        for run, value in around.items():
             place = "before" if run < index else "after"
             words = f", as in the run {place}, would fit, not {{old}}"
             yield Cell("value of a neighbour", written(column, run), words, value)
+
+
+def _in_blocks(values: Sequence[float | None]) -> bool:
+    """Return whether a weight is used in runs that follow each other.
+
+    The runs around a run then nearly always have its weight.
+    """
+    steps = sum(value != other for value, other in pairwise(values))
+    return steps < len(set(values))
 
 
 def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
@@ -338,25 +345,33 @@ def _guesses(
     for power in (-1, 1, -2, 2):
         kind = "point" if abs(power) == 1 else "two places"
         yield kind, number.scaleb(power), "is the decimal point misplaced?"
-    step = (column.readings[0].step or 0.0) / _factor(column)
-    places = round(-math.log10(step)) if 0 < step < 1 else 0
-    # A zero at the end may be missing, as in 43 for 43.0.
-    for new in exchanged_digits(
-        text if "." in text or "," in text else f"{number:.{places}f}"
-    ):
+    for new in exchanged_digits(_with_last_zeros(column, text, number)):
         yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
     if column.role == "time" and column.unit == "s":
-        minutes, _, seconds = text.replace(",", ".").partition(".")
-        if len(seconds) == 2 and seconds < "60" and 0 < int(minutes or 0) < 30:
-            meant = 60 * Decimal(minutes) + Decimal(seconds)
-            why = f"is it {minutes} min {seconds} s? Then write {minutes}:{seconds}"
-            yield "minutes and seconds", meant, why
-        yield "minute", number + 60, "is a minute missing?"
-        yield "minute", number - 60, "is it a minute less?"
-        for step in (-10, 10):
-            yield "digit", number + step, "is a digit wrong?"
+        yield from _other_times(text.replace(",", "."), number)
+
+
+def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str]]:
+    """List other numbers of seconds, as `_guesses`."""
+    minutes, _, seconds = text.partition(".")
+    if len(seconds) == 2 and seconds < "60" and 0 < int(minutes or 0) < 30:
+        meant = 60 * Decimal(minutes) + Decimal(seconds)
+        why = f"is it {minutes} min {seconds} s? Then write {minutes}:{seconds}"
+        yield "minutes and seconds", meant, why
+    yield "minute", number + 60, "is a minute missing?"
+    yield "minute", number - 60, "is it a minute less?"
+    for step in (-10, 10):
+        yield "digit", number + step, "is a digit wrong?"
+
+
+def _with_last_zeros(column: Column, text: str, number: Decimal) -> str:
+    """Return a number with the digits of its column, as 43.0 for 43."""
+    step = (column.readings[0].step or 0.0) / _factor(column)
+    if not 0 < step < 1 or "." in text or "," in text:
+        return text
+    return f"{number:.{round(-math.log10(step))}f}"
 
 
 def exchanged_digits(number: str) -> Iterator[str]:

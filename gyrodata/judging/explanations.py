@@ -13,7 +13,7 @@ No explanation is tried for a log whose runs agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import cast
 
@@ -211,47 +211,50 @@ def diagnose(
         tried += _wrong_runs(log, outliers)
         tried += _wrong_weights(log)
         tried += _wrong_counts(log)
-    if not tried:
-        return Diagnosis(outliers=tuple(outliers))
     tried.sort(key=lambda each: each.log_probability, reverse=True)
-    best = tried[0]
-    least = best.log_probability - CLEARLY
-    likely = [each for each in tried if each.log_probability > least]
-    named = next(
-        (each.outliers for each in likely if each.kind == "runs"), tuple(outliers)
-    )
-    if any(each.kind == "none" for each in likely):
-        return Diagnosis(outliers=named)
-    total = sum(math.exp(each.log_probability - best.log_probability) for each in tried)
-    wrong = set(best.wrong).intersection(*[each.wrong for each in likely])
-    if wrong and best.kind == "weight":
-        named = best.outliers
-    return Diagnosis(
-        tuple(
-            [
-                Explanation(
-                    each.kind,
-                    each.words,
-                    math.exp(each.log_probability - best.log_probability) / total,
-                    tuple([measured.runs[run] for run in each.wrong]),
-                    each.fit.inertia,
-                )
-                for each in likely[:MOST_LISTED]
-            ]
-        ),
-        named if wrong or best.kind == "runs" else (),
-        tuple(sorted(wrong)),
-    )
+    likely = _comparable(tried)
+    runs = next((each.outliers for each in likely if each.kind == "runs"), ())
+    if not likely or "none" in {each.kind for each in likely}:
+        return Diagnosis(outliers=runs or tuple(outliers))
+    wrong = set.intersection(*[set(each.wrong) for each in likely])
+    if likely[0].kind == "weight":
+        runs = likely[0].outliers if wrong else ()
+    elif likely[0].kind != "runs":
+        runs = ()
+    best = likely[0].log_probability
+    total = sum(math.exp(each.log_probability - best) for each in tried)
+    explained = [
+        Explanation(
+            each.kind,
+            each.words,
+            math.exp(each.log_probability - best) / total,
+            tuple([measured.runs[run] for run in each.wrong]),
+            each.fit.inertia,
+        )
+        for each in likely[:MOST_LISTED]
+    ]
+    return Diagnosis(tuple(explained), runs, tuple(sorted(wrong)))
+
+
+def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the most probable hypothesis, and those that are not clearly less probable."""
+    if not tried:
+        return []
+    least = tried[0].log_probability - CLEARLY
+    return [each for each in tried if each.log_probability > least]
 
 
 # --- no mistake ---
+
+NO_ACCIDENT = 10.0
+"""Runs that scatter this many times as much as stated are wrong somehow."""
 
 BALANCE_WORDS = "M0 differs between the weights, as if somebody touched the balance"
 
 
 def _as_written(log: Log, base: FitResult | None) -> Iterator[Hypothesis]:
     """Suppose that all readings are right, and that M0 is the same or differs."""
-    if base is None or base.posterior is None:
+    if base is None or base.widths.scatter > NO_ACCIDENT:
         return
     alike, differs = log.evidences(base)
     if alike > -math.inf:
@@ -344,22 +347,27 @@ def _exchanges(
 ) -> Iterator[tuple[str, dict[int, float]]]:
     """Find pairs of runs whose cells are exchanged: words, and the score of each run."""
     gains: list[tuple[float, Correction, dict[int, float]]] = []
-    for first in of_run:
-        for second in range(len(log.measured.runs)):
-            if second == first or (second in of_run and second < first):
-                continue
-            for correction in corrections.of_pair(log.readings, first, second):
-                scores = _scores_of_pair(log, prediction, of_run, correction)
-                before = [_log_sum(of_run[run]) for run in scores if run in of_run]
-                gain = sum(scores.values()) - sum(before)
-                if math.isfinite(gain) and gain > 0:
-                    gains.append((gain, correction, scores))
+    for correction in _possible_exchanges(log, of_run):
+        scores = _scores_of_pair(log, prediction, of_run, correction)
+        before = [_log_sum(of_run[run]) for run in scores if run in of_run]
+        gain = sum(scores.values()) - sum(before)
+        if math.isfinite(gain) and gain > 0:
+            gains.append((gain, correction, scores))
     gains.sort(key=lambda item: item[0], reverse=True)
     used: set[int] = set()
     for _, correction, scores in gains:
         if not used.intersection(correction.runs):
             used.update(correction.runs)
             yield correction.words, scores
+
+
+def _possible_exchanges(log: Log, odd: Collection[int]) -> Iterator[Correction]:
+    """List the exchanges of an outlier with any other run."""
+    for first in odd:
+        for second in range(len(log.measured.runs)):
+            is_seen = second in odd and second <= first
+            if not is_seen and second != first:
+                yield from corrections.of_pair(log.readings, first, second)
 
 
 def _scores_of_pair(
@@ -445,7 +453,8 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     ]
     factor /= 1 + WIDE * float(error[0])
     slips = _slips_of(log, factor)
-    causes = [*slips, *_values_of(log, runs, factor)]
+    counts = _counts_of(log, runs, factor)
+    causes = [*slips, *counts, *_values_of(log, runs, factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -526,6 +535,19 @@ def _slips_of(log: Log, factor: float) -> list[str]:
         words
         for words, of_load in _slips(log.readings)
         if abs(factor / of_load - 1) < NEAR
+    ]
+
+
+def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
+    """List the counts of turns that are the same as a factor on the load."""
+    written = np.unique(log.measured.turns[runs])
+    if len(written) > 1:
+        return []
+    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
+    return [
+        f"they had {turn_words(count)}"
+        for count in counts
+        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
     ]
 
 

@@ -325,7 +325,9 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
 
     If the residuals are not random, the report names their cause.
     """
-    fit, exponent, patterns = seen.fit, seen.exponent, seen.patterns
+    fit, exponent = seen.fit, seen.exponent
+    # An explanation says more than a pattern.
+    patterns = () if seen.explanations else seen.patterns
     if seen.contradicts_itself:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
@@ -354,7 +356,7 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
                 "period_not_in_proportion", **values, motion=_other_motion(seen)
             )
     # The most likely cause is the first one.
-    if patterns and patterns[0].p_corrected < CHANCE and not seen.explanations:
+    if patterns and patterns[0].p_corrected < CHANCE:
         p = (
             f"p = {patterns[0].p_corrected:.1g}"
             if patterns[0].p_corrected > 1e-6

@@ -99,11 +99,11 @@ LOGS = {
         .replace(",206,", ",15,206,")
         .replace(",406,", ",15,406,")
         .replace(",603,", ",15,603,"),
-        "agree with the others only if its force is ",
+        "would agree with the others if its force were ",
     ),
     "a wrong torque": (
         runs_off_at("88.2", "torque [mN*m]", (29.4, 58.8, 88.2, 117.6)),
-        "agree with the others only if the torque is ",
+        "would agree with the others if its torque were ",
     ),
     "a wrong transverse moment of inertia": (
         f"# transverse_inertia: 50 kg m^2\n{IMPOSSIBLE}",

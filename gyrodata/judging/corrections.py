@@ -288,23 +288,35 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
     """
     values, spots = column.values, column.spots
     elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
-    nearest = [
-        *[k for k in elsewhere if k < index][-1:],
-        *[k for k in elsewhere if k > index][:1],
-    ]
-    around = {k: value for k in nearest if (value := values[k])}
     rest = [values[k] for k in elsewhere]
-    run, value = next(iter(around.items()), (0, 0.0))
-    is_alike = set(around.values()) == {value} and rest.count(value) > 1
-    if is_alike and _in_blocks(rest):
+    around = _nearest(column, elsewhere, index)
+    contents = {values[run] for run in around.values()}
+    if len(contents) == 1 and _in_blocks(rest) and rest.count(*contents) > 1:
         place = "other runs" if len(set(rest)) == 1 else "runs around it"
-        words = f", as in the {place}, would fit, not {{old}}"
-        yield Cell("value of the runs around", written(column, run), words, value)
+        run = next(iter(around.values()))
+        yield _as_in("value of the runs around", column, run, place)
     elif single:
-        for run, value in around.items():
-            place = "before" if run < index else "after"
-            words = f", as in the run {place}, would fit, not {{old}}"
-            yield Cell("value of a neighbour", written(column, run), words, value)
+        for place, run in around.items():
+            yield _as_in("value of a neighbour", column, run, place)
+
+
+def _nearest(column: Column, elsewhere: Sequence[int], index: int) -> dict[str, int]:
+    """Return the nearest runs with another cell, by words."""
+    with_value = [run for run in elsewhere if column.values[run]]
+    before = [run for run in with_value if run < index][-1:]
+    after = [run for run in with_value if run > index][:1]
+    nearest = {}
+    if before:
+        nearest["run before"] = before[0]
+    if after:
+        nearest["run after"] = after[0]
+    return nearest
+
+
+def _as_in(kind: str, column: Column, run: int, place: str) -> Cell:
+    """Return the value of another run as a cell."""
+    words = f", as in the {place}, would fit, not {{old}}"
+    return Cell(kind, written(column, run), words, column.values[run] or 0.0)
 
 
 def _in_blocks(values: Sequence[float | None]) -> bool:

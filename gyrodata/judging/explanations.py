@@ -213,27 +213,29 @@ def diagnose(
         tried += _wrong_counts(log)
     tried.sort(key=lambda each: each.log_probability, reverse=True)
     likely = _comparable(tried)
-    runs = next((each.outliers for each in likely if each.kind == "runs"), ())
-    if not likely or "none" in {each.kind for each in likely}:
-        return Diagnosis(outliers=runs or tuple(outliers))
+    if not likely or "none" in [each.kind for each in likely]:
+        return Diagnosis(outliers=_outliers_of(likely) or tuple(outliers))
     wrong = set.intersection(*[set(each.wrong) for each in likely])
-    if likely[0].kind == "weight":
-        runs = likely[0].outliers if wrong else ()
-    elif likely[0].kind != "runs":
-        runs = ()
     best = likely[0].log_probability
     total = sum(math.exp(each.log_probability - best) for each in tried)
     explained = [
-        Explanation(
-            each.kind,
-            each.words,
-            math.exp(each.log_probability - best) / total,
-            tuple([measured.runs[run] for run in each.wrong]),
-            each.fit.inertia,
-        )
+        _explanation(log, each, math.exp(each.log_probability - best) / total)
         for each in likely[:MOST_LISTED]
     ]
-    return Diagnosis(tuple(explained), runs, tuple(sorted(wrong)))
+    shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
+    return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
+
+
+def _outliers_of(likely: Sequence[Hypothesis]) -> tuple[Outlier, ...]:
+    """Return the wrong runs of the most probable hypothesis about single runs."""
+    runs = [each.outliers for each in likely if each.kind == "runs"]
+    return runs[0] if runs else ()
+
+
+def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
+    """Return a hypothesis for users."""
+    runs = tuple([log.measured.runs[run] for run in each.wrong])
+    return Explanation(each.kind, each.words, probability, runs, each.fit.inertia)
 
 
 def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -246,15 +248,12 @@ def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 # --- no mistake ---
 
-NO_ACCIDENT = 10.0
-"""Runs that scatter this many times as much as stated are wrong somehow."""
-
 BALANCE_WORDS = "M0 differs between the weights, as if somebody touched the balance"
 
 
 def _as_written(log: Log, base: FitResult | None) -> Iterator[Hypothesis]:
     """Suppose that all readings are right, and that M0 is the same or differs."""
-    if base is None or base.widths.scatter > NO_ACCIDENT:
+    if base is None:
         return
     alike, differs = log.evidences(base)
     if alike > -math.inf:
@@ -389,6 +388,10 @@ def _scores_of_pair(
     return {first: score - prediction.log_density(log.measured, second), second: 0.0}
 
 
+EXCHANGED = "are the "
+"""Beginning of the words of an exchange of two runs, which is no accident."""
+
+
 def _with_corrections(
     others: FitResult, run: int, scores: Scores, known: Outlier | None
 ) -> Outlier:
@@ -397,7 +400,7 @@ def _with_corrections(
     outlier = known or Outlier(run, deviation, None, slip=True)
     scores = sorted(scores, reverse=True)
     likely = [words for score, words in scores if score > scores[0][0] - CLEARLY]
-    is_wrong = outlier.slip or any("exchanged?" in words for words in likely)
+    is_wrong = outlier.slip or any(words.startswith(EXCHANGED) for words in likely)
     maybe = ""
     if not is_wrong:
         # A run that is not clearly wrong may be odd by chance; then several

@@ -321,13 +321,8 @@ def pattern_values(pattern: Pattern) -> dict[str, Any]:
 
 
 def _deviations(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a period that is not in proportion to the spin.
-
-    If the residuals are not random, the report names their cause.
-    """
+    """Report a period that is not in proportion to the spin."""
     fit, exponent = seen.fit, seen.exponent
-    # An explanation says more than a pattern.
-    patterns = () if seen.explanations else seen.patterns
     if seen.contradicts_itself:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
@@ -355,17 +350,20 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
             yield seen.readings.say(
                 "period_not_in_proportion", **values, motion=_other_motion(seen)
             )
+
+
+def _patterns(seen: Seen) -> Iterator[Diagnostic]:
+    """Report residuals that are not random; an explanation says more than a pattern."""
+    patterns = seen.patterns
+    if seen.contradicts_itself or seen.explanations or not patterns:
+        return
     # The most likely cause is the first one.
-    if patterns and patterns[0].p_corrected < CHANCE:
-        p = (
-            f"p = {patterns[0].p_corrected:.1g}"
-            if patterns[0].p_corrected > 1e-6
-            else "p < 1e-6"
-        )
-        words = {"p": p, "tests": len(patterns), "motion": _other_motion(seen)}
-        yield seen.readings.say(
-            patterns[0].name, **words, **pattern_values(patterns[0])
-        )
+    first = patterns[0]
+    if first.p_corrected >= CHANCE:
+        return
+    p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
+    words = {"p": p, "tests": len(patterns), "motion": _other_motion(seen)}
+    yield seen.readings.say(first.name, **words, **pattern_values(first))
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
@@ -928,6 +926,7 @@ CHECKS: tuple[Check, ...] = (
     _balance,
     _explanations,
     _deviations,
+    _patterns,
     _large_residual_torque,
     _falling_spin,
     _other_measurements,

@@ -111,10 +111,10 @@ EFFECTS = [
     ("G440", "1000 times too large", r"mass \[g\]", "mass [kg]", 1000, 0),
     (
         "G441",
-        "920 times too large",
+        "930 times too large",
         r"spin \[rpm\],time \[s\]",
         "time [s],spin [rpm]",
-        922,
+        932,
         0,
     ),
     ("G454", "1.0 % instead of 0.74 %", "10,0,.*", "", 0.99, 0.998),

@@ -1,7 +1,7 @@
 """Corrections of single runs: what one cell, or two, may have been meant to contain.
 
-Each correction is made in the log's own readings and measured again. The page
-"statistics" describes how explanations are compared.
+Each correction is made in the log's own readings and measured again. `Prediction`
+compares the time with that of the other runs.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.quantities.notation import take_apart
+from gyrodata.quantities.numerals import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Readings, kind_of_role, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE

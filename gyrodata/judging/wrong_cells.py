@@ -29,7 +29,7 @@ from gyrodata.measurements import (
 )
 from gyrodata.measurements.checks import other_units
 from gyrodata.measurements.sources import load_role
-from gyrodata.quantities.notation import PLAIN
+from gyrodata.quantities.numerals import PLAIN
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS

@@ -13,7 +13,7 @@ from itertools import accumulate, pairwise
 
 from msgspec import Struct
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
@@ -49,7 +49,7 @@ _WORD = re.compile(r"[^\W\d_]{3}")
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
-).replace("NUMBER", notation.NUMBER)
+).replace("NUMBER", numerals.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
 QUANTITY = re.compile(
     rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|"
@@ -160,7 +160,7 @@ def _named_turns(parts: Iterable[str]) -> str:
 
 def _value_of(text: str) -> object:
     """Return what two texts of one value share: "60 g (on the scale: 60.0 g)"."""
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     return (written.value, written.unit) if written else text
 
 

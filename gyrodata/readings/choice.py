@@ -10,7 +10,7 @@ from operator import attrgetter
 from msgspec.structs import replace
 
 from gyrodata.quantities import vocabulary
-from gyrodata.quantities.notation import PLAIN, to_float
+from gyrodata.quantities.numerals import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.captions import texts_of

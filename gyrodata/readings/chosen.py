@@ -7,7 +7,7 @@ import re
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.quantities.notation import fold_number
+from gyrodata.quantities.numerals import fold_number
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.headers import Header

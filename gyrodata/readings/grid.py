@@ -15,7 +15,7 @@ from functools import lru_cache
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
@@ -132,7 +132,7 @@ def is_number(text: str) -> bool:
 
 def is_bare(text: str) -> bool:
     """Return whether a cell is a number and nothing else."""
-    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
+    return bool(numerals.PLAIN.fullmatch(numerals.fold_number(text)))
 
 
 def filled_at(row: Row) -> list[int]:
@@ -211,7 +211,7 @@ def _without_brackets(text: str) -> str:
 
 
 def _is_unit(text: str) -> bool:
-    return text == "%" or bool(kinds_of(text) and not notation.PLAIN.fullmatch(text))
+    return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
 
 
 def _first_word(unit: str) -> str:

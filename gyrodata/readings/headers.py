@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
 from gyrodata.readings.origins import Origin, from_centre, origin_in
@@ -184,7 +184,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
 
 def _splits_with_units(text: str) -> list[_Split]:
     """Return the ways to split a header at a unit, the most certain one first."""
-    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text):
+    if len(text) > MAX_HEADER or numerals.PLAIN.fullmatch(text):
         return []
     if len(_units_in_brackets(text)) > 1:
         return []  # several headers that nothing has separated yet
@@ -503,7 +503,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must
     contain a word for a turn.
     """
-    cells = [notation.fold_number(text) for text in texts if text]
+    cells = [numerals.fold_number(text) for text in texts if text]
     if header.roles or header.unit is not None or not cells:
         return False
     if all(_is_part_of_turns(cell) or re.fullmatch(_COUNT, cell) for cell in cells):

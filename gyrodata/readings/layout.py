@@ -16,7 +16,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import are_equal, kinds_of
 from gyrodata.readings import captions, roles
 from gyrodata.readings.captions import Given, said_in
@@ -993,7 +993,7 @@ def _is_label(text: str) -> bool:
     """Return whether a cell is no number, or has a unit that gyro does not know."""
     if text in BLANKS:
         return False
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     return written is None or bool(written.unit and not kinds_of(written.unit))
 
 
@@ -1040,7 +1040,7 @@ def _is_mean(rows: list[Row], headers: list[Header], role: str) -> bool:
     places = [at for at, header in enumerate(headers) if role in header.roles]
     for at in places:
         try:
-            *above, last = (notation.to_float(row.texts[at]) for row in rows)
+            *above, last = (numerals.to_float(row.texts[at]) for row in rows)
         except (ValueError, IndexError):
             return False
         if abs(sum(above) - len(above) * last) >= 1e-3 * abs(sum(above) or 1):

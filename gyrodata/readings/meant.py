@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from gyrodata.quantities import notation
-from gyrodata.quantities.notation import fold_number
+from gyrodata.quantities import numerals
+from gyrodata.quantities.numerals import fold_number
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import Chosen, pair_in
@@ -16,13 +16,13 @@ from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults
 from gyrodata.readings.origins import FROM
 from gyrodata.readings.roles import kind_of_role
 
-_PLUS = re.compile(rf"(?:(?<!\s)\s+)?{notation.PLUS}\s*")
+_PLUS = re.compile(rf"(?:(?<!\s)\s+)?{numerals.PLUS}\s*")
 """Between two weights that hang together."""
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _CLOCK_HEADER = re.compile(r"(?<![a-z])([a-z]+):[a-z]+(:[a-z]+)?")
 """A header that shows the form of its cells: "time (mm:ss:cc)"."""
 _BEHIND = rf"\s*(?:[,;)\"]|\.\s|$)|\s{{2}}|\t|\s+\(?{FROM}\b"
-_QUANTITY = rf"({notation.NUMBER}\s*[^\W\d_]+)(?={_BEHIND})"
+_QUANTITY = rf"({numerals.NUMBER}\s*[^\W\d_]+)(?={_BEHIND})"
 """A quantity in a line such as "A = 20.1 g", with no "+ 5 g" behind it."""
 _DASHES = BLANKS - UNKNOWN - {""}
 _MOST_DASHES = 0.25

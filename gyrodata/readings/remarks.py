@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import NAMES, name_roles
 from gyrodata.readings.origins import (
@@ -34,7 +34,7 @@ _HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
 _WITHOUT_HANGER = (
     rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?{_HANGER}"
 )
-_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{notation.NUMBER}\s*([^\W\d_]+)"
+_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{numerals.NUMBER}\s*([^\W\d_]+)"
 _MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
@@ -159,7 +159,7 @@ def _names_position(note: str) -> bool:
 
 
 WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
-_LONG = rf"({notation.NUMBER}\s*[^\W\d_]{{1,20}})"
+_LONG = rf"({numerals.NUMBER}\s*[^\W\d_]{{1,20}})"
 DIAMETER = (
     rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|(?<![0-9]){_LONG}\s*"
     rf"(?:[^\W\d]{{1,30}}\s+)?{WIDE}"
@@ -180,7 +180,7 @@ def diameter_in(sentence: str) -> str:
     return f"2 x {radius[1]}" if radius else ""
 
 
-_UNIT_FIRST = rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})"
+_UNIT_FIRST = rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({numerals.NUMBER})"
 _RADIUS_IS = rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}"
 _ADDED_RADIUS = rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}"
 """In "from the surface, r = x + 5.08 cm"."""

@@ -9,7 +9,7 @@ from functools import cached_property
 from msgspec import Struct
 
 from gyrodata.quantities import units
-from gyrodata.quantities.notation import to_float
+from gyrodata.quantities.numerals import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
 from gyrodata.readings.grid import is_bare

@@ -8,7 +8,7 @@ from operator import attrgetter
 from msgspec.structs import replace
 
 from gyrodata.quantities import units, vocabulary
-from gyrodata.quantities.notation import to_float
+from gyrodata.quantities.numerals import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.captions import texts_of
 from gyrodata.readings.cells import part_counted

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.captions import SAID_KINDS
@@ -23,7 +23,7 @@ from gyrodata.readings.lablog import Faults
 _QUANTITY = re.compile(
     rf"(?i)(?:[\[(]\s*|(?<!\s)\s+)?(?:\b(?:{vocabulary.words('with').replace(' ', '|')}"
     rf"|[mMxr])\s*(?:[=:]\s*)?)?"
-    rf"(?<![\w.,/])({notation.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
+    rf"(?<![\w.,/])({numerals.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m
 = 20 g"."""

@@ -466,11 +466,16 @@ def legends_of(grid: Grid) -> dict[str, str]:
                 continue
             words = re.split(r"[;.]\s", f"{match[1] or ''} {match[3]}".strip())[0]
             words = words.rstrip(" )")
-            explained = parse_header(words)
-            says_moment = explained.moment != "" and len(explained.roles) == 1
-            if explained.unit or turns_in(words) or says_moment:
+            if _explains_reading(words):
                 legends[squeeze(match[2])] = words
     return legends
+
+
+def _explains_reading(words: str) -> bool:
+    """Return whether words give a unit, turns, or the moment of one reading."""
+    header = parse_header(words)
+    says_moment = header.moment != "" and len(header.roles) == 1
+    return header.unit != "" or says_moment or bool(turns_in(words))
 
 
 def _with_colon(row: Row) -> str:

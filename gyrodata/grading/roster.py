@@ -282,11 +282,8 @@ def _find_by_name(
     absent = []
     unclear: dict[str, str] = {}
     for person in rows:
-        students: set[str] = set()
-        for known in (*person.ids, person.name):
-            for form in forms_of(known):
-                free = {*by_name.get(form, ())} - by_id.keys() - people.keys()
-                students = students or free
+        taken = {*by_id, *people}
+        students = _students_called(person, by_name, taken)
         rivals = rows_of.get(forms_of(person.name)[1], ())
         if len(students) > 1 or (students and len(rivals) > 1):
             why = (
@@ -303,6 +300,18 @@ def _find_by_name(
         else:
             absent.append(person)
     return Roster(people, tuple(absent), unclear)
+
+
+def _students_called(
+    person: Person, by_name: Mapping[str, Collection[str]], taken: Collection[str]
+) -> set[str]:
+    """Return the students whom the first known form of a name or id means."""
+    for known in (*person.ids, person.name):
+        for form in forms_of(known):
+            students = {*by_name.get(form, ())}.difference(taken)
+            if students:
+                return students
+    return set()
 
 
 def _with_different_names(

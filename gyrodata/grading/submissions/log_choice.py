@@ -155,6 +155,13 @@ def _choose_by_content(
         names = readings.listing(sorted(files[name] for name in logs))
         latest = _latest(logs, files, attempts) or _with_all_rows(logs)
         return latest or ("", f"several files that read as logs: {names}")
+    return _choose_unreadable(read_files, files)
+
+
+def _choose_unreadable(
+    read_files: _ReadFiles, files: Mapping[str, str]
+) -> tuple[str, str]:
+    """Do the work of `_choose_by_content` if no file can be analysed."""
     if not read_files.with_columns:
         answer = read_answers(None, _one_by_one(read_files.texts))
         if answer.inertia:

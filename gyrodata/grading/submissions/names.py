@@ -168,17 +168,22 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     """
     below = outer if _contains_several_students(files, outer) else ""
     inner = {name: name.removeprefix(below) for name in files.names}
-    folders = {
-        folder: folder.removeprefix(below)
-        for folder in files.folders
-        if folder.startswith(below) and folder != below
-    }
+    folders = _folders_below(files, below)
     logs = [own for own in inner.values() if ending(own) in LOGS]
     in_folders = any("/" in own for own in logs or [*inner.values(), *folders.values()])
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
     return {
         name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
+    }
+
+
+def _folders_below(files: Listing, outer: str) -> dict[str, str]:
+    """Return the names of folders without the outer one, by their whole names."""
+    return {
+        folder: folder.removeprefix(outer)
+        for folder in files.folders
+        if folder.startswith(outer) and folder != outer
     }
 
 

@@ -14,7 +14,6 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -176,23 +175,33 @@ def _seconds_late(
     """
     own_due = exception.due if exception else None
     extra = seconds_of(exception.extra or "0 s") if exception else 0.0
-    due = own_due or rule.due
-    stamp = None
-    with suppress(ValueError):
-        stamp = dt.datetime.fromisoformat(submission.submitted or "")
-    if due is not None and stamp is not None:
-        # A stamp without a time zone is in the time of the course, and so is a deadline
-        # without one.
-        zone = due.tzinfo or stamp.tzinfo
-        due = due.replace(tzinfo=due.tzinfo or zone)
-        stamp = stamp.replace(tzinfo=stamp.tzinfo or zone)
-        return (stamp - due).total_seconds() - extra
+    by_stamp = _seconds_between(own_due or rule.due, submission.submitted)
+    if by_stamp is not None:
+        return by_stamp - extra
     # If the student has another deadline, the lateness that the platform counts says
     # nothing.
     counts = not (submission.late and own_due)
     if submission.late_seconds is not None and counts:
         return submission.late_seconds - extra
     return None if submission.late else 0.0
+
+
+def _seconds_between(due: dt.datetime | None, submitted: str | None) -> float | None:
+    """Return the time from a deadline to a stamp [s]; None if one of them is missing.
+
+    A stamp without a time zone is in the time of the course, and so is a deadline
+    without one.
+    """
+    if due is None:
+        return None
+    try:
+        stamp = dt.datetime.fromisoformat(submitted or "")
+    except ValueError:
+        return None
+    zone = due.tzinfo or stamp.tzinfo
+    due = due.replace(tzinfo=due.tzinfo or zone)
+    stamp = stamp.replace(tzinfo=stamp.tzinfo or zone)
+    return (stamp - due).total_seconds()
 
 
 # --- the rubric ---

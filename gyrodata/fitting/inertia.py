@@ -452,8 +452,14 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    differ = adjustment.torques_differ(measured.torque[adjusted.kept > 0])
     return posterior.integrate(
-        conditions, scale, times_stated(measured), width, untouched
+        conditions,
+        scale,
+        times_stated(measured),
+        width,
+        untouched,
+        tails=differ or not measured.balanced,
     )
 
 

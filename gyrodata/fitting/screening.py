@@ -124,7 +124,9 @@ def _is_balance_change(
     with suppress(NoFit):
         level = fit(measured, tilted=tilted).widths.level
         result = fit(measured, Widths(1.0, None, level), tilted=tilted)
-        return bool(np.abs(result.deviations).max() <= OUTLIER)
+        # Runs that agree only with a larger scatter contradict each other.
+        is_as_stated = result.widths.scatter == 1.0
+        return is_as_stated and bool(np.abs(result.deviations).max() <= OUTLIER)
     return False
 
 

@@ -351,7 +351,7 @@ def _screw_sources(
     remainder = (np.round(thirds) % 3).astype(int).tolist()
     pairs = zip(readings.screws, remainder, strict=True)
     absolute = np.where(between, size.absolute / (2 * math.pi), 0.0)
-    groups = _numbered([*pairs], between)
+    groups = _numbered([*pairs], absolute)
     yield _source("screw_angle", groups, absolute, 0.0, default)
 
 

@@ -526,14 +526,9 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     scale = balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
     differ = adjustment.torques_differ(measured.torque[adjusted.kept > 0])
-    return posterior.integrate(
-        conditions,
-        scale,
-        times_stated(measured),
-        width,
-        untouched,
-        tails=differ or not measured.balanced,
-    )
+    tails = differ or not measured.balanced
+    balance = posterior.balance_prior(scale, width, tails)
+    return posterior.integrate(conditions, balance, times_stated(measured), untouched)
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:

@@ -201,34 +201,29 @@ class Posterior(Struct, frozen=True):
 
 def integrate(
     conditions: Conditions,
-    scale: float,
+    balance: tuple[Floats, Floats],
     stated: bool,
-    tested: float | None = None,
     untouched: float = UNTOUCHED,
-    tails: bool = True,
 ) -> Posterior:
     """Compute the posterior: all s, v and w with a weight for their agreement with the runs.
 
     Parameters
     ----------
     conditions : Conditions
-    scale : float
-        Scale of M0's Cauchy prior [unit of M0].
+    balance : tuple of ndarray
+        Widths of M0 [unit of M0], and the logarithm of the probability of each, as from
+        `balance_prior`.
     stated : bool
         Whether the log states the uncertainty of its times.
-    tested : float, optional
-        Width of M0 from a balance test [unit of M0].
     untouched : float
         Probability that M0 does not differ between weights.
-    tails : bool
-        Whether M0 can be much larger than its scale.
 
     Returns
     -------
     Posterior
         I_zz [kg*m^2], M0 [N*m] and b [s].
     """
-    widths, prior = balance_prior(scale, tested, tails)
+    widths, prior = balance
     levels, chance = level_prior(untouched if conditions.levels.shape[1] else 1.0)
     prior = chance[:, None, None] + prior
     shared, rows, slope = _rotate(conditions, levels)
@@ -381,7 +376,17 @@ def level_prior(untouched: float) -> tuple[Floats, Floats]:
 def balance_prior(
     scale: float, tested: float | None, tails: bool = True
 ) -> tuple[Floats, Floats]:
-    """Return widths of M0, shape (W,), and the logarithm of the probability of each."""
+    """Return widths of M0, shape (W,), and the logarithm of the probability of each.
+
+    Parameters
+    ----------
+    scale : float
+        Scale of M0's Cauchy prior [unit of M0].
+    tested : float, optional
+        Width of M0 from a balance test [unit of M0].
+    tails : bool
+        Whether M0 can be much larger than its scale.
+    """
     widths = scale * WIDTHS
     if tested is None:
         some = slice(None) if tails else WIDTHS < NOT_FALSE

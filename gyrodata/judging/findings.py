@@ -32,7 +32,7 @@ from gyrodata.judging.tables import (
     scatter_in_u,
 )
 from gyrodata.judging.wrong_cells import exchanged_digits
-from gyrodata.measurements import select, spin_columns
+from gyrodata.measurements import Measurements, select, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
@@ -188,23 +188,20 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
         yield say("not_one_line", **values, motion=_causes_of_scatter(seen))
     else:
-        time = next(
-            (source for source in measured.sources if source.quantity == "time"), None
-        )
-        alike = (
-            time is not None and not time.relative.any() and not np.ptp(time.absolute)
-        )
-        stated = (
-            f"{float(time.absolute[0]):.2g} s"
-            if time is not None and alike
-            else "stated"
-        )
         words = {
-            "stated": stated,
+            "stated": _stated_scatter(measured),
             "in_u": scatter_in_u(seen.constancy, measured),
             "motion": _causes_of_scatter(seen),
         }
         yield say("scatter_too_large", **values, **words)
+
+
+def _stated_scatter(measured: Measurements) -> str:
+    """Return the stated uncertainty of every time, or "stated" if the times differ."""
+    times = [source for source in measured.sources if source.quantity == "time"]
+    if not times or times[0].relative.any() or np.ptp(times[0].absolute):
+        return "stated"
+    return f"{float(times[0].absolute[0]):.2g} s"
 
 
 ONE_BALANCE = 1 / 3

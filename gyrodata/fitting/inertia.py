@@ -49,7 +49,7 @@ from gyrodata.physics.motion import Top
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
 
-UNEXPECTED = 0.01
+UNEXPECTED = 0.001
 """If chi-square is less probable than this, runs may have been stopped late …"""
 
 LATE_DEVIATION = 3.0

@@ -398,7 +398,10 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     likeliest = max(zip(answers, fits, strict=True), key=lambda pair: pair[0].evidence)
     gone = result.adjusted.kept - likeliest[1].adjusted.kept
     result = replace(result, late=tuple(np.flatnonzero(gone).tolist()))
-    return _answered(result, posterior.mixed(answers))
+    # The evidence of the log remains comparable with that of another fit of all runs.
+    assert result.posterior is not None
+    answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
+    return _answered(result, answer)
 
 
 def _without_late_runs(
@@ -421,7 +424,7 @@ def _without_late_runs(
             return
         result = _integrated(measured, begun)
         lateness = measured.time[run] - result.fitted_time[run]
-        if not 0 < lateness < LATEST:
+        if not 0 < lateness < LATEST or result.dof < 1:
             return
         yield result
 

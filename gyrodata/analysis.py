@@ -299,7 +299,7 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     gains = []
     for _, answer in changes.answers(lab, "advice"):
         then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < findings.WORTH * now:
+        if then < findings.WORTH * now or answer.name == changes.DOUBTED:
             text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
             gains.append((then, answer.words, text))
     return [text for *_, text in sorted(gains)]

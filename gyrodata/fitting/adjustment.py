@@ -42,11 +42,14 @@ QUANTITIES = (
     "pitch",
     "transverse",
     "added",
+    "balance",
 )
 TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(
-    len(QUANTITIES)
+    len(QUANTITIES) - 1
 )
-"""Row of each quantity in an array of shape (11, n)."""
+BALANCE = len(QUANTITIES) - 1
+"""Row of each quantity in an array of shape (12, n). The balance is the difference of a
+weight's M0 from that of the log [N*m]; nobody reads it, so it is zero."""
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1].
@@ -72,9 +75,9 @@ class Linear(Struct, frozen=True):
     """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
 
     values: Floats
-    """Adjusted value of each quantity, shape (11, n)."""
+    """Adjusted value of each quantity, shape (12, n)."""
     torque: Floats
-    """Adjusted torque of each weight [N*m], shape (n,)."""
+    """Adjusted torque of each weight, with its balance [N*m], shape (n,)."""
     misclosure: Floats
     """Value of each condition if the errors of single runs are zero, shape (n,)."""
     to_unknowns: Floats
@@ -90,12 +93,15 @@ class Linear(Struct, frozen=True):
 class Problem:
     """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
 
-    `observed` contains the readings, shape (11, n). `member` contains the number of the
+    `observed` contains the readings, shape (12, n). `member` contains the number of the
     shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
     `to_column` list the same pairs.
     """
 
-    def __init__(self, measured: Measurements, tilted: bool) -> None:
+    def __init__(
+        self, measured: Measurements, tilted: bool, level: float = 0.0
+    ) -> None:
+        """Number the errors; the balance differs between weights by `level` [N*m]."""
         count = len(measured.runs)
         self.measured = measured
         self.count = count
@@ -119,12 +125,12 @@ class Problem:
         )
         spin = measured.corrected_spin
         for row, values in enumerate(
-            (measured.time, spin, turns, *loads, pitch, transverse, measured.added)
+            (measured.time, spin, turns, *loads, pitch, transverse, measured.added, 0.0)
         ):
             self.observed[row] = values
         some = [
             one
-            for one in measured.sources
+            for one in (*measured.sources, measured.balance_source(level))
             if tilted or one.quantity not in ("pitch", "transverse")
         ]
         sizes = np.array(
@@ -148,6 +154,10 @@ class Problem:
         touched = self.groups >= 0
         bins = self.groups + width * np.arange(len(self.groups))[:, None]
         sizes = np.bincount(bins[touched], minlength=width * len(self.groups))
+        # A weight with a single run has a balance too, which does not scatter with the
+        # run's own errors.
+        of_balance = (self.quantity == BALANCE)[:, None]
+        sizes[bins[touched & of_balance]] = count
         size = np.where(touched, sizes[bins], 0)
         self.independent = (size == 1).astype(float)
         column = (sizes > 1).cumsum() - 1
@@ -155,6 +165,9 @@ class Problem:
         self.member = np.where(size > 1, column[bins], -1)
         self.from_source, self.from_run = (size > 1).nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
+        # The source of each shared error.
+        self.owners = np.zeros(self.shared_count, dtype=int)
+        self.owners[self.to_column] = self.from_source
 
     def with_scatter(self, factor: float) -> Problem:
         """Return the same problem with the errors of single runs multiplied by a factor."""
@@ -179,7 +192,7 @@ class Problem:
         np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
-        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n,
+        # Derivatives with respect to each quantity, (12, n), and to I_zz, M0 and b, (n,
         # 3).
         to = np.zeros(values.shape)
         time, spin = values[TIME] - bias, values[SPIN]
@@ -197,6 +210,7 @@ class Problem:
             to[FORCE], to[POSITION] = signed * values[POSITION], signed * values[FORCE]
         else:
             torque, to[TORQUE] = values[TORQUE], signed
+        torque, to[BALANCE] = torque + values[BALANCE], signed
         push = sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from itertools import combinations
 
 import numpy as np
@@ -20,6 +21,7 @@ from gyrodata.fitting.inertia import (
     AS_STATED,
     FitResult,
     Outlier,
+    Widths,
     balance_scale,
     fit,
     lightest_torque,
@@ -70,6 +72,17 @@ def screen(
     is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
     if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
         return [], as_stated
+    found, result = _find_outliers(measured, tilted, as_stated)
+    if found and _is_balance_change(measured, tilted, found):
+        return [], as_stated
+    return found, result
+
+
+def _find_outliers(
+    measured: Measurements, tilted: bool, as_stated: FitResult | None
+) -> Screened:
+    """Find the runs that do not agree with the others if M0 is the same with all weights."""
+    count = len(measured.runs)
     # The first guess: runs that are far from the line that most runs agree with.
     start = adjustment.first_guess(
         measured, adjustment.assume_sense(measured, 1.0), np.ones(count)
@@ -94,6 +107,27 @@ def screen(
         }:
             return more, without
     return found, result
+
+
+def _is_balance_change(
+    measured: Measurements, tilted: bool, outliers: Collection[Outlier]
+) -> bool:
+    """Return whether the runs agree if the balance differs between weights.
+
+    It never explains a run that deviates from the others with its weight. A weight with
+    a single run can be wrong as well.
+    """
+    groups = measured.balance_groups
+    sizes = np.bincount(groups + 1)[groups + 1]
+    if min(sizes[one.index] for one in outliers) < 2 or not measured.balance_differs:
+        return False
+    with suppress(NoFit):
+        level = fit(measured, tilted=tilted).widths.level
+        result = fit(measured, Widths(1.0, None, level), tilted=tilted)
+        # Runs that agree only with a larger scatter contradict each other.
+        is_as_stated = result.widths.scatter == 1.0
+        return is_as_stated and bool(np.abs(result.deviations).max() <= OUTLIER)
+    return False
 
 
 def _settle(

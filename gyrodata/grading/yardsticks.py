@@ -179,10 +179,24 @@ def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
     ]
     product = analysis.fit.sense * np.abs(measured.product)
     best = OwnValue("recommended", inertia.value, inertia.u or None)
-    yardstick = min(max((inertia.u or 0.0) / abs(inertia.value), FINEST), COARSEST)
+    u = _u_of_one_balance(analysis.fit)
+    yardstick = min(max(u / abs(inertia.value), FINEST), COARSEST)
     return OwnRuns(
         product, measured.torque, tuple(sets), tuple(accept), best, yardstick
     )
+
+
+def _u_of_one_balance(fit: fitting.FitResult) -> float:
+    """Return u of I_zz if the balance does not differ between weights [kg*m^2].
+
+    A balance that differs widens u, but does not make a wrong answer right.
+    """
+    u, posterior = fit.inertia.u or 0.0, fit.posterior
+    if posterior is None:
+        return u
+    least = posterior.level == posterior.level.min()
+    weight = posterior.weight[least]
+    return min(u, float(weight @ posterior.u[0, least] / weight.sum()))
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:

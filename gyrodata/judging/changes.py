@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from gyrodata.measurements import (
 )
 from gyrodata.physics import Floats, models
 from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
+from gyrodata.quantities.error_sources import DECAY_TIME
 from gyrodata.readings import Readings
 
 WATCHED = 180.0
@@ -120,6 +120,7 @@ class Change(Struct, frozen=True):
 
 EFFECTS = {
     "residual_torque": "imperfect balance",
+    "balance_change": "balance, differs between weights",
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
@@ -128,6 +129,10 @@ EFFECTS = {
 }
 """The effects that do not belong to a model of motion, by their name in the JSON, in
 words."""
+
+
+UNTOUCHED: Mapping[str, Any] = {"balance": "untouched"}
+"""What a log says if nobody touched the balance between two weights."""
 
 
 def effect_words(name: str) -> str:
@@ -150,11 +155,16 @@ def _effects(lab: Lab) -> Iterator[Change]:
         f"{prior:.2g} N·m, with wide tails"
     )
     assert widths.residual_torque is not None
-    none = replace(widths, residual_torque=fitting.NEGLIGIBLE * widths.residual_torque)
+    none = replace(
+        widths,
+        residual_torque=fitting.NEGLIGIBLE * widths.residual_torque,
+        level=0.0,
+    )
     left_out = tuple({*lab.left_out, *np.flatnonzero(measured.torque == 0).tolist()})
     yield lab.change(
         "residual_torque", words, kept=True, sized=False, left_out=left_out, widths=none
     )
+    yield _balance_change(lab)
     width = measured.timing_bias_u
     if width:
         words = f"its size is unknown beforehand, so b is a parameter with prior width {width:g} s"
@@ -213,6 +223,21 @@ def _effects(lab: Lab) -> Iterator[Change]:
             )
     yield _delay_of_spin(lab)
     yield from _effects_of_motion(lab)
+
+
+def _balance_change(lab: Lab) -> Change:
+    """Suppose that M0 is the same with every weight."""
+    measured, fit, name = lab.measured, lab.fit, "balance_change"
+    if not measured.balance_differs:
+        words = 'the log says "# balance: untouched", or it has one weight'
+        return lab.change(name, words, sized=False, measured=None)
+    shares = [one.share for one in fit.budget if one.source == name]
+    part = math.sqrt(sum(shares))
+    words = (
+        f"its size is unknown beforehand, so its width is estimated: "
+        f"{fit.widths.level:.2g} N·m, which makes {part:.2g} u of u"
+    )
+    return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
 
 
 def _delay_of_spin(lab: Lab) -> Change:
@@ -303,17 +328,7 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
         ):
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
-    if not measured.balanced:
-        yield lab.change(
-            "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
-        )
-    if measured.balanced or measured.balance_test is not None:
-        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
-        yield lab.change("balance_free", "balance unknown", unknown)
-    elif measured.balanced is None and measured.torque_unseen is None:
-        yield lab.change(
-            "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
-        )
+    yield from _other_balances(lab)
     groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
@@ -336,6 +351,25 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
                 left_out=left_out,
                 torque=number,
             )
+
+
+def _other_balances(lab: Lab) -> Iterator[Change]:
+    """List what else the log could say of the balance."""
+    measured = lab.measured
+    if not measured.balanced:
+        yield lab.change(
+            "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
+        )
+    if measured.balanced or measured.balance_test is not None:
+        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
+        yield lab.change("balance_free", "balance unknown", unknown)
+    elif measured.balanced is None and measured.torque_unseen is None:
+        yield lab.change(
+            "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
+        )
+    if measured.balance_differs:
+        words = 'balance not touched between the weights ("# balance: untouched")'
+        yield lab.change("balance_untouched", words, UNTOUCHED)
 
 
 def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:
@@ -405,31 +439,64 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
     yield lab.change("unloaded_run", words, measured=replace(more, **names))
 
 
+DOUBTED = "half_the_error_in_doubt"
+"""An error whose usual size may be far too small: it is advised to measure it, even if
+u becomes only a little smaller."""
+
+WORN = 1 / 150
+"""Relative fall of the spin in a second with a worn cup or little air [1/s]."""
+
+SHIFTS = 0.5
+"""A worn cup matters if it changes I_zz by this many standard uncertainties."""
+
+
+def _doubted_sources(lab: Lab) -> dict[str, str]:
+    """List the errors whose usual size would be far too small in a bad lab, with why.
+
+    A spin that falls fast and is read late is one, unless the log shows how it falls.
+    """
+    measured = lab.measured
+    if measured.drag is not None or measured.delay_factor is None:
+        return {}
+    bias = float(np.max(np.abs(measured.delay_factor - 1))) * WORN * DECAY_TIME
+    if bias < SHIFTS * fitting.relative_u(lab.fit.inertia):
+        return {}
+    why = f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
+    return {"spin_delay": why}
+
+
+def _better_readings(lab: Lab) -> Iterator[Change]:
+    """Halve each error that makes a part of u, or that may be too small, if somebody can."""
+    doubted = _doubted_sources(lab)
+    for share in lab.fit.budget:
+        name = DOUBTED if share.source in doubted else "half_the_error"
+        better = SOURCES[share.source].better if share.source in SOURCES else ""
+        if better and (share.share > 0.05 or name == DOUBTED):
+            words = better + doubted.get(share.source, "")
+            yield lab.change(name, words, _with_half_the_error(lab, share.source))
+
+
+def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
+    """Return the sources and times of a log with half the error of one of its sources."""
+    measured, fit = lab.measured, lab.fit
+    problem = fit.adjusted.problem
+    variances = (fit.adjusted.slopes * problem.independent) ** 2
+    own = np.maximum(variances.sum(axis=0), 1e-300)
+    # Readings with half the error of their own scatter less about the fit.
+    factors = [0.25 if one.name == name else 1.0 for one in problem.sources]
+    smaller = np.sqrt(np.array(factors) @ variances / own)
+    nearer = (measured.time - fit.fitted_time) * np.where(smaller > 0, 1 - smaller, 0.0)
+    return {
+        "sources": _scaled(measured, name, 0.5),
+        "time": measured.time - nearer,
+    }
+
+
 def _advice(lab: Lab) -> Iterator[Change]:
     """List what the next lab can do: another run, better readings, a balance test, more turns."""
     yield from _unloaded_run(lab)
+    yield from _better_readings(lab)
     measured, fit = lab.measured, lab.fit
-    variances = (fit.adjusted.slopes * fit.adjusted.problem.independent) ** 2
-    own = np.maximum(variances.sum(axis=0), 1e-300)
-    for share in fit.budget:
-        if (
-            share.share > 0.05
-            and share.source in SOURCES
-            and SOURCES[share.source].better
-        ):
-            names = list(map(attrgetter("name"), fit.adjusted.problem.sources))
-            # Readings with half the error of their own scatter less about the fit.
-            smaller = np.sqrt(
-                np.where(np.array(names) == share.source, 0.25, 1.0) @ variances / own
-            )
-            nearer = (measured.time - fit.fitted_time) * np.where(
-                smaller > 0, 1 - smaller, 0.0
-            )
-            changed = {
-                "sources": _scaled(measured, share.source, 0.5),
-                "time": measured.time - nearer,
-            }
-            yield lab.change("half_the_error", SOURCES[share.source].better, changed)
     # Only if the ball can pass it, by what the runs say of M0.
     m0 = fit.residual_torque
     limit = 2 * math.hypot(m0.u or 0.0, EASY_TEST * fit.inertia.value)
@@ -447,7 +514,7 @@ def _advice(lab: Lab) -> Iterator[Change]:
         part = np.abs(turns - np.round(turns)) > WHOLE
         sources = tuple(
             replace(one, absolute=np.where(part, one.absolute, 0.0))
-            if one.name == "angle" and one.default
+            if one.name in ("angle", "screw_angle") and one.default
             else one
             for one in measured.sources
         )
@@ -663,8 +730,8 @@ class Sensitivity(Struct, frozen=True):
     """I_zz if one thing were different."""
 
     name: str
-    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free" or
-    "without"."""
+    """"u_time_twice", "hand_late", "hand_early", "balanced", "balance_free",
+    "balance_untouched" or "without"."""
     words: str
     """What is different: "without 20 g at 15 cm"."""
     inertia: Estimate | None

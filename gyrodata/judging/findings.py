@@ -32,14 +32,14 @@ from gyrodata.judging.tables import (
     scatter_in_u,
 )
 from gyrodata.judging.wrong_cells import exchanged_digits
-from gyrodata.measurements import spin_columns
+from gyrodata.measurements import Measurements, select, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Readings, kind_of_role, to_display
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE, listing
 from gyrodata.readings.roles import TIMINGS
 
 # --- the checks ---
@@ -143,6 +143,28 @@ def _other_motion(seen: Seen) -> str:
     return ""
 
 
+def _causes_of_scatter(seen: Seen) -> str:
+    """Name the runs that were perhaps stopped late, or another motion of the rod."""
+    if not seen.fit.late:
+        return _other_motion(seen)
+    names = [seen.measured.runs[run] for run in seen.fit.late]
+    runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
+    return (
+        f"the clock of {runs} was perhaps stopped late, and the answer hardly depends on "
+        f"them: repeat them; "
+    )
+
+
+MUCH_SCATTER = 2.0
+"""With a smaller scatter the weights disagree, and not their runs."""
+
+
+def _is_balance_change(seen: Seen) -> bool:
+    """Return whether a balance that differs between weights explains the scatter."""
+    is_change = _chance_of_one_balance(seen.fit) < ONE_BALANCE
+    return is_change and seen.fit.widths.scatter < MUCH_SCATTER
+
+
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
@@ -156,31 +178,85 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
     ):
         return
+    if _is_balance_change(seen):
+        return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     values = {
         "scatter": fit.widths.scatter,
         "u_time": fit.widths.scatter * (measured.time_u or 0.14),
     }
     if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
-        yield say("not_one_line", **values, motion=_other_motion(seen))
+        yield say("not_one_line", **values, motion=_causes_of_scatter(seen))
     else:
-        time = next(
-            (source for source in measured.sources if source.quantity == "time"), None
-        )
-        alike = (
-            time is not None and not time.relative.any() and not np.ptp(time.absolute)
-        )
-        stated = (
-            f"{float(time.absolute[0]):.2g} s"
-            if time is not None and alike
-            else "stated"
-        )
         words = {
-            "stated": stated,
-            "in_u": scatter_in_u(seen.constancy),
-            "motion": _other_motion(seen),
+            "stated": _stated_scatter(measured),
+            "in_u": scatter_in_u(seen.constancy, measured),
+            "motion": _causes_of_scatter(seen),
         }
         yield say("scatter_too_large", **values, **words)
+
+
+def _stated_scatter(measured: Measurements) -> str:
+    """Return the stated uncertainty of every time, or "stated" if the times differ."""
+    times = [source for source in measured.sources if source.quantity == "time"]
+    if not times or times[0].relative.any() or np.ptp(times[0].absolute):
+        return "stated"
+    return f"{float(times[0].absolute[0]):.2g} s"
+
+
+ONE_BALANCE = 1 / 3
+"""If M0 is the same with every weight with a smaller probability, the weights
+disagree."""
+
+TELLING = 4
+"""Smallest number of weights that can show which one of them is different."""
+
+
+def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
+    """Report that M0 differs between weights, and the weight that differs.
+
+    This is a test of lack of fit: the scatter between the weights is compared with that
+    within each weight, whose size is uncertain.
+    """
+    chance = _chance_of_one_balance(seen.fit)
+    if seen.contradicts_itself or chance >= ONE_BALANCE:
+        return
+    names = [load_words(seen.measured, runs[0]) for runs in _odd_weights(seen)]
+    which = "no single weight explains this"
+    if len(seen.measured.by_weight) < TELLING:
+        which = "so few weights cannot show which one is different"
+    elif len(names) == 1:
+        which = f"without {names[0]} they agree"
+    yield seen.readings.say(
+        "weights_disagree",
+        percent=100 * (1 - chance),
+        level=1e3 * seen.fit.widths.level,
+        which=which,
+    )
+
+
+def _odd_weights(seen: Seen) -> list[list[int]]:
+    """List the runs of each weight without which the other weights agree."""
+    measured, every = seen.measured, set(range(len(seen.measured.runs)))
+    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+    odd: list[list[int]] = []
+    if not TELLING <= len(weights) <= changes.MOST_WEIGHTS:
+        return odd
+    for runs in weights:
+        rest = select(measured, sorted(every.difference(runs, seen.left_out)))
+        with suppress(fitting.NoFit):
+            fit = fitting.fit(rest, tilted=seen.motion.tilted)
+            if _chance_of_one_balance(fit) > ONE_BALANCE:
+                odd.append(runs)
+    return odd
+
+
+def _chance_of_one_balance(fit: fitting.FitResult) -> float:
+    """Return the probability that M0 is the same with every weight; 1 if the log decides."""
+    is_asked = fit.adjusted.problem.measured.balance is None
+    if not is_asked or fit.posterior is None:
+        return 1.0
+    return fit.posterior.chance_of_one_balance()
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -863,6 +939,7 @@ Check = Callable[[Seen], Iterable[Diagnostic]]
 CHECKS: tuple[Check, ...] = (
     _outliers,
     _scatter,
+    _weights_disagree,
     _balance,
     _other_choices,
     _deviations,

@@ -203,22 +203,23 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab, screened: _Screened) -
     fit = lab.fit
     if not np.isfinite(fit.fitted_time).all():
         raise LogError([readings.say("no_steady_precession")])
+    birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
+    if birge > ABSURD:
+        raise NoFit(
+            f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
+        )
     weights = np.ones(len(lab.measured.runs))
     weights[list(screened.suspected)] = 0.0
     fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, weights)
-    value, u = fit.inertia.value, fit.inertia.u or 0.0
-    if fit.dof <= 0 and u < EXACT * value:
+    as_stated = fit.as_stated or fit
+    if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
         raise NoFit(
             "all uncertainties are stated as zero, and the runs are too few to show how "
             "well they agree"
         )
-    birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
-    if birge > ABSURD:
-        raise NoFit(
-            f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
-        )
+    value, u = fit.inertia.value, fit.inertia.u or 0.0
     low, high = fit.inertia.interval_95 or (value, value)
     if low <= 0 or u > TOO_WIDE * value:
         raise LogError([refusals.not_measured(readings, fit, low, high)])

@@ -282,16 +282,20 @@ UNLIKELY = 0.05
 """The stated uncertainties do not explain a scatter whose probability is below this."""
 
 
-def scatter_in_u(constancy: Constancy | None) -> str:
+def scatter_in_u(constancy: Constancy | None, measured: Measurements) -> str:
     """Write whether u includes the scatter of the runs.
 
-    It is true for errors that each run has alone.
+    It is true for errors that each run has alone, and for a balance that differs
+    between weights.
     """
     if constancy is None:
         return "u includes this if every run has an error of its own"
     if constancy.p < UNLIKELY:
         return "u already includes this"
-    return "the runs of one weight agree, but the weights do not: u does not include all of this"
+    weights = "the runs of one weight agree, but the weights do not"
+    if measured.balance_differs:
+        return f"{weights}: u includes this as a balance that differs between weights"
+    return f"{weights}: u does not include all of this"
 
 
 def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLaw, ...]:

@@ -22,7 +22,7 @@ from gyrodata.measurements.sources import (
     spin_columns,
     values_of,
 )
-from gyrodata.physics import Floats
+from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.readings import Column, Readings
 
@@ -89,6 +89,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     steady."""
     balanced: bool | None = None
     """Whether the ball is balanced; None if the log does not say."""
+    balance: str | None = None
+    """Whether somebody "touched" the balance between weights, or it was "untouched";
+    None if the log does not say."""
     precession_sense: Floats | None = None
     """+1 counterclockwise, −1 clockwise seen from above; 0 for a run without a
     direction; None if no run has one."""
@@ -157,6 +160,41 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             else:
                 groups.append([*group])
         return groups
+
+    @cached_property
+    def balance_groups(self) -> Integers:
+        """Group of runs with the same M0, shape (n,): −1 if all runs have the same M0.
+
+        M0 can change while a weight is changed. A run without a weight has the M0 of
+        the run before it: a weight that is taken off leaves the balance as it was.
+        """
+        groups = np.full(len(self.runs), -1)
+        if self.balance == "untouched":
+            return groups
+        for number, runs in enumerate(self.by_weight):
+            groups[runs] = number
+        loaded = np.flatnonzero(self.torque)
+        before = np.searchsorted(loaded, np.arange(len(groups)), side="right") - 1
+        return groups[loaded[np.maximum(before, 0)]]
+
+    @property
+    def balance_differs(self) -> bool:
+        """Whether M0 may differ between the weights of the log."""
+        return bool(np.ptp(self.balance_groups))
+
+    def balance_source(self, width: float) -> Source:
+        """Return the difference of M0 between weights, of a width [N*m], as a source."""
+        nothing = np.zeros(len(self.runs))
+        return Source(
+            "balance_change",
+            "balance",
+            self.balance_groups,
+            nothing + width,
+            nothing,
+            "runs with the same weight",
+            True,
+            "estimated from the runs",
+        )
 
     @cached_property
     def product(self) -> Floats:
@@ -282,6 +320,7 @@ def measure(readings: Readings) -> Measurements:
         tachometer=readings.tachometer,
         precession_sense=None if directions is None else np.nan_to_num(directions),
         balanced=readings.balanced,
+        balance=readings.balance,
         added=added,
         latitude=latitude,
         mass_step=np.array(columns["mass"].steps)

@@ -30,6 +30,7 @@ Quantity = Literal[
     "pitch",
     "transverse",
     "added",
+    "balance",
 ]
 
 

@@ -259,7 +259,8 @@ class TableReader:
             log,
             runs=self._labels(rows),
             lines=tuple(self.rows[i].line for i in rows),
-            notes=self._notes(rows),
+            notes=self._texts("note", rows),
+            screws=self._texts("screw", rows),
             columns=columns,
             others=tuple(others),
             position_from=self.settings.fields.get("position_from"),
@@ -603,9 +604,10 @@ class TableReader:
         compared = [one for one in self.choice.others if one.role in read - TEXTS]
         return self.replaced.union(one.at for one in (*chosen, *compared))
 
-    def _notes(self, rows: list[int]) -> tuple[str, ...]:
-        notes = self.choice.used.get("note")
-        return tuple(notes[0].texts[i] if notes else "" for i in rows)
+    def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
+        """Return the text of each run in the column of a role; "" without a column."""
+        columns = self.choice.used.get(role)
+        return tuple(columns[0].texts[i] if columns else "" for i in rows)
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Return the label of each run.

@@ -73,6 +73,20 @@ BYLINE = (
 """Keys of the lines of a log that the report shows below its title."""
 
 
+def _wide_answer(n: Numbers) -> Sentence:
+    """Write the 95 % interval; with one torque, first the answer of a balanced ball."""
+    analysis = n.analysis
+    interval = n.interval("inertia.interval_95", n.inertia)
+    if analysis.if_balanced is None or analysis.measurements.balanced is False:
+        return say("I_zz = {} (95 % interval)", interval)
+    return say(
+        "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} (95 % "
+        "interval)",
+        n.value("if_balanced.value", n.inertia),
+        interval,
+    )
+
+
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
@@ -81,9 +95,7 @@ def report(analysis: Analysis) -> elements.Report:
     )
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     if is_wide(analysis.inertia):
-        answer = say(
-            "I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia)
-        )
+        answer = _wide_answer(n)
     is_worksheet = analysis.options.worksheet
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
@@ -300,7 +312,7 @@ def _agreement(n: Numbers) -> Sentence:
         runs,
         n.scatter("goodness.scatter"),
         stated,
-        scatter_in_u(analysis.constancy),
+        scatter_in_u(analysis.constancy, analysis.measurements),
     )
 
 
@@ -333,6 +345,8 @@ def _largest_part(n: Numbers) -> Sentence:
                     f". Largest uncertainty: the {name} ({both:.0f} % of the variance)."
                 )
                 continue
+            # In a sentence, a clause needs its pronoun.
+            name = name.replace(", differs", ", which differs")
             the = "" if name == "g" or name.startswith("each") else "the "
             said = say(
                 ". Largest uncertainty: {}{} ({} of the variance).", the, name, part
@@ -355,17 +369,12 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
         or measured.balance_test is not None
     ):
         return (say(f"All torques are equal, so the answer depends on {by}."),)
-    usual = (
-        "If the ball is well balanced, I_zz = {}; a usual imbalance, 5 % of the "
-        "torque, changes it by 5 %."
-    )
     decide = (
-        "All torques are equal. To decide, write {}, add a balance test, or time a run "
-        "without an added mass."
+        "All torques are equal, and a usual imbalance, 5 % of the torque, changes I_zz "
+        "by 5 %. Time runs with one more weight; or write {}, add a balance test, or "
+        "time a run without an added mass."
     )
-    return say(usual, n.value("if_balanced.value", n.inertia)), say(
-        decide, Styled("# balanced: yes", "code")
-    )
+    return (say(decide, Styled("# balanced: yes", "code")),)
 
 
 def _fit_quality(n: Numbers) -> Sentence:

@@ -97,17 +97,17 @@ EFFECTS = [
     ("G229", "4 % too small", r"(\d+)\.\d+,([\d/]+),ccw", r"\1,\2,ccw", 0.959, 0),
     (
         "G305",
-        "0.72 % instead of 1.2 %",
+        "0.74 % instead of 1.2 %",
         "# station",
         "# u_spin_scale: 1 %\n# station",
         1,
         1.23,
     ),
     ("G340", "34 % too small", ",15.00,", ",9.92,", 0.661, 0),
-    ("G407", "2.1 % instead of 0.72 %", ",15.00,", ",15,", 1, 2.06),
-    ("G408", "0.61 % instead of 0.72 %", r"(?s)(1,20.*)", r"\1\1", 0.999, 0.61),
-    ("G414", "9 % instead of 0.72 %", "(?s)4,39.*", "", 0.988, 9.1),
-    ("G426", "1.3 % instead of 0.72 %", ",ccw|,precession_sense", "", 0.992, 1.31),
+    ("G407", "2.1 % instead of 0.74 %", ",15.00,", ",15,", 1, 2.06),
+    ("G408", "0.63 % instead of 0.74 %", r"(?s)(1,20.*)", r"\1\1", 0.999, 0.627),
+    ("G414", "9 % instead of 0.74 %", "(?s)4,39.*", "", 0.988, 9.1),
+    ("G426", "1.3 % instead of 0.74 %", ",ccw|,precession_sense", "", 0.992, 1.27),
     ("G440", "1000 times too large", r"mass \[g\]", "mass [kg]", 1000, 0),
     (
         "G441",
@@ -117,7 +117,7 @@ EFFECTS = [
         922,
         0,
     ),
-    ("G454", "0.94 % instead of 0.72 %", "10,0,.*", "", 0.99, 0.935),
+    ("G454", "1.0 % instead of 0.74 %", "10,0,.*", "", 0.99, 1.03),
 ]
 """Code, words of its text, what is changed in the sample log; I_zz after and before,
 and u(I_zz) [%] if not 0."""

@@ -32,7 +32,7 @@ ROWS = """mass [g],position [cm],spin [rpm],time [s],turns
 """
 
 
-LAB = gyrodata.analyze((HEAD + ROWS).encode())
+LAB = gyrodata.analyze((HEAD + "# motion: steady\n" + ROWS).encode())
 OWN = np.hypot(0.1 / LAB.measurements.time, 0.002)
 """Relative u of time and spin of each run, by hand: 0.1 s and 0.2 %."""
 

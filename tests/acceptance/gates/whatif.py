@@ -103,6 +103,7 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
         ),
         "balanced": stated(text, "# balanced: yes"),
         "balance_free": stated(text, "# balanced: no"),
+        "balance_untouched": stated(text, "# balance: untouched"),
     }
     if (
         told_nothing := re.sub(r"(?m)^# (balanced|balance_|u_imbalance).*\n", "", text)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection
-from functools import lru_cache
 
 from gyrodata.quantities import units, vocabulary
 
@@ -21,7 +20,6 @@ _MARKS = units.Letters(
 )
 
 
-@lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots.
 
@@ -72,7 +70,7 @@ NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
 measured spin; and words behind a length that is not a position."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
-SPINNING = vocabulary.pattern("spinning")
+SPINNING = vocabulary.Phrases("spinning")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

@@ -81,38 +81,6 @@ def pattern(key: str) -> str:
     return rf"(?i:(?<!\w)(?:{'|'.join(at_start)})|{'|'.join(anywhere)})"
 
 
-class Phrases:
-    """The phrases of all languages under one key.
-
-    The regular expression is long, and few texts contain a phrase: it is tried only in
-    a text with the first word of one.
-    """
-
-    def __init__(self, key: str) -> None:
-        self.pattern = pattern(key)
-        first_words = [phrase.lower().split()[0] for phrase in phrases(key)]
-        self._words = frozenset(_first_letters(word) for word in first_words)
-        alone = [phrase.lower() for phrase in phrases(key) if " " not in phrase]
-        self._inside = tuple({phrase.removesuffix(".") for phrase in alone})
-
-    def is_in(self, text: str) -> bool:
-        """Return whether a text contains one of the phrases."""
-        small = text.lower()
-        has_first_word = not self._words.isdisjoint(_LETTERS.findall(small))
-        if has_first_word or any(map(small.__contains__, self._inside)):
-            return re.search(self.pattern, text) is not None
-        return False
-
-
-def _first_letters(word: str) -> str:
-    """Return the beginning of a word, without signs such as those in "don't"."""
-    letters = _LETTERS.search(word)
-    return letters[0] if letters else word
-
-
-_LETTERS = re.compile(r"\w+")
-
-
 def _is_whole(phrase: str) -> bool:
     """Return whether the last word of a phrase is a whole word."""
     last = phrase.split()[-1]

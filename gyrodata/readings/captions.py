@@ -32,6 +32,7 @@ from gyrodata.readings.turns import is_of_turns, turns_in
 from gyrodata.readings.words import (
     DIMENSION_WORDS,
     NOT_THE_WEIGHT,
+    Phrases,
     squeeze,
     squeezed_words,
 )
@@ -59,7 +60,7 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 """Roles of the quantities in sentences, by their kind."""
 
 _SPHERE, _NOT_TIMED, _WEIGHT_ADDED = map(
-    vocabulary.Phrases, ("sphere", "not_timed", "weight_added")
+    Phrases, ("sphere", "not_timed", "weight_added")
 )
 _WEIGHT, _APPARATUS = _WEIGHT_ADDED.pattern, vocabulary.pattern("ball")
 _ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
@@ -412,11 +413,16 @@ def legends_of(grid: Grid) -> dict[str, str]:
                 continue
             words = re.split(r"[;.]\s", f"{match[1] or ''} {match[3]}".strip())[0]
             words = words.rstrip(" )")
-            explained = parse_header(words)
-            says_moment = explained.moment != "" and len(explained.roles) == 1
-            if explained.unit or turns_in(words) or says_moment:
+            if _explains_column(words):
                 legends[squeeze(match[2])] = words
     return legends
+
+
+def _explains_column(words: str) -> bool:
+    """Return whether words give a unit, turns, or the moment of a reading."""
+    explained = parse_header(words)
+    says_moment = explained.moment != "" and len(explained.roles) == 1
+    return bool(explained.unit or turns_in(words)) or says_moment
 
 
 def _with_colon(row: Row) -> str:

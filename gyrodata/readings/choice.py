@@ -8,7 +8,6 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import vocabulary
 from gyrodata.quantities.notation import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
@@ -21,9 +20,9 @@ from gyrodata.readings.missing import missing_roles
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import squeeze
+from gyrodata.readings.words import Phrases, squeeze
 
-_PART_OF_TURN = vocabulary.Phrases("parts")
+_PART_OF_TURN = Phrases("parts")
 """Words for a part of a turn."""
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""

@@ -151,10 +151,13 @@ def count_of_numbers(texts: Sequence[str]) -> int:
 
 def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
-    texts = row.texts
-    filled = [text for text in texts if text]
+    filled = row.filled()
     if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
         return False  # the rows of a long log
+    return _are_names(row.texts, filled)
+
+
+def _are_names(texts: list[str], filled: list[str]) -> bool:
     named = list(filter(None, (parse_header(text).roles for text in filled)))
     if not any(map(roles.TEXTS.isdisjoint, named)):
         return False

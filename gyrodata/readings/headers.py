@@ -36,6 +36,7 @@ from gyrodata.readings.words import (
     THEORY_WORDS,
     TOKENS,
     TRIAL_WORDS,
+    Phrases,
     contains_word,
     squeeze,
     squeezed_words,
@@ -141,7 +142,7 @@ def _says_number(word: str) -> bool:
     return is_name or bool(re.search("[0-9]", word))
 
 
-_SPHERE, _TIP = map(vocabulary.Phrases, ("sphere", "tip"))
+_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -350,7 +351,7 @@ _IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("precession_rate", "time"): ("time", "precession_period"),
 }
 """What a role becomes next to a unit of another kind: "Weight (N)"."""
-_OF_ONE = vocabulary.Phrases("of_one")
+_OF_ONE = Phrases("of_one")
 """Words for one of several weights."""
 _OF_TURNS = frozenset({"angle", "number"})
 """Kinds that a unit of turns can measure."""

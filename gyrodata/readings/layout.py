@@ -16,7 +16,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import notation
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import captions, roles
 from gyrodata.readings.captions import Given, said_in
@@ -47,13 +47,14 @@ from gyrodata.readings.words import (
     MEAN_WORDS,
     SUMMARY_WORDS,
     UNSURE_WORDS,
+    Phrases,
     squeeze,
 )
 from gyrodata.readings.workbook import MAX_COLUMNS
 
-NOT_USED = vocabulary.Phrases("not_used")
+NOT_USED = Phrases("not_used")
 """Words of a note on a run that is not valid."""
-_NOT_MEASURED = vocabulary.Phrases("not_measured")
+_NOT_MEASURED = Phrases("not_measured")
 _TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
 """Of "2 reflective strips": it is not a number with its unit."""
 _COUNTS_UP = re.compile(r"[^\W\d]|(?i:count)")
@@ -429,10 +430,7 @@ class _Sheet:
         if not any(row.texts):
             return
         if is_head(row) or row.texts == table.head.texts:
-            if table.is_new:
-                # "time of one turn, x from the centre" above the names
-                self.words.append(table.head)
-            self.begin(row)
+            self._begin_next(row)
         elif table.is_new and (units := units_of_row(row.texts)):
             self._take_units(units)
         elif row.texts[0] == "#":  # a # that a spreadsheet put into a cell of its own
@@ -448,6 +446,13 @@ class _Sheet:
             table.has_ended = bool(self.runs) and _names_inertia(row) and not is_title
         else:
             self._take_numbers(row)
+
+    def _begin_next(self, head: Row) -> None:
+        """Begin another table; a header without runs below it is a row of text."""
+        if self.table.is_new:
+            # "time of one turn, x from the centre" above the names
+            self.words.append(self.table.head)
+        self.begin(head)
 
     def _without_cells_beside(self, row: Row) -> Row:
         """Leave out the cells that a blank column separates from the table."""

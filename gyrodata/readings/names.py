@@ -24,6 +24,7 @@ from gyrodata.readings.words import (
     START_WORDS,
     TOKENS,
     UNSURE_WORDS,
+    Phrases,
     squeeze,
     squeezed_names,
 )
@@ -219,7 +220,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     )
 
 
-_RADIUS = vocabulary.Phrases("radius")
+_RADIUS = Phrases("radius")
 
 
 def reported_key(key: str) -> str:

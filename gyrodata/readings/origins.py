@@ -6,7 +6,13 @@ import re
 from typing import Literal
 
 from gyrodata.quantities import vocabulary
-from gyrodata.readings.words import CENTRE_WORDS, MAX_HEADER, squeeze, squeezed_words
+from gyrodata.readings.words import (
+    CENTRE_WORDS,
+    MAX_HEADER,
+    Phrases,
+    squeeze,
+    squeezed_words,
+)
 
 FROM = vocabulary.pattern("from")
 """Words between a length and its origin."""
@@ -24,9 +30,9 @@ OF_WEIGHT = (
 )
 """The centre of the weight, or what is not the origin."""
 Origin = Literal["", "centre", "surface", "tip"]
-ORIGINS: tuple[tuple[Origin, vocabulary.Phrases], ...] = (
-    ("surface", vocabulary.Phrases("surface")),
-    ("tip", vocabulary.Phrases("tip")),
+ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
+    ("surface", Phrases("surface")),
+    ("tip", Phrases("tip")),
 )
 
 

@@ -18,12 +18,12 @@ from gyrodata.readings.origins import (
 )
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import TURN
-from gyrodata.readings.words import squeeze
+from gyrodata.readings.words import Phrases, squeeze
 
 _ROLES = ("spin", "turns", "mass", "position")
-ALTERED = {role: vocabulary.Phrases(f"altered_{role}") for role in _ROLES}
+ALTERED = {role: Phrases(f"altered_{role}") for role in _ROLES}
 """Words that say this of one role, and do not name it."""
-_ALTERED, CORRECTED = map(vocabulary.Phrases, ("altered", "corrected"))
+_ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 _USUAL = vocabulary.pattern("usual")
 """Words that say that a reading is not what is typed, that only look so, and that say
 that it is corrected."""
@@ -31,7 +31,7 @@ that it is corrected."""
 
 _HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
 _HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
-_HANGER, _INCLUDED = map(vocabulary.Phrases, ("hanger", "included"))
+_HANGER, _INCLUDED = map(Phrases, ("hanger", "included"))
 _WITHOUT_HANGER = (
     rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?"
     rf"{_HANGER.pattern}"
@@ -112,7 +112,7 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
     return named or NAMES.get(squeeze(singular).lower(), ())
 
 
-_SURFACE_NOTE = vocabulary.Phrases("surface_note")
+_SURFACE_NOTE = Phrases("surface_note")
 
 
 def noted_origin(note: str) -> str:
@@ -120,12 +120,17 @@ def noted_origin(note: str) -> str:
 
     An example is "x is measured from the surface of the ball".
     """
-    of_surface = _SURFACE_NOTE.is_in(note)
-    if not of_surface and not any(words.is_in(note) for _, words in ORIGINS):
-        return ""
-    bare = re.sub(OF_WEIGHT, "", note)
-    if of_surface:
+    if _SURFACE_NOTE.is_in(note):
+        bare = re.sub(OF_WEIGHT, "", note)
         return "" if re.search(CENTRE, bare) else "surface"
+    if not any(words.is_in(note) for _, words in ORIGINS):
+        return ""
+    return _origin_of_position(note)
+
+
+def _origin_of_position(note: str) -> str:
+    """Return the origin that a note names, if it is about positions."""
+    bare = re.sub(OF_WEIGHT, "", note)
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
@@ -162,4 +167,4 @@ def _names_position(note: str) -> bool:
     )
 
 
-WIDE, SPHERE = map(vocabulary.Phrases, ("diameter", "sphere"))
+WIDE, SPHERE = map(Phrases, ("diameter", "sphere"))

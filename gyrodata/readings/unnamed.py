@@ -7,7 +7,7 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import units, vocabulary
+from gyrodata.quantities import units
 from gyrodata.quantities.notation import to_float
 from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
@@ -34,13 +34,14 @@ from gyrodata.readings.words import (
     SUMMARY_WORDS,
     THEORY_WORDS,
     UNSURE_WORDS,
+    Phrases,
     squeezed_words,
 )
 
 _OTHER_THINGS = (
     NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
 )
-_OF_TILT = vocabulary.Phrases("tilted")
+_OF_TILT = Phrases("tilted")
 """Words for an angle that the rod does not sweep."""
 _LEVEL = r"90(?:\.0*)?"
 """Angle of a level rod from the vertical [deg]."""

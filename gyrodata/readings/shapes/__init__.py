@@ -18,6 +18,7 @@ from gyrodata.readings.shapes import (
     transposed,
     two_row_header,
 )
+from gyrodata.readings.words import Phrases
 
 
 class Shape(Protocol):
@@ -62,7 +63,7 @@ def reshape(grid: Grid, faults: Faults) -> Grid:
     return grid
 
 
-_WEIGHTS = vocabulary.Phrases("weights")
+_WEIGHTS = Phrases("weights")
 _DIGITS = frozenset("0123456789")
 
 
@@ -76,6 +77,9 @@ def _is_usual(grid: Grid) -> bool:
     names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
     if "" in names or len(set(names)) < width:
         return False
-    if any(map(_WEIGHTS.is_in, names)) or not _DIGITS.isdisjoint("".join(names)):
-        return False
-    return sentences.names_quantities(named[0])
+    return all(map(_is_plain, names)) and sentences.names_quantities(named[0])
+
+
+def _is_plain(name: str) -> bool:
+    """Return whether a name contains no number, and does not count weights."""
+    return _DIGITS.isdisjoint(name) and not _WEIGHTS.is_in(name)

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Collection
 from fractions import Fraction
-from functools import lru_cache
 
 from msgspec import Struct
 
@@ -47,7 +46,6 @@ _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 # The meaning of a text
 
 
-@lru_cache(maxsize=4096)
 def number_in_words(text: str, role: str) -> str:
     """Return the number that a cell writes in words; else "".
 

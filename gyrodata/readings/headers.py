@@ -36,6 +36,7 @@ from gyrodata.readings.words import (
     THEORY_WORDS,
     TOKENS,
     TRIAL_WORDS,
+    Phrases,
     contains_word,
     squeeze,
     squeezed_words,
@@ -127,8 +128,12 @@ def _leftover(header: Header) -> tuple[str, ...]:
         word
         for word in TOKENS.split(header.name)
         if (_says_number(word) and not uses_number)
-        or (re.search(_PLACE, word) and not uses_place)
+        or (_names_place(word) and not uses_place)
     )
+
+
+def _names_place(word: str) -> bool:
+    return _SPHERE.is_in(word) or _TIP.is_in(word)
 
 
 def _says_number(word: str) -> bool:
@@ -137,7 +142,7 @@ def _says_number(word: str) -> bool:
     return is_name or bool(re.search("[0-9]", word))
 
 
-_PLACE = f"{vocabulary.pattern('sphere')}|{vocabulary.pattern('tip')}"
+_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -346,7 +351,7 @@ _IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("precession_rate", "time"): ("time", "precession_period"),
 }
 """What a role becomes next to a unit of another kind: "Weight (N)"."""
-_OF_ONE = vocabulary.pattern("of_one")
+_OF_ONE = Phrases("of_one")
 """Words for one of several weights."""
 _OF_TURNS = frozenset({"angle", "number"})
 """Kinds that a unit of turns can measure."""
@@ -451,17 +456,12 @@ def hinted(header: Header) -> set[str]:
     }
 
 
-def contains(pattern: str, text: str) -> bool:
-    """Return whether a header contains some words."""
-    return bool(re.search(pattern, text))
-
-
 def is_part_of_mass(header: str) -> bool:
     """Return whether a header names a part of the mass.
 
     Examples are "mass of one weight" and "mass without hanger".
     """
-    return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"
+    return _OF_ONE.is_in(header) or altered_role(header) == "mass"
 
 
 def _measures(unit: str, role: str) -> bool:
@@ -492,7 +492,7 @@ def _moment(header: str) -> Literal["", "start", "end"]:
 
 def is_of_the_spin(header: str) -> bool:
     """Return whether a header says that turns of the ball are timed."""
-    return bool(re.search(SPINNING, header)) and not re.search(PRECESSION, header)
+    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:

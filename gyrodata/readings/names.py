@@ -24,6 +24,7 @@ from gyrodata.readings.words import (
     START_WORDS,
     TOKENS,
     UNSURE_WORDS,
+    Phrases,
     squeeze,
     squeezed_names,
 )
@@ -180,7 +181,7 @@ _OF_THE_BALL = {
 def _of_what_turns(words: list[str]) -> tuple[str, ...]:
     """Look up "period of precession" and "ball speed", in any order of the words."""
     rest = [word for word in words if not re.fullmatch(PRECESSION, word)]
-    bare = [word for word in rest if not re.search(SPINNING, word)]
+    bare = [word for word in rest if not SPINNING.is_in(word)]
     if bare == words:
         return _meant_by_all(bare)
     if rest not in (bare, words):
@@ -210,7 +211,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return True
     if role == "turns" and beside[-1] == [*named][-1]:
         return False
-    if role == "position" and re.search(_RADIUS, " ".join(named)):
+    if role == "position" and _RADIUS.is_in(" ".join(named)):
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
@@ -219,7 +220,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     )
 
 
-_RADIUS = vocabulary.pattern("radius")
+_RADIUS = Phrases("radius")
 
 
 def reported_key(key: str) -> str:

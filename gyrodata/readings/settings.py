@@ -7,7 +7,6 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -265,10 +264,12 @@ def _is_remark(key: str, text: str) -> bool:
 
 
 _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
-# A class writes the same remarks a thousand times.
-_nearest_key = lru_cache(maxsize=1024)(
-    partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8)
-)
+
+
+def _nearest_key(key: str) -> list[str]:
+    """Return the key with the same first letter that is nearly the same, if one is."""
+    known = [other for other in _KNOWN if other[0] == key[0]]
+    return difflib.get_close_matches(key, known, n=1, cutoff=0.8)
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:

@@ -182,7 +182,7 @@ def _named_after_ball(lack: Lack) -> str:
 
 
 def _diameter(lack: Lack) -> str:
-    across = [one.text for one in lack.columns if re.search(WIDE, one.text)]
+    across = [one.text for one in lack.columns if WIDE.is_in(one.text)]
     if lack.role != "position" or not across:
         return ""
     return (
@@ -213,7 +213,7 @@ def _from_ball(lack: Lack) -> str:
     if lack.role != "position" or not lack.similar:
         return ""
     header = lack.similar[0].text
-    if not re.search(SPHERE, header):
+    if not SPHERE.is_in(header):
         return ""
     return (
         f'"{header}": if it counts from the centre of the ball, write "{lack.named}" '

@@ -92,9 +92,7 @@ def read_log(
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
-    grid, falls = shapes.reshape(grid, faults)
-    if falls:
-        given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
+    grid = shapes.reshape(grid, faults)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
     table = layout.find_layout(grid, faults, {*mapping.values(), *optional})

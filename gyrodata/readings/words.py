@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection
-from functools import lru_cache
 
 from gyrodata.quantities import units, vocabulary
 
@@ -21,7 +20,6 @@ _MARKS = units.Letters(
 )
 
 
-@lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots.
 
@@ -44,6 +42,40 @@ def squeezed_words(text: str) -> set[str]:
 def contains_word(text: str, words: Collection[str]) -> bool:
     """Return whether a text contains one of some squeezed words in small letters."""
     return any(squeeze(word).lower() in words for word in TOKENS.split(text))
+
+
+class Phrases:
+    """The phrases of all languages under one key.
+
+    The regular expression is long, and few texts contain a phrase: it is tried only in
+    a text with the first word of one.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.pattern = vocabulary.pattern(key)
+        first_words = [phrase.lower().split()[0] for phrase in vocabulary.phrases(key)]
+        self._words = frozenset(_first_letters(word) for word in first_words)
+        alone = [
+            phrase.lower() for phrase in vocabulary.phrases(key) if " " not in phrase
+        ]
+        self._inside = tuple({phrase.removesuffix(".") for phrase in alone})
+
+    def is_in(self, text: str) -> bool:
+        """Return whether a text contains one of the phrases."""
+        small = text.lower()
+        has_first_word = not self._words.isdisjoint(_LETTERS.findall(small))
+        if has_first_word or any(map(small.__contains__, self._inside)):
+            return re.search(self.pattern, text) is not None
+        return False
+
+
+def _first_letters(word: str) -> str:
+    """Return the beginning of a word, without signs such as those in "don't"."""
+    letters = _LETTERS.search(word)
+    return letters[0] if letters else word
+
+
+_LETTERS = re.compile(r"\w+")
 
 
 def squeezed_names(names: str) -> list[str]:
@@ -72,7 +104,7 @@ NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
 measured spin; and words behind a length that is not a position."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
-SPINNING = vocabulary.pattern("spinning")
+SPINNING = Phrases("spinning")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

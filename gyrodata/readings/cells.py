@@ -20,7 +20,7 @@ from gyrodata.readings.headers import Header
 from gyrodata.readings.lablog import BLANKS, Faults
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9]/[1-9]")
@@ -29,7 +29,7 @@ _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±
 """A number with a remark: "8.83 (maybe late)"."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
 
-_TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{TURN}\w*\.?")
+_TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
 """Parts of a turn that a column can count."""
 _PERCENT = "1/100"
@@ -59,7 +59,7 @@ def number_in_words(text: str, role: str) -> str:
 
 def _turns_in_words(text: str) -> str:
     """Read "one third", "1/3 of a turn" or "turn"."""
-    match = _TURN_BEHIND.fullmatch(text)
+    match = _TURN_BEHIND.fullmatch(mark_turns(text))
     if match is None:
         return words_of_turns(text, whole=True)
     bare = match[1]

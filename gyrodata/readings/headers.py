@@ -22,7 +22,14 @@ from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
 from gyrodata.readings.origins import Origin, from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import (
+    MARK,
+    NUMBERS,
+    TURN,
+    mark_turns,
+    turns_in,
+    words_of_turns,
+)
 from gyrodata.readings.words import (
     END_WORDS,
     FIRST_SIGN,
@@ -374,10 +381,10 @@ def _roles_of_statement(
 
 def _is_per_turn(name: str) -> bool:
     """Return whether a name says "per turn", and not "per 3 turns"."""
-    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, name))
+    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, mark_turns(name)))
 
 
-_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{TURN}"
+_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{MARK}"
 
 
 def _period_of(name: str) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from gyrodata.readings.origins import (
     origin_in,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import TURN
+from gyrodata.readings.turns import MARK, TURN, mark_turns
 from gyrodata.readings.words import Phrases, squeeze
 
 _ROLES = ("spin", "turns", "mass", "position")
@@ -46,7 +46,7 @@ _ROLE_OF_UNIT = {
 _DONE = r"\b(?:measured|weighed|timed|checked|read|took)\W{1,4}"
 _DONE_TWICE = rf"(?i:{_DONE}(?:\w{{1,20}}\W{{1,4}}){{1,3}}twice)"
 """In "we measured the spin twice"."""
-_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
+_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{MARK}"
 """In "4 = full turn"."""
 
 
@@ -62,7 +62,7 @@ def altered_role(note: str) -> str:
 
 def _role_of_phrase(note: str) -> str:
     """Find the reading of a phrase such as "4 = full turn" or "two stripes"."""
-    if re.search(_DEFINITION, note):
+    if "=" in note and re.search(_DEFINITION, mark_turns(note)):
         return "turns"
     for role, words in ALTERED.items():
         if words.is_in(note):

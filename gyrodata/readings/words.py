@@ -47,26 +47,32 @@ def contains_word(text: str, words: Collection[str]) -> bool:
 class Phrases:
     """The phrases of all languages under one key.
 
-    The regular expression is long, and few texts contain a phrase: it is tried only in
-    a text with the first word of one.
+    A regular expression of all phrases is long, and a text contains few of their words:
+    only the phrases whose first word is in the text are tried.
     """
 
     def __init__(self, key: str) -> None:
         self.pattern = vocabulary.pattern(key)
-        first_words = [phrase.lower().split()[0] for phrase in vocabulary.phrases(key)]
-        self._words = frozenset(_first_letters(word) for word in first_words)
-        alone = [
-            phrase.lower() for phrase in vocabulary.phrases(key) if " " not in phrase
-        ]
-        self._inside = tuple({phrase.removesuffix(".") for phrase in alone})
+        self._by_first_word: dict[str, list[str]] = {}
+        self._single_words: dict[str, str] = {}
+        for phrase in vocabulary.phrases(key):
+            first = _first_letters(phrase.lower().split()[0])
+            self._by_first_word.setdefault(first, []).append(phrase)
+            if " " not in phrase:
+                # A single word may stand inside of a longer one.
+                self._single_words[phrase.lower().removesuffix(".")] = phrase
 
     def is_in(self, text: str) -> bool:
         """Return whether a text contains one of the phrases."""
         small = text.lower()
-        has_first_word = not self._words.isdisjoint(_LETTERS.findall(small))
-        if has_first_word or any(map(small.__contains__, self._inside)):
-            return re.search(self.pattern, text) is not None
-        return False
+        likely = {
+            phrase for word, phrase in self._single_words.items() if word in small
+        }
+        for word in _LETTERS.findall(small):
+            likely.update(self._by_first_word.get(word, ()))
+        if not likely:
+            return False
+        return re.search(vocabulary.pattern_of(sorted(likely)), text) is not None
 
 
 def _first_letters(word: str) -> str:

@@ -8,7 +8,7 @@ that turns ("period of precession").
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from gyrodata.quantities import vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -45,20 +45,16 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 """Roles by squeezed symbol; upper and lower case differ."""
 
 
-_ALL_WORDS = frozenset(
-    squeezed_names(
-        ",".join(
-            ",".join(section.values()).replace(" ", ",")
-            for section in vocabulary.LANGUAGES.values()
-        )
-    )
-)
-"""Every word of the vocabulary."""
+@cache
+def _all_words() -> frozenset[str]:
+    """Return every word of the vocabulary; few logs need it."""
+    lists = [",".join(section.values()) for section in vocabulary.LANGUAGES.values()]
+    return frozenset(squeezed_names(",".join(lists).replace(" ", ",")))
 
 
 def is_word(text: str) -> bool:
     """Return whether a word is a word of headers, or a unit."""
-    return squeeze(text).lower() in _ALL_WORDS or bool(kinds_of(text))
+    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
 
 
 BESIDE = {

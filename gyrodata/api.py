@@ -35,7 +35,7 @@ R = TypeVar("R", results.Analysis, readings.Readings)
 S = TypeVar("S", "Analysis", readings.Readings)
 
 _ARGUMENTS = {"set": "settings", "map": "mapping", "config": "config"}
-_PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]+)"""
+_PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]*[^\s;,?).])"""
 _OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} | {
     "--keep-flagged": "keep_flagged=True",
     "gyro analyze --format csv prints that table": "the attribute runs contains that table",
@@ -50,14 +50,26 @@ class GyroWarning(UserWarning):
 
 
 class PythonDiagnostic(Diagnostic, frozen=True):
-    """A diagnostic that prints its remedy in the syntax of Python."""
+    """A diagnostic that prints its remedy in the syntax of Python.
+
+    Its attributes contain the texts of the command line, as the JSON does.
+    """
 
     def __str__(self) -> str:
         return in_python(super().__str__())
 
 
 def in_python(text: str) -> str:
-    """Replace options such as ``--set g=9.8`` by arguments such as ``settings={"g": "9.8"}``."""
+    """Replace options of the command line by arguments of `analyze`.
+
+    Examples
+    --------
+    >>> in_python("--set g=9.8 --set u_time=0.2, or --map mass=weight.")
+    'settings={"g": "9.8", "u_time": "0.2"}, or mapping={"mass": "weight"}.'
+    >>> in_python("--set latitude: not known; --model steady")
+    'settings["latitude"]: not known; model="steady"'
+    """
+    # Values first: what is left then is the name of an option.
     text = re.sub(f"{_PAIR}(?: {_PAIR})*", _arguments, text)
     text = re.sub(r"--(set|map|config) (\w+)(?=:)", _item, text)
     text = re.sub(r"--model (\w+)", r'model="\1"', text)
@@ -75,8 +87,9 @@ def _arguments(options: re.Match[str]) -> str:
     """Write neighbouring options as arguments, with one mapping for each argument."""
     pairs: dict[str, list[str]] = {}
     for option, key, value in re.findall(_PAIR, options[0]):
-        unquoted = value.strip("\"'")
-        pairs.setdefault(option, []).append(f'"{key}": "{unquoted}"')
+        unquoted = value[1:-1] if value[0] in "\"'" else value
+        escaped = unquoted.replace("\\", r"\\").replace('"', r"\"")
+        pairs.setdefault(option, []).append(f'"{key}": "{escaped}"')
     arguments = []
     for option, pairs_of_option in pairs.items():
         mapping = ", ".join(pairs_of_option)

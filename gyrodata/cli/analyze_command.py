@@ -103,76 +103,108 @@ def analyze(
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
-    values, headers = (
-        dict(sorted(found.items()))
-        for found in (pairs(settings, "--set"), pairs(mapping, "--map"))
-    )
     options = Options(
-        set=values,
-        map=headers,
+        set=dict(sorted(pairs(settings, "--set").items())),
+        map=dict(sorted(pairs(mapping, "--map").items())),
         model=model,
         keep_flagged=keep_flagged,
         worksheet=worksheet,
     )
-    request = _Request(
-        options, config, form, table, figures, style, verbose, len(logs) > 1
-    )
+    several = len(logs) > 1
+    request = _Request(options, config, form, table, figures, style, verbose, several)
     if watched:
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
-    if not request.several:
-        # The process ends soon: a search for garbage would take 3 % of a run with
-        # figures.
-        gc.disable()
-    # Data go into a file completely, or not at all.
-    file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
+    file = _data_file(out, form)
     reported = not no_report and file is None and (out is not None or form == "text")
     if opened and not reported:
         terminal.refuse("open_without_report")
-    header, whole, worst = "", [], 0
-    if form == "csv":
-        from gyrodata.reporting.data import table_header
-
-        header = table_header(table)
+    if not several:
+        # The process ends soon: a search for garbage would take 3 % of a run with
+        # figures.
+        gc.disable()
+    output = _Output(form, _table_header(form, table), file, opened, quiet)
+    worst = 0
     folders = _folders(terminal.short_paths(logs))
-    for log, name, below in zip(
-        logs, terminal.names_of(logs, stdin), folders, strict=True
-    ):
-        folder = None
-        if reported and out is not None:
-            folder = out / below if request.several else out
-        elif reported and log != "-":
-            folder = below
+    names = terminal.names_of(logs, stdin)
+    for log, name, below in zip(logs, names, folders, strict=True):
+        folder = _report_folder(log, out, below, several) if reported else None
         near = constants_of(log, config, quiet)
-        request = replace(
-            request,
-            config=near,
-            options=replace(options, config=near.name if near else None),
-        )
+        options = replace(options, config=near.name if near else None)
+        request = replace(request, config=near, options=options)
         done = _analyze_one(log, name, request, below, folder)
-        if file is not None:
-            whole.append(done.text)
-        elif form == "text":
-            terminal.write_text(done.text)
-        elif done.text and not (
-            done.report and form in DOCUMENTS and sys.stdout.isatty()
-        ):
-            # A document that is in a file is not printed on a terminal.
-            terminal.write_out(header + done.text)
-            header = ""
-        terminal.complain(done.diagnostics, quiet)
-        if done.report and not quiet:
+        output.show(done)
+        worst = max(worst, done.code)
+    gc.enable()
+    output.finish()
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _data_file(out: Path | None, form: Format) -> Path | None:
+    """Return the file for the data; None if ``--out`` is a folder, or is not given."""
+    if out is not None and out.suffix.lower() in DATA.get(form, ()):
+        return out
+    return None
+
+
+def _table_header(form: Format, table: Table) -> str:
+    if form != "csv":
+        return ""
+    from gyrodata.reporting.data import table_header
+
+    return table_header(table)
+
+
+def _report_folder(
+    log: str, out: Path | None, below: Path, several: bool
+) -> Path | None:
+    """Return the folder of a report; None for standard input without ``--out``."""
+    if out is not None:
+        return out / below if several else out
+    return None if log == "-" else below
+
+
+class _Output(Struct):
+    """Where the answers go, and the messages about them."""
+
+    form: Format
+    header: str
+    """Line before the first answer."""
+    file: Path | None
+    """Data go into a file completely, or not at all."""
+    opened: bool
+    quiet: bool
+    parts: list[str] = []
+
+    def show(self, done: _Outcome) -> None:
+        """Print one answer, or keep it for the file, and print the messages about it."""
+        if self.file is not None:
+            self.parts.append(done.text)
+        else:
+            self._print(done)
+        terminal.complain(done.diagnostics, self.quiet)
+        if done.report and not self.quiet:
             terminal.tell(f"report: {done.report}")
-        if done.report and opened:
+        if done.report and self.opened:
             import webbrowser
 
             webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
-        worst = max(worst, done.code)
-    gc.enable()
-    if file is not None:
-        with telling(file.parent):
-            write_whole(file, ["".join([header, *whole]).encode()])
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+    def _print(self, done: _Outcome) -> None:
+        if self.form == "text":
+            terminal.write_text(done.text)
+            return
+        in_file = done.report is not None and self.form in DOCUMENTS
+        if done.text and not (in_file and sys.stdout.isatty()):
+            # A document that is in a file is not printed on a terminal.
+            terminal.write_out(self.header + done.text)
+            self.header = ""
+
+    def finish(self) -> None:
+        """Write the file, if the data go into one."""
+        if self.file is not None:
+            with telling(self.file.parent):
+                write_whole(self.file, ["".join([self.header, *self.parts]).encode()])
 
 
 def demo(opened: OpenOption = False) -> None:
@@ -210,29 +242,28 @@ def _refuse_contradictions(
         )
     if table != "runs" and form != "csv":
         terminal.refuse("table_for_csv", table=table)
-    ending = out.suffix.lower() if out is not None else ""
-    if (
-        out is not None
-        and ending in FILE_TYPES
-        and ending not in DATA.get(form, ())
-        and not out.is_dir()
-    ):
-        ways = [
-            f"for a folder with report.html and the figures: --out {out.with_suffix('')}"
-        ]
-        ways += [
-            f"for a file with the data: --format {one} --out {out}"
-            for one in DATA
-            if ending == f".{one}"
-        ]
-        ways += (
-            ["for a PDF, print report.html from the browser"]
-            if ending == ".pdf"
-            else []
-        )
-        terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
+    if out is not None:
+        _refuse_file_for_report(out, form)
     if watched and (several or logs[0] == "-" or form != "text" or out):
         terminal.refuse("watch_one_file")
+
+
+def _refuse_file_for_report(out: Path, form: Format) -> None:
+    """Refuse a name of a file for a report, which is a folder."""
+    ending = out.suffix.lower()
+    if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
+        return
+    ways = [
+        f"for a folder with report.html and the figures: --out {out.with_suffix('')}"
+    ]
+    ways += [
+        f"for a file with the data: --format {data} --out {out}"
+        for data in DATA
+        if ending == f".{data}"
+    ]
+    if ending == ".pdf":
+        ways.append("for a PDF, print report.html from the browser")
+    terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
 
 
 class _Request(Struct, frozen=True):

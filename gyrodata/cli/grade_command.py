@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 from typer import Argument, Option
@@ -18,8 +18,14 @@ from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_ou
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.exports import Change
     from gyrodata.grading.exports.gradebooks import Filled
     from gyrodata.grading.forensics import Fingerprint
+    from gyrodata.grading.ledger import Desk, Known
+    from gyrodata.grading.roster import Roster
+    from gyrodata.grading.rubric import Rubric
+    from gyrodata.grading.submissions import Submissions
 
 
 Form = Literal["text", "json", "ndjson", "csv"]
@@ -77,34 +83,16 @@ def grade(
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom, ledger, output, submissions
-    from gyrodata.grading.exports import compare_tables
-    from gyrodata.grading.exports.gradebooks import fill_book
-    from gyrodata.grading.grade import not_graded
-    from gyrodata.grading.roster import Roster, read_roster
+    from gyrodata.grading import classroom, output, submissions
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
 
     judged = read_rubric(*_rubric(rubric))
     found = submissions.list_submissions(path.absolute(), lms, pattern, attempts)
-    first = found.items[0]
-    filled: Filled | None = None
-    book = None if gradebook is None else (_read(gradebook), gradebook.name)
-    if book is not None:
-        # A gradebook that cannot be filled stops gyro before the class is graded.
-        fill_book(*book, [not_graded(first, judged, "not yet")], assignment)
-    listed = roster or gradebook
-    people = (
-        Roster() if listed is None else read_roster(_read(listed), listed.name, found)
-    )
+    book = _read_gradebook(gradebook, assignment, found, judged)
+    people = _read_roster(roster or gradebook, found)
     # Decisions are used too if the grades are only printed.
-    home, desk = folder or _usual_folder(path.resolve()), ledger.NO_DESK
-    desks = [one for one in (home / ledger.DESK, home / "desk.xlsx") if one.exists()]
-    if len(desks) > 1:
-        refuse("two_desks", home=home)
-    if desks:
-        desk = ledger.read_desk(
-            desks[0], _read(desks[0]), people.who_is_meant(found), judged
-        )
+    home = folder or _usual_folder(path.resolve())
+    desk = _read_desk(home, people.who_is_meant(found), judged)
     complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
@@ -125,50 +113,125 @@ def grade(
         try:
             grades = classroom.grade_class(found, judged, options, years, desk, people)
             complain(grades.submissions.diagnostics[len(found.diagnostics) :], quiet)
-            before = folder / output.TABLE if folder is not None else Path()
-            # A table without a line, and no table, are not compared.
-            old = before.read_bytes() if before.is_file() else b""
-            changes = (
-                compare_tables(old, grades.table.encode("utf-8", "replace"))
-                if old
-                else ()
-            )
-            if book is not None:
-                ours = (
-                    output.totals_from_here(folder, desk, grades.names)
-                    if folder is not None
-                    else None
-                )
-                filled = fill_book(*book, grades.grades, assignment, grades.ids, ours)
+            changes = _changes(grades, folder)
+            filled = None if book is None else book.filled(grades, folder, desk)
             if not quiet:
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
-                written = list(output.write_results(grades, target, filled))
-                tell(*output.write_feedback(grades, target, options.figures))
-                if not quiet:
-                    tell(*written)
+                _write(grades, target, filled, options.figures, quiet)
         except KeyboardInterrupt:
-            kept = (
-                "what was done is kept, and the same command goes on from there"
-                if target
-                else "nothing is kept"
-            )
+            kept = "nothing is kept"
+            if target:
+                kept = "what was done is kept, and the same command goes on from there"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
             raise typer.Exit(130) from None
+    _print(grades, changes if dry_run else None, form)
+    raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
+
+
+class _Gradebook(NamedTuple):
+    """The sheet of grades that a platform exported."""
+
+    data: bytes
+    name: str
+    assignment: str | None
+
+    def filled(self, grades: ClassGrades, folder: Path | None, desk: Desk) -> Filled:
+        """Return the sheet with the grades in it."""
+        from gyrodata.grading import output
+        from gyrodata.grading.exports.gradebooks import fill_book
+
+        ours = None
+        if folder is not None:
+            ours = output.totals_from_here(folder, desk, grades.names)
+        book = self.data, self.name, grades.grades, self.assignment, grades.ids, ours
+        return fill_book(*book)
+
+
+def _read_gradebook(
+    path: Path | None, assignment: str | None, found: Submissions, rubric: Rubric
+) -> _Gradebook | None:
+    """Read a gradebook; one that cannot be filled stops gyro before it grades."""
+    if path is None:
+        return None
+    from gyrodata.grading.exports.gradebooks import fill_book
+    from gyrodata.grading.grade import not_graded
+
+    book = _Gradebook(_read(path), path.name, assignment)
+    fill_book(
+        book.data,
+        book.name,
+        [not_graded(found.items[0], rubric, "not yet")],
+        assignment,
+    )
+    return book
+
+
+def _read_roster(path: Path | None, found: Submissions) -> Roster:
+    from gyrodata.grading.roster import Roster, read_roster
+
+    return Roster() if path is None else read_roster(_read(path), path.name, found)
+
+
+def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
+    """Read the decisions of people in the folder of the grades."""
+    from gyrodata.grading import ledger
+
+    desks = [desk for desk in (home / ledger.DESK, home / "desk.xlsx") if desk.exists()]
+    if len(desks) > 1:
+        refuse("two_desks", home=home)
+    if not desks:
+        return ledger.NO_DESK
+    return ledger.read_desk(desks[0], _read(desks[0]), meant, rubric)
+
+
+def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:
+    """Compare the table of grades with that of the last run.
+
+    A table without a line, and no table, are not compared.
+    """
+    from gyrodata.grading import output
+    from gyrodata.grading.exports import compare_tables
+
+    table = folder / output.TABLE if folder is not None else None
+    if table is None or not table.is_file():
+        return ()
+    old = table.read_bytes()
+    if not old:
+        return ()
+    return compare_tables(old, grades.table.encode("utf-8", "replace"))
+
+
+def _write(
+    grades: ClassGrades,
+    folder: Path,
+    filled: Filled | None,
+    figures: Path | None,
+    quiet: bool,
+) -> None:
+    """Write the results and the feedback of a class."""
+    from gyrodata.grading import output
+
+    written = list(output.write_results(grades, folder, filled))
+    tell(*output.write_feedback(grades, folder, figures))
+    if not quiet:
+        tell(*written)
+
+
+def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
+    """Print the grades in a format."""
     from gyrodata.grading.exports import grade_lines, grades_document
 
-    if form in ("text", "csv"):
-        write_out(grades.summary if form == "text" else grades.table)
-    else:
-        shown_changes = changes if dry_run else None
-        json = (
-            grades_document(grades, shown_changes)
-            if form == "json"
-            else grade_lines(grades)
-        )
-        for part in json:
+    if form == "text":
+        write_out(grades.summary)
+    elif form == "csv":
+        write_out(grades.table)
+    elif form == "json":
+        for part in grades_document(grades, changes):
             write_out(part)
-    raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
+    else:
+        for line in grade_lines(grades):
+            write_out(line)
 
 
 def autograde(

@@ -10,7 +10,7 @@ correction are iterated.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import cached_property
 from operator import attrgetter, itemgetter
@@ -34,7 +34,7 @@ from gyrodata.fitting.adjustment import (
     Problem,
     Start,
 )
-from gyrodata.fitting.posterior import Posterior
+from gyrodata.fitting.posterior import Posterior, chi2_tail
 from gyrodata.measurements import (
     SOURCES,
     TRANSVERSE_U,
@@ -48,6 +48,18 @@ from gyrodata.physics.motion import Top
 
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
+
+UNEXPECTED = 0.001
+"""If chi-square is less probable than this, runs may have been stopped late …"""
+
+LATE_DEVIATION = 3.0
+"""… if they are longer than predicted by more than this many standard uncertainties."""
+
+LATE_LABS, LATE_RUNS = 0.1, 0.15
+"""Probability that some runs of a lab were stopped late, and of each run then."""
+
+LATEST = 4.0
+"""Largest lateness [s]; all smaller ones have the same probability."""
 
 CONTRADICTED = 3.0
 """Number of standard uncertainties by which the runs must contradict a balance test."""
@@ -157,6 +169,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     None."""
     two_signs: bool = False
     """True if M0 can have either sign, and the answer includes both."""
+    late: tuple[int, ...] = ()
+    """Runs whose clock was probably stopped late; they hardly count in the answer."""
     posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
     as_stated: FitResult | None = None
@@ -269,7 +283,7 @@ def fit(
     begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
-    return _integrated(measured, begun)
+    return _with_late_runs(measured, _integrated(measured, begun))
 
 
 def _fits_at_widths(
@@ -328,6 +342,22 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
             replace(first, two_signs=True),
             posterior.mixed([answer, found[1][2]]),
         )
+    contradicted = None
+    if measured.balance_test is not None:
+        allowed = measured.balance_test(first.inertia.value)
+        ends = _integrate_at(first, tested=False).quantiles(2)[1]
+        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
+            contradicted = allowed
+    first = replace(
+        first,
+        contradicted_balance=contradicted,
+        as_stated=min(begun, key=attrgetter("chi2")),
+    )
+    return _answered(first, answer)
+
+
+def _answered(result: FitResult, answer: Posterior) -> FitResult:
+    """Return a fit with the values and uncertainties of a posterior."""
     estimates = []
     for (low, below, middle, above, high), unit in zip(
         answer.quantiles(3).tolist(), UNITS, strict=True
@@ -335,22 +365,68 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         # The median, half the 68.3 % interval, and the 95 % interval.
         estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
     inertia, residual_torque, bias = estimates
-    contradicted = None
-    if measured.balance_test is not None:
-        allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(first, tested=False).quantiles(2)[1]
-        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
-            contradicted = allowed
     return replace(
-        first,
+        result,
         inertia=inertia,
         residual_torque=residual_torque,
         timing_bias=bias,
         posterior=answer,
-        contradicted_balance=contradicted,
-        budget=_budget(first, inertia.u or 0.0),
-        as_stated=min(begun, key=attrgetter("chi2")),
+        budget=_budget(result, inertia.u or 0.0),
     )
+
+
+def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
+    """Mix a fit with fits without the runs whose clock was perhaps stopped late.
+
+    A hand can be late by seconds, and never early. So a late run says nothing but its
+    lateness, which has the same density from zero to `LATEST`.
+    """
+    stated = result.as_stated or result
+    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
+    if is_likely or not measured.timed or result.two_signs:
+        return result
+    fits = [result, *_without_late_runs(measured, result)]
+    answers = []
+    for late, other in enumerate(fits):
+        on_time = float(other.adjusted.kept.sum())
+        evidence = other.log_evidence - on_time * math.log(2 * math.pi) / 2
+        if late:
+            evidence += math.log(LATE_LABS) + late * math.log(LATE_RUNS / LATEST)
+            evidence += on_time * math.log(1 - LATE_RUNS)
+        assert other.posterior is not None
+        answers.append(replace(other.posterior, evidence=evidence))
+    likeliest = max(zip(answers, fits, strict=True), key=lambda pair: pair[0].evidence)
+    gone = result.adjusted.kept - likeliest[1].adjusted.kept
+    result = replace(result, late=tuple(np.flatnonzero(gone).tolist()))
+    # The evidence of the log remains comparable with that of another fit of all runs.
+    assert result.posterior is not None
+    answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
+    return _answered(result, answer)
+
+
+def _without_late_runs(
+    measured: Measurements, result: FitResult
+) -> Iterator[FitResult]:
+    """Leave out one run after the other, the one that seems latest first."""
+    kept = result.adjusted.kept.copy()
+    tilted = result.adjusted.problem.tilted
+    for _ in range(int(kept.sum() / 3)):
+        stated = result.as_stated or result
+        deviations = np.where(kept > 0, stated.deviations, -np.inf)
+        run = int(deviations.argmax())
+        if deviations[run] < LATE_DEVIATION:
+            return
+        kept[run] = 0.0
+        left_out = np.flatnonzero(kept == 0).tolist()
+        try:
+            begun = _fits_at_widths(measured, tilted, left_out, AS_STATED)
+        except NoFit:
+            return
+        result = _integrated(measured, begun)
+        lateness = measured.time[run] - result.fitted_time[run]
+        if not 0 < lateness < LATEST or result.dof < 1:
+            return
+        yield result
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
@@ -452,9 +528,10 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
-    return posterior.integrate(
-        conditions, scale, times_stated(measured), width, untouched
-    )
+    differ = adjustment.torques_differ(measured.torque[adjusted.kept > 0])
+    tails = differ or not measured.balanced
+    balance = posterior.balance_prior(scale, width, tails)
+    return posterior.integrate(conditions, balance, times_stated(measured), untouched)
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:

@@ -91,6 +91,10 @@ CHANCES = -np.log(WIDTHS) - 0.5 / WIDTHS**2
 a Cauchy distribution."""
 CHANCES -= math.log(np.exp(CHANCES).sum())
 
+NOT_FALSE = 6.0
+"""Largest width of M0 over the scale of its prior if nothing but the condition that the
+ball is balanced limits M0: an answer with this condition supposes that it is true."""
+
 STEP = math.log(100.0 / 0.03) / 17
 """Difference of the logarithms of two widths with a balance test."""
 
@@ -197,9 +201,8 @@ class Posterior(Struct, frozen=True):
 
 def integrate(
     conditions: Conditions,
-    scale: float,
+    balance: tuple[Floats, Floats],
     stated: bool,
-    tested: float | None = None,
     untouched: float = UNTOUCHED,
 ) -> Posterior:
     """Compute the posterior: all s, v and w with a weight for their agreement with the runs.
@@ -207,12 +210,11 @@ def integrate(
     Parameters
     ----------
     conditions : Conditions
-    scale : float
-        Scale of M0's Cauchy prior [unit of M0].
+    balance : tuple of ndarray
+        Widths of M0 [unit of M0], and the logarithm of the probability of each, as from
+        `balance_prior`.
     stated : bool
         Whether the log states the uncertainty of its times.
-    tested : float, optional
-        Width of M0 from a balance test [unit of M0].
     untouched : float
         Probability that M0 does not differ between weights.
 
@@ -221,7 +223,7 @@ def integrate(
     Posterior
         I_zz [kg*m^2], M0 [N*m] and b [s].
     """
-    widths, prior = balance_prior(scale, tested)
+    widths, prior = balance
     levels, chance = level_prior(untouched if conditions.levels.shape[1] else 1.0)
     prior = chance[:, None, None] + prior
     shared, rows, slope = _rotate(conditions, levels)
@@ -371,11 +373,24 @@ def level_prior(untouched: float) -> tuple[Floats, Floats]:
     return np.append(0.0, CHANGES)[some], np.log(chance[some])
 
 
-def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
-    """Return widths of M0, shape (W,), and the logarithm of the probability of each."""
+def balance_prior(
+    scale: float, tested: float | None, tails: bool = True
+) -> tuple[Floats, Floats]:
+    """Return widths of M0, shape (W,), and the logarithm of the probability of each.
+
+    Parameters
+    ----------
+    scale : float
+        Scale of M0's Cauchy prior [unit of M0].
+    tested : float, optional
+        Width of M0 from a balance test [unit of M0].
+    tails : bool
+        Whether M0 can be much larger than its scale.
+    """
     widths = scale * WIDTHS
     if tested is None:
-        return widths, CHANCES
+        some = slice(None) if tails else WIDTHS < NOT_FALSE
+        return widths[some], CHANCES[some]
     # The test is a Cauchy distribution too: a mixture of normal distributions,
     # multiplied with that of the prior.
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
@@ -416,6 +431,9 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     return cast(Floats, np.log(near + far))
 
 
+ROUNDING = 1e-14
+"""Error of a probability that is due to rounding."""
+
 LIGHT = 1e-3
 """Parts that have less weight than this together are left out."""
 
@@ -455,7 +473,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
         np.copyto(low, point, where=off < 0)
         np.copyto(high, point, where=off > 0)
         step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
-        inside = (step >= low) & (step <= high)
+        inside = (step >= low) & (step <= high) | (np.abs(off) < ROUNDING)
         point = np.where(inside, step, 0.5 * (low + high))
         # The error after such a step is about the square of the step.
         if (inside & (np.abs(off) <= close)).all():

@@ -68,30 +68,32 @@ def screen(
     is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
     if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
         return [], as_stated
-    # The first guess: runs that are far from the line that most runs agree with.
+    found, result = _settle(measured, tilted, _far_runs(measured), as_stated)
+    if result is None or chi2_tail(result.chi2, max(result.dof, 1)) >= MASKED:
+        return found, result
+    # One bad run can increase the scatter so much that it is not an outlier.
+    named = {outlier.index for outlier in found}
+    kept = [i for i in range(count) if i not in named]
+    named.add(max(kept, key=lambda i: abs(result.deviations[i])))
+    more, without = _settle(measured, tilted, named)
+    if without is not None and named <= {outlier.index for outlier in more}:
+        return more, without
+    return found, result
+
+
+def _far_runs(measured: Measurements) -> set[int]:
+    """Return the runs that are far from the line that most runs agree with."""
+    every = np.ones(len(measured.runs))
     start = adjustment.first_guess(
-        measured, adjustment.assume_sense(measured, 1.0), np.ones(count)
+        measured, adjustment.assume_sense(measured, 1.0), every
     )
     with np.errstate(divide="ignore"):
         total = np.abs(measured.torque + start.residual_torque)
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = adjustment.rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
-    far = set(
-        np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist()
-    )
-    found, result = _settle(measured, tilted, far, as_stated)
-    if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
-        # One bad run can increase the scatter so much that it is not an outlier.
-        named = {outlier.index for outlier in found}
-        kept = [i for i in range(count) if i not in named]
-        worst = max(kept, key=lambda i: abs(result.deviations[i]))
-        more, without = _settle(measured, tilted, named | {worst})
-        if without is not None and {outlier.index for outlier in more} >= named | {
-            worst
-        }:
-            return more, without
-    return found, result
+    limit = OUTLIER * max(1.0, MAD_TO_SD * median(off))
+    return set(np.flatnonzero(off > limit).tolist())
 
 
 def _settle(

@@ -11,11 +11,10 @@ from __future__ import annotations
 import hashlib
 import os
 import statistics
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
-from itertools import chain
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -399,84 +398,40 @@ def _entries(
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
     known, damaged = read_journal(written)
-    entries, again, waiting = (
-        dict[str, Entry](),
-        dict[str, str](),
-        list[tuple[Submission, str]](),
-    )
-    undrawn: dict[str, list[str]] = {}  # students by the reason
+    entries: dict[str, Entry] = {}
+    again: dict[str, str] = {}
+    waiting: list[_Task] = []
     for item in items:
-        reported, before = (
-            desk.value(item.student, "reported") or "",
-            known.get(item.student),
-        )
-        why = _why_again(before, item, rubric, reported)
-        if (
-            before is not None
-            and not why
-            and options.figures is not None
-            and before.grade.own
-        ):
-            paths = [
-                figure_path(options.figures, item, name) for name in before.figures
-            ]
-            why = (
-                ""
-                if paths and all(path.is_file() for path in paths)
-                else "its figures are missing"
-            )
-        if before is not None and not why:
-            entries[item.student] = replace(
-                before, seen=desk.first_seen(before.grade, before.seen)
-            )
+        reported = desk.value(item.student, "reported") or ""
+        entry = known.get(item.student)
+        why = _why_again(entry, item, rubric, reported)
+        if entry is not None and not why and _lacks_figures(entry, item, options):
+            why = "its figures are missing"
+        if entry is not None and not why:
+            seen = desk.first_seen(entry.grade, entry.seen)
+            entries[item.student] = replace(entry, seen=seen)
         else:
             again[item.student] = why
             waiting.append((item, reported))
-    lost_before = [
-        (task, unopened[task[0].student])
-        for task in waiting
-        if task[0].student in unopened
-    ]
-    waiting = [task for task in waiting if task[0].student not in unopened]
-    if waiting:
-        _load_analysis()
-    work = partial(_grade_one, rubric, options.figures is not None)
+    undrawn: dict[str, list[str]] = {}  # students by the reason
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-    with closing(
-        in_workers(work, waiting, options.workers, options.limit, options.cluster)
-    ) as answers:
-        for (item, _), answer in chain(lost_before, answers):
-            before, lost = known.get(item.student), ""
-            if isinstance(answer, Failed):
-                lost = str(answer)
-                answer = _Answer(
-                    {}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {}
-                )
-            # Through JSON at once, so that a grade from the journal is the same to the
-            # last digit.
-            grade = decode(answer.grade, Grade)
+    with closing(_answers(waiting, rubric, options, unopened)) as answers:
+        for item, answer in answers:
             if answer.undrawn:
                 undrawn.setdefault(answer.undrawn, []).append(item.name)
-            figures = {name: words for name, (_, words) in answer.figures.items()}
-            seen = desk.first_seen(grade, before.seen if before else {})
-            one = Entry(
-                inputs=answer.inputs, grade=grade, lost=lost, figures=figures, seen=seen
-            )
-            entries[item.student] = one
+            entry = _entry(answer, desk, known.get(item.student))
+            entries[item.student] = entry
             # The figures are written first, so that everything in the journal exists.
             for name, (data, _) in answer.figures.items():
-                disk.write_whole(
-                    figure_path(options.figures or Path(), item, name),
-                    [data],
-                    private=True,
-                )
+                path = figure_path(options.figures or Path(), item, name)
+                disk.write_whole(path, [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
-                disk.add_to(journal, b"\n%b\n" % encode(one))
+                disk.add_to(journal, b"\n%b\n" % encode(entry))
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
-    lines = [encode(one) + b"\n" for one in entries.values()]
+    lines = [encode(entry) + b"\n" for entry in entries.values()]
     if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
     notes = [
@@ -490,6 +445,66 @@ def _entries(
     return entries, again, damaged, notes
 
 
+def _lacks_figures(entry: Entry, item: Submission, options: GradingOptions) -> bool:
+    """Return whether figures are wanted, and one of an entry does not exist."""
+    if options.figures is None or not entry.grade.own:
+        return False
+    paths = [figure_path(options.figures, item, name) for name in entry.figures]
+    return not paths or not all(path.is_file() for path in paths)
+
+
+def _answers(
+    waiting: Sequence[_Task],
+    rubric: Rubric,
+    options: GradingOptions,
+    unopened: Mapping[str, Failed],
+) -> Generator[tuple[Submission, _Answer], None, None]:
+    """Grade submissions in workers; one that fails is not graded, with the reason."""
+    opened = []
+    for item, reported in waiting:
+        if item.student in unopened:
+            yield item, _failed(item, rubric, unopened[item.student])
+        else:
+            opened.append((item, reported))
+    if not opened:
+        return
+    _load_analysis()
+    work = partial(_grade_one, rubric, options.figures is not None)
+    with closing(
+        in_workers(work, opened, options.workers, options.limit, options.cluster)
+    ) as answers:
+        for (item, _), answer in answers:
+            if isinstance(answer, Failed):
+                answer = _failed(item, rubric, answer)
+            yield item, answer
+
+
+def _failed(item: Submission, rubric: Rubric, failed: Failed) -> _Answer:
+    """Return the grade of a submission that stopped its worker, or cannot be opened."""
+    grade = not_graded(item, rubric, f"{failed}; {LOOK}")
+    return _Answer({}, encode(grade), {}, lost=str(failed))
+
+
+def _entry(answer: _Answer, desk: Desk, before: Entry | None) -> Entry:
+    """Return the line of the journal for a grade.
+
+    The grade goes through JSON at once, so that a grade from the journal is the same to
+    the last digit.
+    """
+    grade = decode(answer.grade, Grade)
+    return Entry(
+        inputs=answer.inputs,
+        grade=grade,
+        lost=answer.lost,
+        figures={name: words for name, (_, words) in answer.figures.items()},
+        seen=desk.first_seen(grade, before.seen if before else {}),
+    )
+
+
+_Task = tuple[Submission, str]
+"""A submission, and I_zz as a person typed it, or ""."""
+
+
 class _Answer(NamedTuple):
     """What a worker returns for one submission."""
 
@@ -497,6 +512,7 @@ class _Answer(NamedTuple):
     grade: bytes  # JSON
     figures: Figures
     undrawn: str = ""  # why a figure cannot be drawn
+    lost: str = ""  # why there is no grade: the worker stopped, or no file opens
 
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:

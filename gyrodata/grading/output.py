@@ -6,7 +6,7 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
@@ -157,97 +157,123 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     Returns lines about pages that a person had changed, and of students who are no
     longer in the class.
     """
-    names, changed = feedback_names(found), list[str]()
-    before: dict[str, tuple[int, bytes]] | None = (
-        None  # without a zip, no page counts as changed
-    )
-    if (folder / ARCHIVE).exists():
-        try:
-            with zipfile.ZipFile(folder / ARCHIVE) as archive:
-                before = {
-                    page.filename: (page.CRC, page.comment)
-                    for page in archive.infolist()
-                }
-        except (
-            OSError,
-            zipfile.BadZipFile,
-            NotImplementedError,
-            struct.error,
-            ValueError,
-        ):
-            before = {}  # any page may have been changed
-    contents = dict[
-        str, bytes
-    ]()  # a digest of what each page shows, which is also its comment in the zip
+    names = feedback_names(found)
+    archived = _read_archive(folder / ARCHIVE)
+    changed: list[str] = []
+    # What each page shows; the digest is also its comment in the zip.
+    digests: dict[str, bytes] = {}
     for grade, item in zip(found.grades, found.submissions.items, strict=True):
-        pages, pictures = [f"{names[grade.student]}{ending}" for ending in ENDINGS], {}
+        pictures = {}
         if figures is not None:
-            drawn = found.figures.get(grade.student, {})
-            pictures = {
-                one: (figure_path(figures, item, one).read_bytes(), words)
-                for one, words in drawn.items()
+            for name, words in found.figures.get(grade.student, {}).items():
+                picture = figure_path(figures, item, name).read_bytes()
+                pictures[name] = (picture, words)
+        checksums = [(zlib.crc32(data), words) for data, words in pictures.values()]
+        content = repr((__version__, encode(grade), checksums)).encode()
+        pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
+        digests |= dict.fromkeys(pages, _digest(content).encode())
+        if not _are_up_to_date(folder, pages, digests, archived):
+            texts = feedback_pages(grade, pictures).values()
+            for page, text in zip(pages, texts, strict=True):
+                data = text.encode("utf-8", "replace")
+                changed += _replace_page(folder, page, data, archived)
+    changed += _remove_other_pages(folder, digests, archived)
+    comments = {name: comment for name, (_, comment) in (archived or {}).items()}
+    if not archived or digests != comments:
+        _write_archive(folder, digests)
+    return sorted(changed)
+
+
+_Archived = dict[str, tuple[int, bytes]] | None
+"""Checksum and comment of each page in the zip; None without a zip, so that no page
+counts as changed; empty if it cannot be read, so that any page may have been changed."""
+
+
+def _read_archive(path: Path) -> _Archived:
+    if not path.exists():
+        return None
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return {
+                page.filename: (page.CRC, page.comment) for page in archive.infolist()
             }
-        about = (
-            __version__,
-            encode(grade),
-            [(zlib.crc32(data), words) for data, words in pictures.values()],
+    except (
+        OSError,
+        zipfile.BadZipFile,
+        NotImplementedError,
+        struct.error,
+        ValueError,
+    ):
+        return {}
+
+
+def _are_up_to_date(
+    folder: Path,
+    pages: Sequence[str],
+    digests: Mapping[str, bytes],
+    archived: _Archived,
+) -> bool:
+    """Return whether pages show the grade already, and nobody has changed them."""
+    if not archived:
+        return False
+    for page in pages:
+        path = folder / FEEDBACK / page
+        if not path.exists():
+            return False
+        checksum = zlib.crc32(path.read_bytes())
+        if archived.get(page) != (checksum, digests[page]):
+            return False
+    return True
+
+
+def _replace_page(
+    folder: Path, page: str, data: bytes, archived: _Archived
+) -> list[str]:
+    """Write a page; return a line about the old one if a person had changed it."""
+    path = folder / FEEDBACK / page
+    old = path.read_bytes() if path.exists() else None
+    if old == data:
+        return []
+    changed = []
+    is_ours = archived is None or zlib.crc32(old or b"") in archived.get(page, ())
+    # The old page is kept first: it must not be lost if it cannot be kept.
+    if old and not is_ours:
+        kept = _keep(folder, page, old)
+        changed.append(
+            f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}"
         )
-        content = _digest(repr(about).encode()).encode()
-        contents |= dict.fromkeys(pages, content)
-        old = {
-            page: path.read_bytes()
-            for page in pages
-            if (path := folder / FEEDBACK / page).exists()
-        }
-        # Pages that show this already, and that nobody has changed, are not written
-        # again.
-        if [(zlib.crc32(data), content) for data in old.values()] != [
-            before and before.get(page) for page in pages
-        ]:
-            for page, text in zip(
-                pages, feedback_pages(grade, pictures).values(), strict=True
-            ):
-                data, was = text.encode("utf-8", "replace"), old.get(page)
-                known = (
-                    was is None
-                    or before is None
-                    or zlib.crc32(was) in before.get(page, ())
-                )
-                # The old page is kept first: it must not be lost if it cannot be kept.
-                if was and was != data and not known:
-                    kept = _keep(folder, page, was)
-                    changed.append(
-                        f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}"
-                    )
-                if was != data:
-                    write_whole(folder / FEEDBACK / page, [data], private=True)
+    write_whole(path, [data], private=True)
+    return changed
+
+
+def _remove_other_pages(
+    folder: Path, digests: Mapping[str, bytes], archived: _Archived
+) -> list[str]:
+    """Keep the pages of students who are no longer in the class at another place."""
+    changed = []
     for path in sorted((folder / FEEDBACK).rglob("*.*")):
         page = path.relative_to(folder / FEEDBACK).as_posix()
-        if before and page in before and page not in contents:
+        if archived and page in archived and page not in digests:
             kept = _keep(folder, page, path.read_bytes())
             path.unlink()
             changed.append(
                 f"{FEEDBACK}/{page} is of nobody in this class: it is kept as {kept}"
             )
-    if not before or contents != {
-        name: comment for name, (_, comment) in before.items()
-    }:
-        with (
-            new_file(folder / ARCHIVE, private=True) as file,
-            zipfile.ZipFile(file, "w") as archive,
-        ):
-            for name in sorted(contents):
-                entry = zipfile.ZipInfo(
-                    name
-                )  # dated 1980, so that the same pages give the same bytes
-                entry.external_attr, entry.comment = 0o644 << 16, contents[name]
-                archive.writestr(
-                    entry,
-                    (folder / FEEDBACK / name).read_bytes(),
-                    zipfile.ZIP_DEFLATED,
-                    compresslevel=1,
-                )
-    return sorted(changed)
+    return changed
+
+
+def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
+    """Write all pages into a zip; the same pages give the same bytes."""
+    with (
+        new_file(folder / ARCHIVE, private=True) as file,
+        zipfile.ZipFile(file, "w") as archive,
+    ):
+        for page in sorted(digests):
+            entry = zipfile.ZipInfo(page)  # dated 1980
+            entry.external_attr = 0o644 << 16
+            entry.comment = digests[page]
+            data = (folder / FEEDBACK / page).read_bytes()
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED, compresslevel=1)
 
 
 def _keep(folder: Path, page: str, data: bytes) -> str:

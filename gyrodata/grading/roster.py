@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -170,6 +170,31 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
 
     Raises InputError.
     """
+    rows = []
+    for cells in _read_rows(data, name):
+        row = _person(cells)
+        if row is not None:
+            rows.append(row)
+    by_id = _students_by_id(submissions)
+    people: dict[str, Person] = {}
+    others = []
+    for person in rows:
+        key = next((by_id[known] for known in _folded(person) if known in by_id), None)
+        if key is None:
+            others.append(person)
+        else:
+            people.setdefault(key, person._replace(student=key))
+    named = _find_by_name(others, people, submissions)
+    people |= named.people
+    return Roster(
+        _with_different_names(people, named.absent),
+        tuple(sorted(named.absent)),
+        named.unclear,
+    )
+
+
+def _read_rows(data: bytes, name: str) -> list[dict[str, str]]:
+    """Read a table that has a column of ids or names."""
     try:
         rows = [cells for _, cells in read_list(data, name)]
     except (csv.Error, LookupError, ValueError) as error:
@@ -180,79 +205,123 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         raise InputError.named(
             "roster_not_read", name, name=name, why="has no column that says who is who"
         )
-    by_id, called_so = dict[str, str](), list[tuple[str, str]]()
+    return rows
+
+
+def _person(cells: Mapping[str, str]) -> Person | None:
+    """Read one row; None for a row of no student.
+
+    Such rows of Canvas contain points possible or test students: they have a title and
+    no number.
+    """
+    names = [cells[column] for column in NAMES if cells.get(column)]
+    both = f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
+    name = next(iter([*names, both]))
+    # Moodle writes "Participant N" for N.
+    ids = [
+        re.sub(r"^\D+ (\d+)$", r"\1", cells[column])
+        for column in IDS
+        if cells.get(column)
+    ]
+    if not ids:
+        ids = [name]
+    if ids == [""] or ("id" in cells and not cells["id"]):
+        return None
+    return Person(
+        ids[0],
+        name,
+        cells.get("section", ""),
+        cells.get("station", ""),
+        cells.get("partner", ""),
+        tuple(ids),
+    )
+
+
+def _folded(person: Person) -> list[str]:
+    return [text.casefold() for text in person.ids]
+
+
+def _students_by_id(submissions: Submissions) -> dict[str, str]:
+    """Return the key of each student by ids in small letters.
+
+    "doe_jane_12345" contains an id. A key means its own student first of all.
+    """
+    by_id: dict[str, str] = {}
     for item in submissions.items:
-        by_id |= dict.fromkeys(
-            map(str.casefold, (*item.ids.values(), *item.members_of_group)),
-            item.student,
-        )
+        for known in (*item.ids.values(), *item.members_of_group):
+            by_id[known.casefold()] = item.student
+        for part in re.split(r"[\W_]+", item.student.casefold()):
+            if re.search(r"\d{4}", part):
+                by_id[part] = item.student
+    for item in submissions.items:
+        by_id[item.student.casefold()] = item.student
+    return by_id
+
+
+def _students_by_name(submissions: Submissions) -> Mapping[str, Collection[str]]:
+    """Return the keys of the students by each form of their names and ids."""
+    pairs = []
+    for item in submissions.items:
         # Students with one name are shown with their keys.
         bare = item.name.removesuffix(f" ({item.student})")
-        called_so += [
-            (form, item.student)
-            for one in (bare, *item.ids.values())
-            for form in forms_of(one)[:2]
-        ]
-        # "doe_jane_12345" contains an id.
-        parts = re.split(r"[\W_]+", item.student.casefold())
-        by_id |= {part: item.student for part in parts if re.search(r"\d{4}", part)}
-    by_id |= {item.student.casefold(): item.student for item in submissions.items}
-    found: list[tuple[str | None, Person]] = []
-    for cells in rows:
-        called = next((cells[column] for column in NAMES if cells.get(column)), "")
-        called = (
-            called
-            or f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
-        )
-        # Moodle writes "Participant N" for N.
-        ids = [
-            re.sub(r"^\D+ (\d+)$", r"\1", cells[column])
-            for column in IDS
-            if cells.get(column)
-        ] or [called]
-        # Canvas's rows of points possible and of test students have a title and no
-        # number.
-        if ids == [""] or ("id" in cells and not cells["id"]):
-            continue
-        about = (
-            called,
-            cells.get("section", ""),
-            cells.get("station", ""),
-            cells.get("partner", ""),
-            tuple(ids),
-        )
-        key = next(
-            (by_id[one.casefold()] for one in ids if one.casefold() in by_id), None
-        )
-        found.append((key, Person(key or ids[0], *about)))
-    people, absent, unclear = dict[str, Person](), list[Person](), dict[str, str]()
-    by_name, unknown = grouped(called_so), [one for key, one in found if not key]
-    rows_of = grouped((forms_of(one.name)[1], one.student) for one in unknown)
-    # A name only means a student whose id is in no other row.
-    for key, person in sorted(found, key=lambda one: one[0] is None):
-        forms = (form for one in (*person.ids, person.name) for form in forms_of(one))
-        free = ({*by_name.get(form, ())} - people.keys() for form in forms if not key)
-        fit = next(filter(None, free), set[str]())
+        for known in (bare, *item.ids.values()):
+            pairs += [(form, item.student) for form in forms_of(known)[:2]]
+    return grouped(pairs)
+
+
+def _find_by_name(
+    rows: list[Person], by_id: Mapping[str, Person], submissions: Submissions
+) -> Roster:
+    """Find the students of rows by their names.
+
+    A name only means a student whose id is in no other row, here `by_id`.
+    """
+    by_name = _students_by_name(submissions)
+    rows_of = grouped((forms_of(person.name)[1], person.student) for person in rows)
+    people: dict[str, Person] = {}
+    absent = []
+    unclear: dict[str, str] = {}
+    for person in rows:
+        taken = {*by_id, *people}
+        students = _students_called(person, by_name, taken)
         rivals = rows_of.get(forms_of(person.name)[1], ())
-        key = key or next(iter(fit), None)
-        if len(fit) > 1 or (fit and len(rivals) > 1):
+        if len(students) > 1 or (students and len(rivals) > 1):
             why = (
                 f"gyro cannot tell whose row of the roster this is: "
                 f"{listing(sorted(rivals))} have the same name"
             )
-            unclear |= {
-                one: f'{why}; add a column "identifier", with {one} in the right row'
-                for one in fit
-            }
-        elif key is None:
-            absent.append(person)
+            for student in students:
+                unclear[student] = (
+                    f'{why}; add a column "identifier", with {student} in the right row'
+                )
+        elif students:
+            (student,) = students
+            people[student] = person._replace(student=student)
         else:
-            people.setdefault(key, person._replace(student=key))
-    counts = Counter(one.name for one in (*people.values(), *absent) if one.name)
-    # Students with one name are shown with their keys.
-    people |= {
-        key: one._replace(name=f"{one.name} ({key})")
-        for key, one in people.items()
-        if counts[one.name] > 1
+            absent.append(person)
+    return Roster(people, tuple(absent), unclear)
+
+
+def _students_called(
+    person: Person, by_name: Mapping[str, Collection[str]], taken: Collection[str]
+) -> set[str]:
+    """Return the students whom the first known form of a name or id means."""
+    for known in (*person.ids, person.name):
+        for form in forms_of(known):
+            students = {*by_name.get(form, ())}.difference(taken)
+            if students:
+                return students
+    return set()
+
+
+def _with_different_names(
+    people: Mapping[str, Person], absent: Iterable[Person]
+) -> dict[str, Person]:
+    """Add the keys to names that several students have."""
+    counts = Counter(person.name for person in (*people.values(), *absent))
+    return {
+        key: person._replace(name=f"{person.name} ({key})")
+        if person.name and counts[person.name] > 1
+        else person
+        for key, person in people.items()
     }
-    return Roster(people, tuple(sorted(absent)), unclear)

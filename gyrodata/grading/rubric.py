@@ -14,7 +14,6 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -119,64 +118,90 @@ def judge_lateness(
 
     Only the marks and time stamps of the submission are used.
     """
-    late, late_seconds = submission.late, submission.late_seconds
     if rule is None:
-        after = "marked late" if late else ""
-        if late_seconds:
-            after = f"{duration_text(late_seconds)} late"
-        return Lateness(late_seconds, 0.0, after, False)
-    called = {
-        one.casefold()
-        for one in (submission.student, submission.name, *submission.ids.values())
-    }
-    excepted = next(
-        (one for one in rule.exceptions if one.student.casefold() in called), None
-    )
-    if excepted and excepted.waive:
-        return Lateness(
-            late_seconds,
-            0.0,
-            "lateness waived for you" if late or late_seconds else "",
-            False,
-        )
-    due = (excepted and excepted.due) or rule.due
-    extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
-    seconds, stamp = None if late else 0.0, None
-    with suppress(ValueError):
-        stamp = dt.datetime.fromisoformat(submission.submitted or "")
-    if due is not None and stamp is not None:
-        # A stamp without a time zone is in the time of the course, and so is a deadline
-        # without one.
-        zone = due.tzinfo or stamp.tzinfo
-        due, stamp = (one.replace(tzinfo=one.tzinfo or zone) for one in (due, stamp))
-        seconds = (stamp - due).total_seconds() - extra
-    elif late_seconds is not None and not (late and excepted and excepted.due):
-        # If the student has another deadline, the lateness that the platform counts
-        # says nothing.
-        seconds = late_seconds - extra
-    if seconds is None and (rule.marked is None or excepted):
-        return Lateness(None, 0.0, "marked late, but nothing says by how much", True)
+        return _lateness_without_rule(submission)
+    exception = _exception_for(submission, rule)
+    if exception is not None and exception.waive:
+        is_late = submission.late or submission.late_seconds
+        words = "lateness waived for you" if is_late else ""
+        return Lateness(submission.late_seconds, 0.0, words, False)
+    seconds = _seconds_late(submission, rule, exception)
     if seconds is None:
-        return Lateness(
-            None,
-            points_of(rule.marked or 0.0, whole),
-            "marked late, without the time",
-            False,
-        )
+        return _lateness_without_time(rule, exception, whole)
+    words = duration_text(seconds)
     if seconds <= seconds_of(rule.grace):
-        reason = (
-            f"{duration_text(seconds)} after the deadline, within the grace time"
-            if seconds > 0
-            else ""
-        )
-        return Lateness(max(0.0, seconds), 0.0, reason, False)
-    deduct = next(
-        (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until)),
-        rule.beyond,
-    )
-    return Lateness(
-        seconds, points_of(deduct, whole), f"{duration_text(seconds)} late", False
-    )
+        why = f"{words} after the deadline, within the grace time"
+        return Lateness(max(0.0, seconds), 0.0, why if seconds > 0 else "", False)
+    reached = (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until))
+    lost = points_of(next(reached, rule.beyond), whole)
+    return Lateness(seconds, lost, f"{words} late", False)
+
+
+def _lateness_without_rule(submission: Submission) -> Lateness:
+    """Return how late a submission is, for a rubric that deducts nothing."""
+    words = "marked late" if submission.late else ""
+    if submission.late_seconds:
+        words = f"{duration_text(submission.late_seconds)} late"
+    return Lateness(submission.late_seconds, 0.0, words, False)
+
+
+def _lateness_without_time(
+    rule: LateRule, exception: LateException | None, whole: float
+) -> Lateness:
+    """Return the lateness of a submission that is marked late, and nothing else."""
+    if rule.marked is None or exception is not None:
+        why = "marked late, but nothing says by how much"
+        return Lateness(None, 0.0, why, True)
+    lost = points_of(rule.marked, whole)
+    return Lateness(None, lost, "marked late, without the time", False)
+
+
+def _exception_for(submission: Submission, rule: LateRule) -> LateException | None:
+    """Return the exception that a rubric makes for a student."""
+    known = (submission.student, submission.name, *submission.ids.values())
+    names = {name.casefold() for name in known}
+    for exception in rule.exceptions:
+        if exception.student.casefold() in names:
+            return exception
+    return None
+
+
+def _seconds_late(
+    submission: Submission, rule: LateRule, exception: LateException | None
+) -> float | None:
+    """Return the time after the deadline of the student [s]; None if nothing says it.
+
+    It is negative or zero for a submission in time.
+    """
+    own_due = exception.due if exception else None
+    extra = seconds_of(exception.extra or "0 s") if exception else 0.0
+    by_stamp = _seconds_between(own_due or rule.due, submission.submitted)
+    if by_stamp is not None:
+        return by_stamp - extra
+    # If the student has another deadline, the lateness that the platform counts says
+    # nothing.
+    counts = not (submission.late and own_due)
+    if submission.late_seconds is not None and counts:
+        return submission.late_seconds - extra
+    return None if submission.late else 0.0
+
+
+def _seconds_between(due: dt.datetime | None, submitted: str | None) -> float | None:
+    """Return the time from a deadline to a stamp [s]; None if one of them is missing.
+
+    A stamp without a time zone is in the time of the course, and so is a deadline
+    without one.
+    """
+    if due is None:
+        return None
+    try:
+        stamp = dt.datetime.fromisoformat(submitted or "")
+    except ValueError:
+        return None
+    zone = due.tzinfo or stamp.tzinfo
+    due = due.replace(tzinfo=due.tzinfo or zone)
+    stamp = stamp.replace(tzinfo=stamp.tzinfo or zone)
+    return (stamp - due).total_seconds()
 
 
 # --- the rubric ---

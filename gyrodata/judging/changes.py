@@ -514,7 +514,7 @@ def _advice(lab: Lab) -> Iterator[Change]:
         part = np.abs(turns - np.round(turns)) > WHOLE
         sources = tuple(
             replace(one, absolute=np.where(part, one.absolute, 0.0))
-            if one.name == "angle" and one.default
+            if one.name in ("angle", "screw_angle") and one.default
             else one
             for one in measured.sources
         )

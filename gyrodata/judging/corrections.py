@@ -21,7 +21,7 @@ from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import SIZES, other_units
 from gyrodata.measurements.sources import load_role
 from gyrodata.physics import Floats
-from gyrodata.quantities.notation import PLAIN
+from gyrodata.quantities.numerals import PLAIN
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Column, Reading, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS

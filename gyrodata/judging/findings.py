@@ -33,14 +33,14 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import select, spin_columns
+from gyrodata.measurements import Measurements, select, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.quantities.notation import take_apart
+from gyrodata.quantities.numerals import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Readings, kind_of_role, to_display
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE, listing
 from gyrodata.readings.roles import TIMINGS
 
 # --- the checks ---
@@ -150,6 +150,18 @@ def _other_motion(seen: Seen) -> str:
     return ""
 
 
+def _causes_of_scatter(seen: Seen) -> str:
+    """Name the runs that were perhaps stopped late, or another motion of the rod."""
+    if not seen.fit.late:
+        return _other_motion(seen)
+    names = [seen.measured.runs[run] for run in seen.fit.late]
+    runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
+    return (
+        f"the clock of {runs} was perhaps stopped late, and the answer hardly depends on "
+        f"them: repeat them; "
+    )
+
+
 MUCH_SCATTER = 2.0
 """With a smaller scatter the weights disagree, and not their runs."""
 
@@ -181,25 +193,22 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         "u_time": fit.widths.scatter * (measured.time_u or 0.14),
     }
     if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
-        yield say("not_one_line", **values, motion=_other_motion(seen))
+        yield say("not_one_line", **values, motion=_causes_of_scatter(seen))
     else:
-        time = next(
-            (source for source in measured.sources if source.quantity == "time"), None
-        )
-        alike = (
-            time is not None and not time.relative.any() and not np.ptp(time.absolute)
-        )
-        stated = (
-            f"{float(time.absolute[0]):.2g} s"
-            if time is not None and alike
-            else "stated"
-        )
         words = {
-            "stated": stated,
+            "stated": _stated_scatter(measured),
             "in_u": scatter_in_u(seen.constancy, measured),
-            "motion": _other_motion(seen),
+            "motion": _causes_of_scatter(seen),
         }
         yield say("scatter_too_large", **values, **words)
+
+
+def _stated_scatter(measured: Measurements) -> str:
+    """Return the stated uncertainty of every time, or "stated" if the times differ."""
+    times = [source for source in measured.sources if source.quantity == "time"]
+    if not times or times[0].relative.any() or np.ptp(times[0].absolute):
+        return "stated"
+    return f"{float(times[0].absolute[0]):.2g} s"
 
 
 ONE_BALANCE = 1 / 3

@@ -17,7 +17,7 @@ from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-from gyrodata.quantities.notation import as_read
+from gyrodata.quantities.numerals import as_read
 from gyrodata.quantities.units import Uncertainty
 
 # --- each run ---

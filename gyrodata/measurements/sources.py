@@ -97,6 +97,7 @@ def list_sources(
         # The length added to every position is only as well known as the ball's
         # diameter or the rod's length.
         yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
+        yield from _position_set_sources(readings, values)
         if load == "mass":
             known: tuple[Uncertainty | None, str | None] = None, None
             if "g" in readings.constants:
@@ -126,6 +127,22 @@ def list_sources(
     yield _source(
         "transverse_inertia", np.zeros(len(pitch), dtype=int), 0.0, size, default, usual
     )
+
+
+def _position_set_sources(readings: Readings, load: Floats) -> Iterator[Source]:
+    """List the error of a weight that was put at its mark again.
+
+    Runs of one weight share it, unless the weight was moved for each run.
+    """
+    size, default = stated_or_default(readings, "position_set")
+    if readings.position_set == "each weight":
+        groups, shared_by = _numbered(load, load), "runs with the same weight"
+    elif readings.position_set == "each run":
+        groups, shared_by = np.where(load, np.arange(len(load)), -1), ""
+    else:
+        return
+    source = _source("position_set", groups, size.absolute, size.relative, default)
+    yield replace(source, shared_by=shared_by)
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
@@ -309,8 +326,33 @@ def _timing_sources(
         )
     if absolute.any() or relative.any():
         yield _source("angle", own, absolute, relative, bool(by_default.any()))
+    yield from _screw_sources(readings, turns, by_default)
     if column.role == "turns":
         yield from _rounding_of_turns(column)
+
+
+def _screw_sources(
+    readings: Readings, turns: Floats, by_default: Any
+) -> Iterator[Source]:
+    """List the error of the angle between two screws, a third of a turn apart.
+
+    Runs between the same two screws share it. If the log does not say at which screw a
+    run began, these are all runs of one third, or of two. An angle whose uncertainty
+    the log states has no other error.
+    """
+    size, default = stated_or_default(readings, "screw_angle")
+    thirds = 3 * turns
+    is_third = np.abs(thirds - np.round(thirds)) < 3 * WHOLE
+    between = is_third & (np.abs(turns - np.round(turns)) > WHOLE)
+    if default:
+        between &= by_default
+    if not between.any() or not size.absolute:
+        return
+    remainder = (np.round(thirds) % 3).astype(int).tolist()
+    pairs = zip(readings.screws, remainder, strict=True)
+    absolute = np.where(between, size.absolute / (2 * math.pi), 0.0)
+    groups = _numbered([*pairs], absolute)
+    yield _source("screw_angle", groups, absolute, 0.0, default)
 
 
 NEGLIGIBLE_ROUNDING = 1e-5

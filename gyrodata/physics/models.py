@@ -3,8 +3,8 @@
 The fit contains the equation of steady precession: eq. (9), or eq. (8) with a pitch. A
 model gives the mean rate of a rod that moves in another way, the errors that exist only
 then, and the words for users. `MODELS` is the list of all
-models, the simplest first. A new model is a subclass in this list; nothing else in the
-package asks for a model by its name.
+models, the simplest first. A new model is a subclass in this list. The fit, the choice
+of the model, the tables and the pages ask the model, and never for its name.
 
 A `Motion` contains the models of one fit. Their corrections multiply.
 
@@ -12,7 +12,12 @@ Words for a model, as they are used here and in `gyrodata.judging.changes`: it i
 *stated* if the log says that the rod moved so, and *asked* if the user chose it. It is
 *assumed* if the log is silent, and the rod may have moved so; *supposed* readings are
 then those of a typical rod. A model that is stated or assumed is *offered*, and it is
-*needed* if the motion changes I_zz by too much to be left out.
+*needed* if the motion changes I_zz by too much to be left out. A model that is in the
+fit is *used*; its effect is then *kept*.
+
+The *start* is how the rod began to move, the line ``# motion:`` of the log: "steady"
+(it was guided until it precessed steadily) or "released" (from rest). It is one fact
+that models ask for, and not the model "steady", which is eq. (8).
 """
 
 from __future__ import annotations
@@ -145,7 +150,10 @@ class MotionModel(Struct, frozen=True):
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say why the effect is in the model of a log, or is left out.
 
-        `as_asked` is ", as asked" if the user chose the model, else "".
+        The table of effects asks the model that is used with this effect (`kept` is
+        true). If none is used, or if its readings are `supposed`, it asks the first
+        model of the effect in `MODELS` (`kept` is false). `as_asked` is ", as asked" if
+        the user chose the model, else "".
         """
         raise NotImplementedError
 
@@ -172,7 +180,7 @@ class MotionModel(Struct, frozen=True):
     ) -> Iterator[ModelError]:
         """Yield the errors that exist only with this model.
 
-        `slowing` is the rate by the equation over the mean rate [1].
+        `slowing` is the rate by the equation over the mean rate of this model [1].
         """
         return iter(())
 
@@ -232,8 +240,8 @@ class Steady(MotionModel, frozen=True):
         points, weights = np.polynomial.legendre.leggauss(8)
         decay = np.log(runs.spin_end / runs.spin_start)
         spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
-        # A third reading of the spin can give a harmonic mean that differs from that of
-        # a viscous decay.
+        # `runs.spin` is the mean that was read, also if a third reading of the spin
+        # shows another decay: with it, a level rod gets exactly eq. (9).
         spins *= runs.spin / physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
         rates = physics.precession_rate(
             top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
@@ -266,10 +274,10 @@ class Released(MotionModel, frozen=True):
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say whether the rod counts as released."""
-        if runs.start == "steady":
-            return "steady, as the log says; this is for a rod released from rest"
         if kept:
             return f"the mean rate of a rod released from rest is used{as_asked}"
+        if runs.start == HORIZONTAL.start:
+            return "steady, as the log says; this is for a rod released from rest"
         if runs.start is None:
             return (
                 'assumed steady; this is for a rod released from rest ("# motion: '
@@ -285,9 +293,7 @@ class Released(MotionModel, frozen=True):
 
     def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
         """Compute the mean rate by the exact motion [rad/s], shape (n,)."""
-        total = runs.total_spin
-        if total is None:
-            total = motion.total_spin(top, runs.spin, runs.pitch)
+        total = _total_spin(top, runs)
         return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
 
     def errors(
@@ -311,11 +317,27 @@ class Released(MotionModel, frozen=True):
         )
 
 
+def _total_spin(top: Top, runs: TimedRuns) -> Floats:
+    """Return the total spin, which is conserved, of rods released from rest [rad/s]."""
+    if runs.total_spin is not None:
+        return runs.total_spin
+    return np.asarray(motion.total_spin(top, runs.spin, runs.pitch))
+
+
+def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
+    """Compute the greatest sag of rods released from rest [rad]; 0 without a torque."""
+    across = top.transverse_inertia
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sag = physics.greatest_sag(top.torque, spin, top.inertia, across, runs.pitch)
+    return np.where(top.torque != 0, sag, 0.0)
+
+
 PART_RELEASED, PART_U = 0.5, 0.4
 """Part of the effect of a release, and its standard uncertainty, if the log does not
-say how the rod was started: a rod that gets a push of the share k of the steady rate
-shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to second order in I
-φ̇/(I_zz ψ̇)."""
+say how the rod was started. A rod that gets a push of the share k of the steady rate
+shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of the effect, with q = I_zz/I, to second
+order in I φ̇/(I_zz ψ̇): all of it without a push, and none of it with the steady rate.
+Every k from 0 to 1 is possible, so that the part is 0.5 ± 0.4."""
 
 
 class Pushed(Released, frozen=True):
@@ -344,11 +366,13 @@ class Pushed(Released, frozen=True):
         return runs.start is None
 
     def is_possible(self, top: Top, runs: TimedRuns) -> bool:
-        """Return whether no loaded rod would have sagged steeply."""
-        sag = physics.greatest_sag(
-            top.torque, runs.spin, top.inertia, top.transverse_inertia, runs.pitch
-        )
-        return bool(np.max(sag[top.torque != 0]) < FALLEN)
+        """Return whether no rod would have fallen if it had been released from rest."""
+        # The spin that is read while a rod sags is a little larger than the one that is
+        # conserved, which takes longer to compute.
+        if np.all(_released_sag(top, runs, runs.spin) < FALLEN / 2):
+            return True
+        total = _total_spin(top, runs)
+        return bool(np.all(_released_sag(top, runs, total) < FALLEN))
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say what is assumed."""
@@ -367,9 +391,10 @@ class Pushed(Released, frozen=True):
     ) -> Iterator[ModelError]:
         """Yield the errors of a released rod, and the size of the push."""
         yield from Released.errors(self, top, runs, slowing)
+        effect = np.abs(slowing - 1) / PART_RELEASED
         # One half of the variance is the habit of the hand, the other half differs from
         # run to run.
-        push = PART_U * np.abs(slowing - 1) / PART_RELEASED / math.sqrt(2)
+        push = PART_U * effect / math.sqrt(2)
         described = "half of the effect ± 40 %"
         hand = "all runs (the same hand)"
         yield ModelError("habit", "turns", push, described, hand)
@@ -399,8 +424,11 @@ class Earth(MotionModel, frozen=True):
         return "at the log's latitude, its sign unknown"
 
     def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
-        """Compute the mean rate against the turning floor [rad/s], shape (n,)."""
-        # At a pole if the latitude is unknown. Counterclockwise is positive.
+        """Compute the mean rate against the turning floor [rad/s], shape (n,).
+
+        Without a latitude, the rate at a pole shows how large the effect is at most.
+        """
+        # Counterclockwise is positive.
         latitude = math.pi / 2 if runs.latitude is None else runs.latitude
         floor = physics.EARTH_ROTATION * math.sin(latitude)
         usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
@@ -495,15 +523,15 @@ class Motion(Struct, frozen=True):
         The rate of a run without a torque is zero; its ratio is 1.
         """
         lean = (top.transverse_inertia, runs.pitch) if self.tilted else (0.0, 0.0)
-        slowing = np.ones(len(runs.time))
+        product = np.ones(len(runs.time))
         errors: list[ModelError] = []
         with np.errstate(divide="ignore", invalid="ignore"):
             steady = physics.precession_rate(top.torque, runs.spin, top.inertia, *lean)
             for model in self.models:
-                own = ratio(steady, model.mean_rate(top, runs, steady))
-                slowing = slowing * own
-                errors += model.errors(top, runs, own)
-        return slowing, tuple(errors)
+                slowing = ratio(steady, model.mean_rate(top, runs, steady))
+                product = product * slowing
+                errors += model.errors(top, runs, slowing)
+        return product, tuple(errors)
 
 
 AUTO: Final = "auto"
@@ -515,14 +543,16 @@ def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
 
     The latter includes what the log states of the models before it in `MODELS`, which
     are simpler, and nothing of those behind it: a user who asks for "steady" gets no
-    correction for a release.
+    correction for a release, and a user who asks for any model gets none for the Earth.
     """
     stated = [model for model in MODELS if model.is_stated(runs)]
     if name == AUTO:
         return Motion(tuple(stated))
-    first = [model.name for model in MODELS].index(name)
-    before = [model for model in MODELS[1:first] if model in stated]
-    return Motion(tuple([one for one in (*before, MODELS[first]) if first]))
+    asked = [model.name for model in MODELS].index(name)
+    if asked == 0:
+        return Motion()
+    simpler = [model for model in MODELS[1:asked] if model in stated]
+    return Motion((*simpler, MODELS[asked]))
 
 
 def names() -> tuple[str, ...]:

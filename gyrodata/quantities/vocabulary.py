@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,12 @@ def phrases(key: str) -> list[str]:
 
 
 def pattern(key: str) -> str:
-    """Return a regular expression for the phrases of all languages under one key.
+    """Return a regular expression for the phrases of all languages under one key."""
+    return pattern_of(phrases(key))
+
+
+def pattern_of(phrases: Iterable[str]) -> str:
+    """Return a regular expression for some phrases.
 
     A phrase begins where a word begins, and up to two small words may stand between
     its words; a single word may stand inside of a longer one. A last word of up to
@@ -72,7 +78,7 @@ def pattern(key: str) -> str:
     the same.
     """
     at_start, anywhere = [_NEVER], [_NEVER]
-    for phrase in phrases(key):
+    for phrase in phrases:
         words_of_it = phrase.removesuffix(".").split()
         is_whole = _is_whole(phrase)
         form = _BETWEEN.join(map(re.escape, words_of_it)) + (_END if is_whole else "")

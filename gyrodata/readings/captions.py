@@ -13,19 +13,18 @@ from itertools import accumulate, pairwise
 
 from msgspec import Struct
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
-from gyrodata.readings.headers import contains, is_of_the_spin, parse_header
+from gyrodata.readings.headers import is_of_the_spin, parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import name_roles
-from gyrodata.readings.origins import FROM, from_centre, origin_in
+from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.remarks import (
     ALTERED,
-    DIAMETER,
+    WIDE,
     altered_role,
-    diameter_in,
     noted_centre,
     noted_origin,
 )
@@ -33,6 +32,7 @@ from gyrodata.readings.turns import is_of_turns, turns_in
 from gyrodata.readings.words import (
     DIMENSION_WORDS,
     NOT_THE_WEIGHT,
+    Phrases,
     squeeze,
     squeezed_words,
 )
@@ -49,7 +49,7 @@ _WORD = re.compile(r"[^\W\d_]{3}")
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
-).replace("NUMBER", notation.NUMBER)
+).replace("NUMBER", numerals.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
 QUANTITY = re.compile(
     rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|"
@@ -59,9 +59,10 @@ QUANTITY = re.compile(
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 """Roles of the quantities in sentences, by their kind."""
 
-_SPHERE, _WEIGHT, _NOT_TIMED, _APPARATUS = map(
-    vocabulary.pattern, ("sphere", "weight_added", "not_timed", "ball")
+_SPHERE, _NOT_TIMED, _WEIGHT_ADDED = map(
+    Phrases, ("sphere", "not_timed", "weight_added")
 )
+_WEIGHT, _APPARATUS = _WEIGHT_ADDED.pattern, vocabulary.pattern("ball")
 _ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
 """Where a weight is: such words say that a mass is not that of the rod."""
 _OF_BALL = (
@@ -160,7 +161,7 @@ def _named_turns(parts: Iterable[str]) -> str:
 
 def _value_of(text: str) -> object:
     """Return what two texts of one value share: "60 g (on the scale: 60.0 g)"."""
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     return (written.value, written.unit) if written else text
 
 
@@ -263,7 +264,7 @@ def _is_not_timed(sentence: str, names: set[str]) -> bool:
     if {"spin", "time"} <= names:
         return False  # "The tachometer said 616 rpm and the stopwatch 16.6 s"
     outside = re.sub(r"\([^()]*\)", "", sentence)
-    return bool(re.search(_NOT_TIMED, outside if turns_in(outside) else sentence))
+    return _NOT_TIMED.is_in(outside if turns_in(outside) else sentence)
 
 
 def _quantities(sentence: str, ends: set[int]) -> Iterator[_Quantity]:
@@ -316,15 +317,14 @@ def _is_of_weight(quantity: _Quantity, sentence: str) -> bool:
     if from_centre(quantity.with_words_behind):
         return True
     clause = quantity.clause
-    of_ball = re.search(_SPHERE, clause) and not re.search(_WEIGHT, clause)
+    of_ball = _SPHERE.is_in(clause) and not _WEIGHT_ADDED.is_in(clause)
     return not of_ball and _words_beside(quantity).isdisjoint(NOT_THE_WEIGHT)
 
 
 def _is_from_origin(quantity: _Quantity, sentence: str) -> bool:
     """Return whether a length is a position from the surface or the tip, and no diameter."""
     own = quantity.own
-    is_wide = re.search(DIAMETER, own) or diameter_in(own)
-    return bool(noted_origin(sentence)) and not is_wide
+    return bool(noted_origin(sentence)) and not WIDE.is_in(own)
 
 
 def _words_beside(quantity: _Quantity) -> set[str]:
@@ -395,60 +395,7 @@ def _has_word_of_time(words: set[str]) -> bool:
 
 # --- Units and legends ---
 
-_UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"
-_IN_A_UNIT = r"(?i)(.*)\b(?:in|en|em|w|в)\s+(\S.*)"
-_BETWEEN_UNITS = r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s"
-_BETWEEN_NAMES = r"[\s:=()\[\]]+"
-
-
-def stated_units(text: str) -> dict[str, str]:
-    """Return the unit of each kind of quantity that a text states.
-
-    Examples are "masses in g, times in s" and "Units: g, cm, s".
-    """
-    found = {}
-    listed = re.match(_UNITS_LISTED, text)
-    for part in re.split(_BETWEEN_UNITS, text[listed.end() :] if listed else text):
-        words, unit = _names_and_unit(part, listed is not None)
-        kinds = kinds_of(unit) & {*SAID_KINDS, "time"}
-        is_named = kinds & _kinds_named(words) or (listed and not words)
-        if is_named and len(kinds) == 1 and _is_of_column(part, words):
-            found[min(kinds)] = unit
-    return found
-
-
-def _names_and_unit(part: str, is_listed: bool) -> tuple[set[str], str]:
-    """Return the words of a part of a line of units, and its unit; "" if it has none."""
-    *names, unit = re.split(_BETWEEN_NAMES, part.strip(" :=()[]"))
-    if match := re.fullmatch(_IN_A_UNIT, part):
-        names = re.split(_BETWEEN_NAMES, match[1])
-        unit = re.split(rf"\s{FROM}\s", match[2])[0].strip(" ()[]:")
-    elif not is_listed:
-        unit = ""
-    return {squeeze(name).lower() for name in names} - {""}, unit
-
-
-def _is_of_column(part: str, words: set[str]) -> bool:
-    """Return whether a part of a line of units is about a column, and gives no quantity."""
-    of_another = words & NOT_THE_WEIGHT and not from_centre(part)
-    has_number = re.search("[0-9]", part) and not turns_in(part)
-    return not of_another and not has_number
-
-
-def _kinds_named(words: set[str]) -> set[str]:
-    """Return the kinds of quantities that words name, perhaps in the plural."""
-    endings = ("", "s", "es", "n", "en")
-    forms = {word.removesuffix(ending) for word in words for ending in endings}
-    named = {role for form in forms for role in name_roles(form)[0]}
-    return forms | set(map(roles.kind_of_role, named))
-
-
-_LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
-_LEGEND = re.compile(
-    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*"
-    r"(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
-)
-"""A line such as "d = distance from centre in cm"."""
+# --- Notes ---
 
 
 def legends_of(grid: Grid) -> dict[str, str]:
@@ -466,11 +413,16 @@ def legends_of(grid: Grid) -> dict[str, str]:
                 continue
             words = re.split(r"[;.]\s", f"{match[1] or ''} {match[3]}".strip())[0]
             words = words.rstrip(" )")
-            explained = parse_header(words)
-            says_moment = explained.moment != "" and len(explained.roles) == 1
-            if explained.unit or turns_in(words) or says_moment:
+            if _explains_column(words):
                 legends[squeeze(match[2])] = words
     return legends
+
+
+def _explains_column(words: str) -> bool:
+    """Return whether words give a unit, turns, or the moment of a reading."""
+    explained = parse_header(words)
+    says_moment = explained.moment != "" and len(explained.roles) == 1
+    return bool(explained.unit or turns_in(words)) or says_moment
 
 
 def _with_colon(row: Row) -> str:
@@ -485,9 +437,6 @@ def is_legend(text: str, legends: dict[str, str]) -> bool:
     """Return whether a text explains one of these symbols."""
     match = _LEGEND.fullmatch(text)
     return match is not None and squeeze(match[2]) in legends
-
-
-# --- Notes ---
 
 
 def texts_of(grid: Grid) -> list[str]:
@@ -547,11 +496,11 @@ def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
 
 
 def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
-    """Yield the notes about readings that are in rows, with the first cell of each."""
+    """Yield the notes that are in rows, with the first cell of each."""
     for row in grid.rows:
         texts = {at: text for at, text in enumerate(row.texts) if _is_remark(text)}
         note = ", ".join(texts.values())
-        if note and altered_role(note):
+        if note:
             yield note, grid.cell(row, min(texts))
 
 
@@ -565,5 +514,15 @@ def _is_remark(text: str) -> bool:
         return False
     if not parse_header(text).roles:
         return True
-    altered = contains(ALTERED["position"], text)
+    altered = ALTERED["position"].is_in(text)
     return altered and not origin_in(text)
+
+
+_LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
+
+
+_LEGEND = re.compile(
+    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*"
+    r"(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
+)
+"""A line such as "d = distance from centre in cm"."""

@@ -6,13 +6,13 @@ import math
 import re
 from collections.abc import Collection
 from fractions import Fraction
-from functools import lru_cache
 
 from msgspec import Struct
 
 from gyrodata.base import diagnostics
-from gyrodata.quantities import notation, vocabulary
-from gyrodata.quantities.notation import Quantity, read_cell, to_float
+from gyrodata.quantities import misreadings, numerals, vocabulary
+from gyrodata.quantities.notation import Quantity, read_cell
+from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import UnitError, kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.chosen import MOST_TURNS, Chosen
@@ -20,16 +20,16 @@ from gyrodata.readings.headers import Header
 from gyrodata.readings.lablog import BLANKS, Faults
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
-_FRACTION = re.compile(rf"{notation.NUMBER}|[1-9]/[1-9]")
+_FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9]/[1-9]")
 """A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
 
-_TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{TURN}\w*\.?")
+_TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
 """Parts of a turn that a column can count."""
 _PERCENT = "1/100"
@@ -46,7 +46,6 @@ _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 # The meaning of a text
 
 
-@lru_cache(maxsize=4096)
 def number_in_words(text: str, role: str) -> str:
     """Return the number that a cell writes in words; else "".
 
@@ -60,18 +59,18 @@ def number_in_words(text: str, role: str) -> str:
 
 def _turns_in_words(text: str) -> str:
     """Read "one third", "1/3 of a turn" or "turn"."""
-    match = _TURN_BEHIND.fullmatch(text)
+    match = _TURN_BEHIND.fullmatch(mark_turns(text))
     if match is None:
         return words_of_turns(text, whole=True)
     bare = match[1]
     if words := words_of_turns(bare, whole=True):
         return words
-    is_number = bare == "" or notation.take_apart(bare) is not None
+    is_number = bare == "" or numerals.take_apart(bare) is not None
     return (bare or "1") if is_number else ""
 
 
 def _turns_of_angle(text: str) -> str:
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     if written is None or written.spread is not None:
         return ""
     return turns_in(text) if kinds_of(written.unit or "") == {"angle"} else ""
@@ -82,7 +81,7 @@ def fraction_of_date(text: str) -> str:
 
     "3-Jan" and "01. Mrz" are 1/3.
     """
-    low, high = sorted(notation.date_pair(text) or (0, 0))
+    low, high = sorted(misreadings.date_pair(text) or (0, 0))
     is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
     return f"{low}/{high}" if is_part else ""
 
@@ -97,9 +96,9 @@ def rounded_turns(text: str) -> tuple[str, float]:
     twelfth.
     """
     # Whole turns are meant as written.
-    if not notation.PLAIN.fullmatch(text) or notation.last_place(text) >= 0:
+    if not numerals.PLAIN.fullmatch(text) or numerals.last_place(text) >= 0:
         return "", 0.0
-    value, step = to_float(text), float(f"1e{notation.last_place(text)}")
+    value, step = to_float(text), float(f"1e{numerals.last_place(text)}")
     twelfths = round(value * 12)
     # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
     # by nearly a whole step.
@@ -230,7 +229,7 @@ class CellReader:
         if not part or not self.read:
             return
         if part == _PERCENT:
-            are_counts = all(map(notation.PLAIN.fullmatch, self.read))
+            are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:
             are_counts = all(one.value.is_integer() for one in self.read.values())
         if not are_counts:
@@ -269,7 +268,7 @@ class CellReader:
         large = [
             text
             for text, one in self.read.items()
-            if one.value > most and notation.PLAIN.fullmatch(text)
+            if one.value > most and numerals.PLAIN.fullmatch(text)
         ]
         if large and large[0] not in self.wrong:
             values = {"role": self.role, "likely": likely, "text": large[0]}

@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import vocabulary
-from gyrodata.quantities.notation import PLAIN, to_float
+from gyrodata.quantities.numerals import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.captions import texts_of
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of, pair_in
+from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.missing import missing_roles
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import END_WORDS, START_WORDS, squeeze
+from gyrodata.readings.words import Phrases, squeeze
 
-_MOST_APART = 0.2
-"""Largest difference of two readings in one cell, as a share."""
-_PART_OF_TURN = vocabulary.pattern("parts")
+_PART_OF_TURN = Phrases("parts")
 """Words for a part of a turn."""
-_PERIOD_SYMBOL = r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])"
-"""A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
 _BALL_TURNS = 5
@@ -52,10 +46,8 @@ def choose(
     columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
     several = _serve_by_name(columns, choice)
     _serve_stating(columns, table, choice)
-    _serve_periods_of_one_turn(table, choice, faults)
     _eliminate(table, several, choice, faults)
-    unnamed.place_columns(table, choice, faults)
-    _split_pairs(choice, faults)
+    unnamed.place_columns(choice, faults)
     _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
     if "mass" in choice.there:
@@ -141,12 +133,9 @@ def _with_role(
     column: Chosen, names: Mapping[str, tuple[str, ...]], timed: bool
 ) -> Chosen:
     """Return a column with other roles, if its name, unit and cells show them together."""
-    found = (
-        _roles_of_difference(column, names)
-        or _roles_of_end(column)
-        or _roles_of_many(column)
-        or (_roles_of_way(column, names) if timed else ())
-    )
+    found = _roles_of_difference(column, names) or _roles_of_many(column)
+    if not found and timed:
+        found = _roles_of_way(column, names)
     if not found:
         return column
     return replace(column, header=replace(column.header, roles=found))
@@ -161,16 +150,6 @@ def _roles_of_difference(
         return ()
     keys = (f"u_{role}" for role in names.get(name[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
-
-
-def _roles_of_end(column: Chosen) -> tuple[str, ...]:
-    """Return the spin at one end of the run: "Before (rpm)"."""
-    if column.header.roles or column.kinds != {"rate"}:
-        return ()
-    name = _name(column).lower()
-    if name in START_WORDS:
-        return ("spin_start",)
-    return ("spin_end",) if name in END_WORDS else ()
 
 
 def _roles_of_many(column: Chosen) -> tuple[str, ...]:
@@ -278,7 +257,6 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
             choice.unplaced.append(column)
         else:
             _serve_time(column, turns, choice)
-    _share_turns(choice)
 
 
 def _serve_time_of_ball(column: Chosen, turns: str, choice: Choice) -> None:
@@ -302,43 +280,6 @@ def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
     choice.serve(replace(column, role="time", number=repeat, turns=turns))
 
 
-def _share_turns(choice: Choice) -> None:
-    """Give the times without turns those that the other times state."""
-    times = choice.times()
-    shared = "" if "turns" in choice.there else _shared_turns(times)
-    if shared:
-        choice.used["time"] = [replace(one, turns=one.turns or shared) for one in times]
-
-
-def _shared_turns(times: list[Chosen]) -> str:
-    """Return the turns of times that state none.
-
-    "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one turn.
-    """
-    stated = {time.turns for time in times if time.turns}
-    others = [time.number for time in times if not time.turns]
-    if others == [1] and stated and all("/" in turns for turns in stated):
-        return "1"
-    return "".join(stated) if len(stated) == 1 else ""
-
-
-def _serve_periods_of_one_turn(
-    table: layout.Layout, choice: Choice, faults: Faults
-) -> None:
-    """Read "T1 [s]", "T2 [s]" as times of one turn, if nothing counts turns."""
-    times = choice.times()
-    if not times or choice.gives_turns() or _is_of_parts(table):
-        return
-    if all(_is_numbered_period(time) for time in times):
-        choice.used["time"] = [replace(time, turns="1") for time in times]
-        faults.add("period_of_one_turn", times[0].cell)
-
-
-def _is_numbered_period(time: Chosen) -> bool:
-    has_symbol = re.match(_PERIOD_SYMBOL, time.text) is not None
-    return has_symbol and bool(time.number) and not time.turns
-
-
 def _is_of_parts(table: layout.Layout) -> bool:
     """Return whether a note is about a number of turns that is not one.
 
@@ -350,7 +291,7 @@ def _is_of_parts(table: layout.Layout) -> bool:
 
 
 def _names_part(note: str) -> bool:
-    if re.search(_PART_OF_TURN, note):
+    if _PART_OF_TURN.is_in(note):
         return True
     return turns_in(note) not in ("", "0", "1")
 
@@ -495,39 +436,6 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 # Readings of the spin
-
-
-def _split_pairs(choice: Choice, faults: Faults) -> None:
-    """Make two columns of one with two readings in each cell: "206 - 192"."""
-    for column in (*choice.used.get("spin", ()), *choice.times()):
-        if not _has_pairs(column):
-            continue
-        others = [other for other in choice.used[column.role] if other is not column]
-        choice.used[column.role] = others
-        if column.role == "spin":
-            choice.there.discard("spin")
-            what = "the spin at the start and at the end"
-            first = replace(column, role="spin_start", number=None, part=1)
-            second = replace(first, role="spin_end", part=2)
-        else:
-            what = "two times of one setting"
-            first = replace(column, number=1, part=1)
-            second = replace(column, number=2, part=2)
-        faults.add("two_readings", column.cell, what=what)
-        choice.serve(first)
-        choice.serve(second)
-    choice.used = {role: columns for role, columns in choice.used.items() if columns}
-
-
-def _has_pairs(column: Chosen) -> bool:
-    """Return whether each cell contains two readings that are nearly equal."""
-    pairs = [pair_in(text) for text in column.texts]
-    return bool(pairs) and all(pair and _are_near(*pair) for pair in pairs)
-
-
-def _are_near(one: str, other: str) -> bool:
-    first, second = to_float(one), to_float(other)
-    return abs(first / (second or math.inf) - 1) < _MOST_APART
 
 
 def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:

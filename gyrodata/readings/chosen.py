@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.quantities.notation import fold_number
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.headers import Header
@@ -15,15 +12,6 @@ from gyrodata.readings.lablog import Text
 
 MOST_TURNS = 50
 """Larger numbers are not turns of the rod."""
-_TWO_READINGS = re.compile(
-    r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"
-)
-
-
-def pair_in(text: str) -> tuple[str, str] | None:
-    """Return the two readings in a cell such as "206 - 192"; None for other texts."""
-    pair = _TWO_READINGS.fullmatch(fold_number(text))
-    return (pair[1], pair[2]) if pair else None
 
 
 class Chosen(Struct, frozen=True):
@@ -38,8 +26,6 @@ class Chosen(Struct, frozen=True):
     """Number of a repeat (``time_2``: 2)."""
     turns: str = ""
     """Turns of each time, if the header states them: "1/3"."""
-    part: int = 0
-    """Number of the reading, from 1, if each cell has two; else 0."""
     texts: tuple[str, ...] = ()
     """Its cells, one for each row."""
 

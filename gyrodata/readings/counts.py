@@ -8,7 +8,8 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from gyrodata.quantities.notation import read_cell, to_float
+from gyrodata.quantities.notation import read_cell
+from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import UnitError
 from gyrodata.readings import layout, roles
 from gyrodata.readings.captions import TIME_WORDS, TIMED, places_of, said_in

@@ -12,7 +12,7 @@ from decimal import Decimal, DecimalException
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.quantities.notation import fold_number
+from gyrodata.quantities.numerals import fold_number
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import cells_of
 from gyrodata.readings.grid import Row

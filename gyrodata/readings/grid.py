@@ -10,12 +10,11 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
@@ -132,7 +131,7 @@ def is_number(text: str) -> bool:
 
 def is_bare(text: str) -> bool:
     """Return whether a cell is a number and nothing else."""
-    return bool(notation.PLAIN.fullmatch(notation.fold_number(text)))
+    return bool(numerals.PLAIN.fullmatch(numerals.fold_number(text)))
 
 
 def filled_at(row: Row) -> list[int]:
@@ -152,18 +151,13 @@ def count_of_numbers(texts: Sequence[str]) -> int:
 
 def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
-    return _are_names(tuple(row.texts))
-
-
-_SIGNS = str.maketrans("", "", ".,/+-− ")
-"""The signs of a number."""
-
-
-@lru_cache(maxsize=4096)
-def _are_names(texts: tuple[str, ...]) -> bool:
-    filled = list(filter(None, texts))
+    filled = row.filled()
     if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
         return False  # the rows of a long log
+    return _are_names(row.texts, filled)
+
+
+def _are_names(texts: list[str], filled: list[str]) -> bool:
     named = list(filter(None, (parse_header(text).roles for text in filled)))
     if not any(map(roles.TEXTS.isdisjoint, named)):
         return False
@@ -174,8 +168,12 @@ def _are_names(texts: tuple[str, ...]) -> bool:
     return 2 < len(filled) == len(named) or not units_of_row(texts)
 
 
+_SIGNS = frozenset("0123456789.,/+-− ")
+"""The signs of a number, a blank included."""
+
+
 def _has_digits_alone(text: str) -> bool:
-    return text.translate(_SIGNS).isdigit()
+    return _SIGNS.issuperset(text)
 
 
 def _are_repeats(count: int, texts: Sequence[str]) -> bool:
@@ -211,7 +209,7 @@ def _without_brackets(text: str) -> str:
 
 
 def _is_unit(text: str) -> bool:
-    return text == "%" or bool(kinds_of(text) and not notation.PLAIN.fullmatch(text))
+    return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
 
 
 def _first_word(unit: str) -> str:
@@ -474,9 +472,11 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
 def _take_inertia(row: Row, grid: Grid) -> bool:
     """Move I_zz, and all behind it, to the ``#`` lines; return whether there is one."""
     for at, text in enumerate(row.texts):
+        if not text[:1].isalpha():
+            continue
         name, _, value = text.replace("=", ":").partition(":")
         value = (value or " ".join(row.texts[at + 1 :])).strip()
-        if not text[:1].isalpha() or reported_key(name.strip()) != "inertia":
+        if reported_key(name.strip()) != "inertia":
             continue
         if read_reported("inertia", value).fault is not None:
             continue

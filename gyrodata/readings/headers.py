@@ -16,13 +16,20 @@ from typing import Literal, NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.quantities import notation, units, vocabulary
+from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
 from gyrodata.readings.origins import Origin, from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import (
+    MARK,
+    NUMBERS,
+    TURN,
+    mark_turns,
+    turns_in,
+    words_of_turns,
+)
 from gyrodata.readings.words import (
     END_WORDS,
     FIRST_SIGN,
@@ -36,6 +43,7 @@ from gyrodata.readings.words import (
     THEORY_WORDS,
     TOKENS,
     TRIAL_WORDS,
+    Phrases,
     contains_word,
     squeeze,
     squeezed_words,
@@ -127,8 +135,12 @@ def _leftover(header: Header) -> tuple[str, ...]:
         word
         for word in TOKENS.split(header.name)
         if (_says_number(word) and not uses_number)
-        or (re.search(_PLACE, word) and not uses_place)
+        or (_names_place(word) and not uses_place)
     )
+
+
+def _names_place(word: str) -> bool:
+    return _SPHERE.is_in(word) or _TIP.is_in(word)
 
 
 def _says_number(word: str) -> bool:
@@ -137,7 +149,7 @@ def _says_number(word: str) -> bool:
     return is_name or bool(re.search("[0-9]", word))
 
 
-_PLACE = f"{vocabulary.pattern('sphere')}|{vocabulary.pattern('tip')}"
+_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -184,7 +196,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
 
 def _splits_with_units(text: str) -> list[_Split]:
     """Return the ways to split a header at a unit, the most certain one first."""
-    if len(text) > MAX_HEADER or notation.PLAIN.fullmatch(text):
+    if len(text) > MAX_HEADER or numerals.PLAIN.fullmatch(text):
         return []
     if len(_units_in_brackets(text)) > 1:
         return []  # several headers that nothing has separated yet
@@ -346,7 +358,7 @@ _IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("precession_rate", "time"): ("time", "precession_period"),
 }
 """What a role becomes next to a unit of another kind: "Weight (N)"."""
-_OF_ONE = vocabulary.pattern("of_one")
+_OF_ONE = Phrases("of_one")
 """Words for one of several weights."""
 _OF_TURNS = frozenset({"angle", "number"})
 """Kinds that a unit of turns can measure."""
@@ -369,10 +381,10 @@ def _roles_of_statement(
 
 def _is_per_turn(name: str) -> bool:
     """Return whether a name says "per turn", and not "per 3 turns"."""
-    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, name))
+    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, mark_turns(name)))
 
 
-_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{TURN}"
+_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{MARK}"
 
 
 def _period_of(name: str) -> tuple[str, ...]:
@@ -451,17 +463,12 @@ def hinted(header: Header) -> set[str]:
     }
 
 
-def contains(pattern: str, text: str) -> bool:
-    """Return whether a header contains some words."""
-    return bool(re.search(pattern, text))
-
-
 def is_part_of_mass(header: str) -> bool:
     """Return whether a header names a part of the mass.
 
     Examples are "mass of one weight" and "mass without hanger".
     """
-    return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"
+    return _OF_ONE.is_in(header) or altered_role(header) == "mass"
 
 
 def _measures(unit: str, role: str) -> bool:
@@ -492,7 +499,7 @@ def _moment(header: str) -> Literal["", "start", "end"]:
 
 def is_of_the_spin(header: str) -> bool:
     """Return whether a header says that turns of the ball are timed."""
-    return bool(re.search(SPINNING, header)) and not re.search(PRECESSION, header)
+    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
@@ -503,7 +510,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must
     contain a word for a turn.
     """
-    cells = [notation.fold_number(text) for text in texts if text]
+    cells = [numerals.fold_number(text) for text in texts if text]
     if header.roles or header.unit is not None or not cells:
         return False
     if all(_is_part_of_turns(cell) or re.fullmatch(_COUNT, cell) for cell in cells):

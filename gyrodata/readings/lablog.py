@@ -153,6 +153,9 @@ class Readings(Struct, frozen=True, dict=True):
         Line in the file of each run.
     notes : tuple of str
         Free text of each run.
+    screws : tuple of str
+        The screw at which a part of a turn began in each run; "" if the log does not
+        say.
     columns : mapping of str to Column
         The column used for each role.
     others : tuple of Column
@@ -184,6 +187,9 @@ class Readings(Struct, frozen=True, dict=True):
     balance : str or None
         Whether somebody "touched" the balance between two weights, or it was
         "untouched"; None if the log does not say.
+    position_set : str or None
+        "each weight" or "each run" if the weight was put at its position again for it;
+        else None or "once".
     position_from : str or None
         "surface" of the ball or "tip" of the rod, if the positions as typed count from
         there; else None or "centre". The positions in `columns` always count from the
@@ -214,6 +220,7 @@ class Readings(Struct, frozen=True, dict=True):
     runs: tuple[str, ...] = ()
     lines: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
+    screws: tuple[str, ...] = ()
     columns: Mapping[str, Column] = field(default_factory=dict)
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -227,6 +234,7 @@ class Readings(Struct, frozen=True, dict=True):
     motion: str | None = None
     balanced: bool | None = None
     balance: str | None = None
+    position_set: str | None = None
     position_from: str | None = None
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
@@ -250,15 +258,16 @@ class Readings(Struct, frozen=True, dict=True):
         unread = tuple(
             (header, tuple(texts[i] for i in runs)) for header, texts in self.unread
         )
-        labels, lines, notes = (
+        labels, lines, notes, screws = (
             tuple(texts[i] for i in runs)
-            for texts in (self.runs, self.lines, self.notes)
+            for texts in (self.runs, self.lines, self.notes, self.screws)
         )
         return replace(
             self,
             runs=labels,
             lines=lines,
             notes=notes,
+            screws=screws,
             columns=columns,
             others=others,
             unread=unread,

@@ -16,8 +16,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities import notation, vocabulary
-from gyrodata.quantities.units import are_equal, kinds_of
+from gyrodata.quantities import numerals
+from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import captions, roles
 from gyrodata.readings.captions import Given, said_in
 from gyrodata.readings.grid import (
@@ -41,20 +41,20 @@ from gyrodata.readings.headers import (
     parse_header,
 )
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
-from gyrodata.readings.names import name_roles
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import (
     COUNTER_WORDS,
     MEAN_WORDS,
     SUMMARY_WORDS,
     UNSURE_WORDS,
+    Phrases,
     squeeze,
 )
 from gyrodata.readings.workbook import MAX_COLUMNS
 
-NOT_USED = vocabulary.pattern("not_used")
+NOT_USED = Phrases("not_used")
 """Words of a note on a run that is not valid."""
-_NOT_MEASURED = vocabulary.pattern("not_measured")
+_NOT_MEASURED = Phrases("not_measured")
 _TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
 """Of "2 reflective strips": it is not a number with its unit."""
 _COUNTS_UP = re.compile(r"[^\W\d]|(?i:count)")
@@ -312,30 +312,6 @@ def _with_turns_of_legend(column: _Column, words: str) -> _Column:
     return column
 
 
-def _with_stated_units(
-    columns: list[_Column], units: dict[str, str], faults: Faults
-) -> list[_Column]:
-    """Give the headers without a unit the one that a text states for their kind."""
-    has_spin = any("spin" in header.roles for _, header in columns)
-    for at, (cell, header) in enumerate(columns if units else []):
-        named = header.roles
-        if not has_spin:
-            named = name_roles(cell.text)[0] or named  # "n in rpm"
-        kinds = units.keys() & set(map(roles.kind_of_role, named))
-        if len(kinds) != 1:
-            continue
-        unit = units[min(kinds)]
-        if header.unit is None:
-            parsed = parse_header(f"{cell.text} [{unit}]")
-            columns[at] = cell, replace(parsed, text=cell.text)
-        elif kinds_of(header.unit) == kinds_of(unit) and not are_equal(
-            header.unit, unit
-        ):
-            note = f"{min(kinds)} in {unit}"
-            faults.add("note", cell, note=note, role=header.roles[0])
-    return columns
-
-
 def _with_uncertainties(columns: list[_Column]) -> list[_Column]:
     """Read "±" or "error" as the uncertainty of the column on its left."""
     for at, ((_, left), (cell, header)) in enumerate(pairwise(columns), 1):
@@ -422,10 +398,7 @@ class _Sheet:
         self.captions: list[tuple[Text, str, str]] = []
         """Each caption, whether its runs are below or above it, and what was read of
         it."""
-        self.units: dict[str, str] = {}
-        """Unit of each kind of quantity that a text states for all columns."""
         self.legends = captions.legends_of(grid)
-        self._read_units()
         headers = _headers_of(filter(is_head, grid.rows))
         self.any_timed = any(map(_states_timing, headers))
         """Whether a header of the sheet names a time or turns."""
@@ -433,17 +406,6 @@ class _Sheet:
         """Whether the first table contains means."""
         self.served: set[str] = set()
         """Parts of a run in the first table."""
-
-    def _read_units(self) -> None:
-        """Read the units that texts state for all columns."""
-        notes = self.grid.notes()
-        for row in self.grid.titles():
-            notes += [self.grid.cell(row, at) for at in filled_at(row)]
-        for note in notes:
-            if units := captions.stated_units(note.text):
-                self.units |= units
-                said = ", ".join(f"{kind} in {unit}" for kind, unit in units.items())
-                self.captions.append((note, "below", said))
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
@@ -453,7 +415,6 @@ class _Sheet:
         ]
         columns = _with_numbered_spins(columns, self.faults)
         columns = [_explained(column, self.legends) for column in columns]
-        columns = _with_stated_units(columns, self.units, self.faults)
         columns = _with_uncertainties(columns)
         columns = _with_numbered_times(columns, self.faults)
         beyond = len(head.texts)
@@ -469,10 +430,7 @@ class _Sheet:
         if not any(row.texts):
             return
         if is_head(row) or row.texts == table.head.texts:
-            if table.is_new:
-                # "time of one turn, x from the centre" above the names
-                self.words.append(table.head)
-            self.begin(row)
+            self._begin_next(row)
         elif table.is_new and (units := units_of_row(row.texts)):
             self._take_units(units)
         elif row.texts[0] == "#":  # a # that a spreadsheet put into a cell of its own
@@ -488,6 +446,13 @@ class _Sheet:
             table.has_ended = bool(self.runs) and _names_inertia(row) and not is_title
         else:
             self._take_numbers(row)
+
+    def _begin_next(self, head: Row) -> None:
+        """Begin another table; a header without runs below it is a row of text."""
+        if self.table.is_new:
+            # "time of one turn, x from the centre" above the names
+            self.words.append(self.table.head)
+        self.begin(head)
 
     def _without_cells_beside(self, row: Row) -> Row:
         """Leave out the cells that a blank column separates from the table."""
@@ -530,7 +495,7 @@ class _Sheet:
         table = self.table
         texts = [text for text in row.texts if not is_number(text)]
         is_note = _begins_with_note(row, table.headers)
-        if any(re.search(NOT_USED, text) for text in texts):
+        if any(map(NOT_USED.is_in, texts)):
             self._leave_out("taken_out", row)
         elif not is_note and self._is_below_runs(row):
             self._leave_out("summary", row)
@@ -675,7 +640,7 @@ class _Sheet:
             return False
         titles = [text for row in self.words for text in row.texts if len(text) < 60]
         return any(
-            re.search(_NOT_MEASURED, title) and not re.search(captions.TIMED, title)
+            _NOT_MEASURED.is_in(title) and not re.search(captions.TIMED, title)
             for title in titles
         )
 
@@ -993,7 +958,7 @@ def _is_label(text: str) -> bool:
     """Return whether a cell is no number, or has a unit that gyro does not know."""
     if text in BLANKS:
         return False
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     return written is None or bool(written.unit and not kinds_of(written.unit))
 
 
@@ -1040,7 +1005,7 @@ def _is_mean(rows: list[Row], headers: list[Header], role: str) -> bool:
     places = [at for at, header in enumerate(headers) if role in header.roles]
     for at in places:
         try:
-            *above, last = (notation.to_float(row.texts[at]) for row in rows)
+            *above, last = (numerals.to_float(row.texts[at]) for row in rows)
         except (ValueError, IndexError):
             return False
         if abs(sum(above) - len(above) * last) >= 1e-3 * abs(sum(above) or 1):

@@ -8,7 +8,7 @@ that turns ("period of precession").
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from gyrodata.quantities import vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -24,6 +24,7 @@ from gyrodata.readings.words import (
     START_WORDS,
     TOKENS,
     UNSURE_WORDS,
+    Phrases,
     squeeze,
     squeezed_names,
 )
@@ -44,20 +45,16 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 """Roles by squeezed symbol; upper and lower case differ."""
 
 
-_ALL_WORDS = frozenset(
-    squeezed_names(
-        ",".join(
-            ",".join(section.values()).replace(" ", ",")
-            for section in vocabulary.LANGUAGES.values()
-        )
-    )
-)
-"""Every word of the vocabulary."""
+@cache
+def _all_words() -> frozenset[str]:
+    """Return every word of the vocabulary; few logs need it."""
+    lists = [",".join(section.values()) for section in vocabulary.LANGUAGES.values()]
+    return frozenset(squeezed_names(",".join(lists).replace(" ", ",")))
 
 
 def is_word(text: str) -> bool:
     """Return whether a word is a word of headers, or a unit."""
-    return squeeze(text).lower() in _ALL_WORDS or bool(kinds_of(text))
+    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
 
 
 BESIDE = {
@@ -180,7 +177,7 @@ _OF_THE_BALL = {
 def _of_what_turns(words: list[str]) -> tuple[str, ...]:
     """Look up "period of precession" and "ball speed", in any order of the words."""
     rest = [word for word in words if not re.fullmatch(PRECESSION, word)]
-    bare = [word for word in rest if not re.search(SPINNING, word)]
+    bare = [word for word in rest if not SPINNING.is_in(word)]
     if bare == words:
         return _meant_by_all(bare)
     if rest not in (bare, words):
@@ -210,7 +207,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return True
     if role == "turns" and beside[-1] == [*named][-1]:
         return False
-    if role == "position" and re.search(_RADIUS, " ".join(named)):
+    if role == "position" and _RADIUS.is_in(" ".join(named)):
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
@@ -219,7 +216,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     )
 
 
-_RADIUS = vocabulary.pattern("radius")
+_RADIUS = Phrases("radius")
 
 
 def reported_key(key: str) -> str:

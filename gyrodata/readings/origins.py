@@ -6,7 +6,13 @@ import re
 from typing import Literal
 
 from gyrodata.quantities import vocabulary
-from gyrodata.readings.words import CENTRE_WORDS, MAX_HEADER, squeeze, squeezed_words
+from gyrodata.readings.words import (
+    CENTRE_WORDS,
+    MAX_HEADER,
+    Phrases,
+    squeeze,
+    squeezed_words,
+)
 
 FROM = vocabulary.pattern("from")
 """Words between a length and its origin."""
@@ -24,9 +30,9 @@ OF_WEIGHT = (
 )
 """The centre of the weight, or what is not the origin."""
 Origin = Literal["", "centre", "surface", "tip"]
-ORIGINS: tuple[tuple[Origin, str], ...] = (
-    ("surface", vocabulary.pattern("surface")),
-    ("tip", vocabulary.pattern("tip")),
+ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
+    ("surface", Phrases("surface")),
+    ("tip", Phrases("tip")),
 )
 
 
@@ -37,7 +43,7 @@ def origin_in(header: str) -> Origin:
     """
     if len(header) > MAX_HEADER or re.search(CENTRE, re.sub(OF_WEIGHT, "", header)):
         return ""
-    return next((origin for origin, words in ORIGINS if re.search(words, header)), "")
+    return next((origin for origin, words in ORIGINS if words.is_in(header)), "")
 
 
 def without_origin(name: str) -> str:
@@ -53,7 +59,7 @@ def from_centre(header: str) -> bool:
 
     An example is "x from centre".
     """
-    if any(re.search(words, header) for _, words in ORIGINS):
+    if any(words.is_in(header) for _, words in ORIGINS):
         return False
     # The languages of Asia join small words to others, or have no blanks.
     joined = squeeze(header)

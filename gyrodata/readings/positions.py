@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 
 from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
-from gyrodata.quantities.units import UnitError
 from gyrodata.readings import roles
-from gyrodata.readings.captions import SENTENCE_END, said_in, texts_of
-from gyrodata.readings.grid import Grid, Row, filled_at, is_head
-from gyrodata.readings.lablog import Column, Faults, Text
+from gyrodata.readings.captions import said_in, texts_of
+from gyrodata.readings.grid import Grid, Row, is_head
+from gyrodata.readings.lablog import Column, Faults
 from gyrodata.readings.origins import from_centre, origin_in
-from gyrodata.readings.remarks import CORRECTED, altered_role, diameter_in
+from gyrodata.readings.remarks import CORRECTED, altered_role
 from gyrodata.readings.settings import Settings
 
 _ARM = r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
@@ -44,8 +42,6 @@ def count_from_centre(
     is_line = settings.fields.get("position_from") is not None
     settings.fields["position_from"] = origin
     key, share, unknown = roles.ORIGIN_LENGTHS[origin]
-    if origin == "surface" and key not in settings.constants:
-        _read_diameter(settings, grid, faults)
     length = settings.constants.get(key)
     if length is None:
         centre = '; if they count from the centre: "# position_from: centre"'
@@ -119,37 +115,9 @@ def _arm_in(text: str) -> float:
 
 def _is_reported(text: str) -> bool:
     """Return whether a note says that a reading is not what is typed."""
-    return bool(altered_role(text)) or bool(re.search(CORRECTED, text))
+    return bool(altered_role(text)) or CORRECTED.is_in(text)
 
 
 def _is_header(text: str, grid: Grid) -> bool:
     same = [row for row in grid.rows if " ".join(row.texts) == text]
     return any(map(is_head, same))
-
-
-def _read_diameter(settings: Settings, grid: Grid, faults: Faults) -> None:
-    """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
-    for cell in _sentences(grid):
-        parts = re.split(SENTENCE_END, cell.text)
-        diameters = list(filter(None, map(diameter_in, parts)))
-        try:
-            quantity = read_cell(diameters[0], "length", None) if diameters else None
-        except UnitError:
-            continue
-        if quantity is not None:
-            key, line = "ball_diameter", [cell.place.line]
-            settings.constants[key] = quantity.value
-            settings.steps[key] = quantity.step or 0.0
-            faults.add("line_read_as_key", cell, line=line, key=key, value=diameters[0])
-            return
-
-
-def _sentences(grid: Grid) -> Iterator[Text]:
-    """Yield the notes, the rows of words and the lines with a key."""
-    yield from grid.comments
-    for row in grid.rows:
-        text = " ".join(row.texts)
-        if " " in text:
-            yield replace(grid.cell(row, filled_at(row)[0]), text=text)
-    for key, cell in grid.metadata:
-        yield replace(cell, text=f"{key.replace('_', ' ')}: {cell.text}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import NAMES, name_roles
 from gyrodata.readings.origins import (
@@ -17,24 +17,26 @@ from gyrodata.readings.origins import (
     origin_in,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import TURN
-from gyrodata.readings.words import squeeze
+from gyrodata.readings.turns import MARK, TURN, mark_turns
+from gyrodata.readings.words import Phrases, squeeze
 
 _ROLES = ("spin", "turns", "mass", "position")
-ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in _ROLES}
+ALTERED = {role: Phrases(f"altered_{role}") for role in _ROLES}
 """Words that say this of one role, and do not name it."""
-_ALTERED, _USUAL, CORRECTED = map(vocabulary.pattern, ("altered", "usual", "corrected"))
+_ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
+_USUAL = vocabulary.pattern("usual")
 """Words that say that a reading is not what is typed, that only look so, and that say
 that it is corrected."""
 
 
 _HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
 _HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
-_HANGER, _INCLUDED = map(vocabulary.pattern, ("hanger", "included"))
+_HANGER, _INCLUDED = map(Phrases, ("hanger", "included"))
 _WITHOUT_HANGER = (
-    rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?{_HANGER}"
+    rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?"
+    rf"{_HANGER.pattern}"
 )
-_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{notation.NUMBER}\s*([^\W\d_]+)"
+_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{numerals.NUMBER}\s*([^\W\d_]+)"
 _MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
@@ -44,7 +46,7 @@ _ROLE_OF_UNIT = {
 _DONE = r"\b(?:measured|weighed|timed|checked|read|took)\W{1,4}"
 _DONE_TWICE = rf"(?i:{_DONE}(?:\w{{1,20}}\W{{1,4}}){{1,3}}twice)"
 """In "we measured the spin twice"."""
-_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
+_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{MARK}"
 """In "4 = full turn"."""
 
 
@@ -54,16 +56,16 @@ def altered_role(note: str) -> str:
     "" if there is none.
     """
     role = _role_of_phrase(note) or _added_role(note) or _altered_by_word(note)
-    is_corrected = role and re.search(CORRECTED, re.sub(_ALTERED, "…", note))
+    is_corrected = role and CORRECTED.is_in(re.sub(_ALTERED.pattern, "…", note))
     return "" if is_corrected else role
 
 
 def _role_of_phrase(note: str) -> str:
     """Find the reading of a phrase such as "4 = full turn" or "two stripes"."""
-    if re.search(_DEFINITION, note):
+    if "=" in note and re.search(_DEFINITION, mark_turns(note)):
         return "turns"
     for role, words in ALTERED.items():
-        if re.search(words, note):
+        if words.is_in(note):
             return role
     return ""
 
@@ -74,19 +76,21 @@ def _added_role(note: str) -> str:
         return _ROLE_OF_UNIT.get(kinds_of(added[1]), "")
     if re.search(r"\+\s*(?:R|radius)\b", note):
         return "position"
+    if not _HANGER.is_in(note):
+        return ""
     if re.search(_WITHOUT_HANGER, note):
         return "mass"
-    weighs = re.search(_HANGER, note) and re.search(_MASS, note)
-    return "mass" if weighs and not re.search(_INCLUDED, note) else ""
+    weighs = re.search(_MASS, note)
+    return "mass" if weighs and not _INCLUDED.is_in(note) else ""
 
 
 def _altered_by_word(note: str) -> str:
     """Find the first reading in a clause that says "twice", "half" or "wrong"."""
-    if not re.search(_ALTERED, note):
+    if not _ALTERED.is_in(note):
         return ""
     bare = re.sub(f"{_USUAL}|{_HALF_TURN}|{_DONE_TWICE}", "…", note)
     for clause in re.split(r"[.;!?]\s", bare):
-        if not re.search(_ALTERED, clause):
+        if not _ALTERED.is_in(clause):
             continue
         for word in re.findall(r"[\w/]+", clause):
             for role in _roles_of_word(word):
@@ -97,7 +101,7 @@ def _altered_by_word(note: str) -> str:
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
     """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
-    if re.match(_HANGER, word):
+    if re.match(_HANGER.pattern, word):
         return ("mass",)
     if kinds_of(word) == {"rate"}:
         return ("spin",)
@@ -108,8 +112,7 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
     return named or NAMES.get(squeeze(singular).lower(), ())
 
 
-_SURFACE_NOTE = vocabulary.pattern("surface_note")
-_SAYS_ORIGIN = "|".join([_SURFACE_NOTE, *dict(ORIGINS).values()])
+_SURFACE_NOTE = Phrases("surface_note")
 
 
 def noted_origin(note: str) -> str:
@@ -117,11 +120,17 @@ def noted_origin(note: str) -> str:
 
     An example is "x is measured from the surface of the ball".
     """
-    if not re.search(_SAYS_ORIGIN, note):
-        return ""
-    bare = re.sub(OF_WEIGHT, "", note)
-    if re.search(_SURFACE_NOTE, note):
+    if _SURFACE_NOTE.is_in(note):
+        bare = re.sub(OF_WEIGHT, "", note)
         return "" if re.search(CENTRE, bare) else "surface"
+    if not any(words.is_in(note) for _, words in ORIGINS):
+        return ""
+    return _origin_of_position(note)
+
+
+def _origin_of_position(note: str) -> str:
+    """Return the origin that a note names, if it is about positions."""
+    bare = re.sub(OF_WEIGHT, "", note)
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
@@ -158,29 +167,4 @@ def _names_position(note: str) -> bool:
     )
 
 
-WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
-_LONG = rf"({notation.NUMBER}\s*[^\W\d_]{{1,20}})"
-DIAMETER = (
-    rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|(?<![0-9]){_LONG}\s*"
-    rf"(?:[^\W\d]{{1,30}}\s+)?{WIDE}"
-)
-
-
-def diameter_in(sentence: str) -> str:
-    """Return the diameter of the ball that a sentence states: "101.6 mm"; else ""."""
-    if not re.search(SPHERE, sentence):
-        return ""
-    # "diameter (mm): 101.6", "diameter, cm 10.2"
-    plain = re.sub(_UNIT_FIRST, r"\2 \1", sentence)
-    if diameter := re.search(DIAMETER, plain):
-        return diameter[1] or diameter[2]
-    radius = re.search(_RADIUS_IS, plain)
-    if radius is None and origin_in(plain) == "surface":
-        radius = re.search(_ADDED_RADIUS, plain)
-    return f"2 x {radius[1]}" if radius else ""
-
-
-_UNIT_FIRST = rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({notation.NUMBER})"
-_RADIUS_IS = rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}"
-_ADDED_RADIUS = rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}"
-"""In "from the surface, r = x + 5.08 cm"."""
+WIDE, SPHERE = map(Phrases, ("diameter", "sphere"))

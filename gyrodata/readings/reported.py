@@ -7,7 +7,7 @@ import re
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
-from gyrodata.quantities import notation, units
+from gyrodata.quantities import notation, numerals, units
 from gyrodata.quantities.notation import Quantity
 from gyrodata.quantities.units import UnitError
 from gyrodata.readings.lablog import Fault, Reported
@@ -48,7 +48,7 @@ def read_reported(
     """
     read = Reported(reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
-    bare = re.sub(notation.IN_FRONT, "", read.text)
+    bare = re.sub(numerals.IN_FRONT, "", read.text)
     for latex, sign in _LATEX.items():
         bare = bare.replace(latex, sign)
     try:
@@ -70,7 +70,7 @@ def _quoted(read: Reported) -> str:
 def _fault_of(error: UnitError, text: str) -> Fault:
     """Name what is wrong; an unknown unit may contain a power of ten."""
     if "is not known" in str(error):
-        written = notation.take_apart(text)
+        written = numerals.take_apart(text)
         unit = (written.unit or "") if written else ""
         if not units.kinds_of(unit.partition(" ")[0]):
             return "unreadable"
@@ -79,7 +79,7 @@ def _fault_of(error: UnitError, text: str) -> Fault:
 
 def _as_if_in_si(text: str, kind: str) -> Quantity | None:
     """Read the number of a text as one in SI units; None without a number."""
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     if written is None:
         return None
     spread_unit = "%" if written.spread_unit == "%" else None
@@ -96,7 +96,7 @@ def _with_value(read: Reported, quantity: Quantity, text: str) -> Reported:
         return replace(read, fault="unreadable", problem=problem)
     steps = {"step": quantity.step, "u_step": quantity.u_step}
     read = replace(read, value=quantity.value, u=u, **steps)
-    written = notation.take_apart(text)
+    written = numerals.take_apart(text)
     if written is None or quantity.step is None:
         return read  # a fraction has no digits that could be counted
     u_digits = _digits(written.spread) if written.spread else None

@@ -7,7 +7,6 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities import notation, vocabulary
+from gyrodata.quantities import notation, numerals, vocabulary
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.lablog import (
@@ -265,10 +264,12 @@ def _is_remark(key: str, text: str) -> bool:
 
 
 _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
-# A class writes the same remarks a thousand times.
-_nearest_key = lru_cache(maxsize=1024)(
-    partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8)
-)
+
+
+def _nearest_key(key: str) -> list[str]:
+    """Return the key with the same first letter that is nearly the same, if one is."""
+    known = [other for other in _KNOWN if other[0] == key[0]]
+    return difflib.get_close_matches(key, known, n=1, cutoff=0.8)
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
@@ -286,7 +287,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     written = key if text.text == value else text.text
     if close[0] in roles.ROLES:
         # Of "14.8 cm from centre" the value is meant.
-        match = re.match(rf"{notation.NUMBER}\s*\S*", value)
+        match = re.match(rf"{numerals.NUMBER}\s*\S*", value)
         value = match[0] if match else value
     faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
 
@@ -389,7 +390,7 @@ def _enter_constant(
 ) -> None:
     """Enter a constant with its digits; g is in m/s² if it has no unit."""
     key = item.key
-    written = notation.take_apart(text) if key == "g" else None
+    written = numerals.take_apart(text) if key == "g" else None
     bare = written is not None and not written.unit
     unit = "m/s^2" if bare else None
     cell = notation.read_cell(text, roles.kind_of_role(key), unit, ask)
@@ -427,7 +428,7 @@ def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
     """Read one reading that is valid for all runs."""
     if key == "position" and from_centre(text):
         text = re.split(_FROM_A_PLACE, text)[0]
-    if key in roles.COUNTS and notation.take_apart(text) is None:
+    if key in roles.COUNTS and numerals.take_apart(text) is None:
         text = turns_in(f"{text} turns") or text  # "three", "one third"
     cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
     _check(key, cell.value)

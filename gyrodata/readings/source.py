@@ -134,6 +134,9 @@ def _table_of_program(text: str, faults: Faults) -> str:
         raise faults.refuse("other_kind", kind="JSON") from None
 
 
+_ENDS_OF_LINES = frozenset("\n\r")
+
+
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
     """Return the name and the bytes of a source.
 
@@ -141,7 +144,7 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
     """
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
-    if isinstance(source, str) and ("\n" in source or "\r" in source):
+    if isinstance(source, str) and not _ENDS_OF_LINES.isdisjoint(source):
         return name or "<text>", _encoded(source)
     if isinstance(source, str) and source == "-":
         return _read_stream(sys.stdin.buffer, name or "<stdin>")

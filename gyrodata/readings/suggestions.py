@@ -9,7 +9,7 @@ from functools import cached_property
 from msgspec import Struct
 
 from gyrodata.quantities import units
-from gyrodata.quantities.notation import to_float
+from gyrodata.quantities.numerals import to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
 from gyrodata.readings.grid import is_bare
@@ -182,7 +182,7 @@ def _named_after_ball(lack: Lack) -> str:
 
 
 def _diameter(lack: Lack) -> str:
-    across = [one.text for one in lack.columns if re.search(WIDE, one.text)]
+    across = [one.text for one in lack.columns if WIDE.is_in(one.text)]
     if lack.role != "position" or not across:
         return ""
     return (
@@ -213,7 +213,7 @@ def _from_ball(lack: Lack) -> str:
     if lack.role != "position" or not lack.similar:
         return ""
     header = lack.similar[0].text
-    if not re.search(SPHERE, header):
+    if not SPHERE.is_in(header):
         return ""
     return (
         f'"{header}": if it counts from the centre of the ball, write "{lack.named}" '

@@ -92,9 +92,7 @@ def read_log(
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
-    grid, falls = shapes.reshape(grid, faults)
-    if falls:
-        given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
+    grid = shapes.reshape(grid, faults)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
     table = layout.find_layout(grid, faults, {*mapping.values(), *optional})
@@ -259,7 +257,8 @@ class TableReader:
             log,
             runs=self._labels(rows),
             lines=tuple(self.rows[i].line for i in rows),
-            notes=self._notes(rows),
+            notes=self._texts("note", rows),
+            screws=self._texts("screw", rows),
             columns=columns,
             others=tuple(others),
             position_from=self.settings.fields.get("position_from"),
@@ -603,9 +602,10 @@ class TableReader:
         compared = [one for one in self.choice.others if one.role in read - TEXTS]
         return self.replaced.union(one.at for one in (*chosen, *compared))
 
-    def _notes(self, rows: list[int]) -> tuple[str, ...]:
-        notes = self.choice.used.get("note")
-        return tuple(notes[0].texts[i] if notes else "" for i in rows)
+    def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
+        """Return the text of each run in the column of a role; "" without a column."""
+        columns = self.choice.used.get(role)
+        return tuple(columns[0].texts[i] if columns else "" for i in rows)
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Return the label of each run.

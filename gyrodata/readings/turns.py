@@ -42,30 +42,32 @@ _SIGNS = "|".join(
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
 TURN = vocabulary.expression("turn")
+MARK = "ꙮ"
+"""Stands for a word for a turn, or for its beginning: a letter that no log contains."""
 _PERIOD, _ONE_TURN, _DIVIDED = map(
     vocabulary.pattern, ("period", "one_turn", "divided")
 )
-_FULL_TURN = rf"{TURN}\w*\s+{vocabulary.pattern('full')}|{_ONE_TURN}"
+_FULL_TURN = rf"{MARK}\w*\s+{vocabulary.pattern('full')}"
 """In "vuelta completa"."""
 _PARTS_OF_ONE = {
     word: f"1{number}"[-3:]
     for word, number in NUMBERS.items()
     if "/" in number and len(word) > 2
 }
-_JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={TURN})"
+_JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={MARK})"
 """Joined words such as "Vierteldrehung"."""
 _ONES = "|".join([*_FILLERS, *vocabulary.words("1").split()])
 _AND_A_HALF = (
-    rf"(?i){TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
+    rf"(?i){MARK}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
     rf"|mezz[ao]|meia)\b"
 )
 _COUNTED = (
     r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
-    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{TURN}(?!\w*/\w)"
+    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{MARK}(?!\w*/\w)"
 )
 _MIXED = (
     rf"(?i)(?:^|\(|([^\W\d]{{1,20}})[\s_]{{1,20}})([1-9][0-9]?)\s+([1-9]/[2-9])\s*"
-    rf"(?:of\s+)?(?:an?\s+)?{TURN}"
+    rf"(?:of\s+)?(?:an?\s+)?{MARK}"
 )
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = (
@@ -73,6 +75,11 @@ _ALONE = (
 )
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
+
+
+def mark_turns(text: str) -> str:
+    """Write `MARK` for each word for a turn, so that other patterns are short."""
+    return re.sub(TURN, MARK, text)
 
 
 @lru_cache(maxsize=4096)
@@ -84,14 +91,16 @@ def turns_in(text: str) -> str:
     if len(text) > MAX_HEADER or _states_no_turns(text):
         return ""
     plain = _in_plain_words(text)
-    names_turn = re.search(TURN, plain) is not None
-    counted = _count_of_turns(plain) if names_turn else None
+    marked = _without_joined_words(mark_turns(plain))
+    names_turn = MARK in marked
+    counted = _count_of_turns(marked) if names_turn else None
     if counted is not None:
         return counted
     if symbol := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
         return _in_digits(symbol[1])
-    number = _number_of_turns(plain) if names_turn else ""
-    return _part_in_degrees(plain) or number or _part_of_period(plain)
+    number = _number_of_turns(marked) if names_turn else ""
+    degrees = _part_in_degrees(plain)
+    return degrees or number or _one_turn(plain, marked) or _part_of_period(plain)
 
 
 def _states_no_turns(text: str) -> bool:
@@ -104,46 +113,55 @@ def _states_no_turns(text: str) -> bool:
     return not re.search(r"[^\W\d_]|[°º˚]", text)  # "20.3"
 
 
+def _one_turn(plain: str, marked: str) -> str:
+    """Return "1" for "full turn" in one word or in another order; else ""."""
+    is_full = MARK in marked and re.search(_FULL_TURN, marked)
+    return "1" if is_full or re.search(_ONE_TURN, plain) else ""
+
+
 def _part_of_period(plain: str) -> str:
-    """Return "1" for "full turn" in one word, and 1/2 for "half period"; else ""."""
-    if re.search(_FULL_TURN, plain):
-        return "1"
+    """Return 1/2 for "half period"; else ""."""
     period = re.search(_PERIOD, plain)
     number = words_of_turns(plain[: period.start()]) if period else ""
     return "" if number == "1" else number
 
 
 def _in_plain_words(header: str) -> str:
-    """Write a header without joined words such as "Vierteldrehung", and without "⅓"."""
+    """Write a header in the usual words and numbers, without signs such as "⅓"."""
     plain = "".join(
         f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c
         for c in header
     )
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
-    if re.search(TURN, plain):
-        plain = re.sub(
-            _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
-        )
     return plain
 
 
-def _count_of_turns(plain: str) -> str | None:
+def _without_joined_words(marked: str) -> str:
+    """Write "1/4 turn" for "Vierteldrehung"."""
+    if MARK not in marked:
+        return marked
+    return re.sub(
+        _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", marked
+    )
+
+
+def _count_of_turns(marked: str) -> str | None:
     """Return the number in digits next to a word for a turn.
 
     It is "" if the number cannot be read, and None if there is none.
     """
-    if re.search(_AND_A_HALF, plain):
+    if re.search(_AND_A_HALF, marked):
         return ""  # nothing here reads a number from "1 tour et demi"
-    if re.search(_DIVIDED, plain) and re.search(
-        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?(?:{TURN})", plain
+    if re.search(_DIVIDED, marked) and re.search(
+        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?{MARK}", marked
     ):
         return "1"  # "we timed 3 turns and divided"
-    if mixed := re.search(_MIXED, plain):
+    if mixed := re.search(_MIXED, marked):
         # "Time 1 1/3 turn" may be the first of several.
         is_number = not mixed[1] or mixed[1].lower() in _FOR
         return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
-    counted = re.search(_COUNTED, plain)
+    counted = re.search(_COUNTED, marked)
     return _in_digits(counted[1]) if counted else None
 
 
@@ -162,10 +180,10 @@ def _part_in_degrees(plain: str) -> str:
     return str(part) if part.denominator in (1, 2, 3, 4, 6, 12) else ""
 
 
-def _number_of_turns(plain: str) -> str:
+def _number_of_turns(marked: str) -> str:
     """Return the number in words in front of a word for a turn; else ""."""
-    for turn in re.finditer(rf"{TURN}(?!\w*/\w)", plain):
-        before = plain[: turn.start()]
+    for turn in re.finditer(rf"{MARK}(?!\w*/\w)", marked):
+        before = marked[: turn.start()]
         # "back at screw 1 (one turn)"
         number = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
         if number and not (number == "1" and re.search(_NOT_COUNTED, before)):
@@ -178,7 +196,7 @@ def is_of_turns(word: str) -> bool:
     return (
         word in _FILLERS
         or word in NUMBERS
-        or bool(re.search(f"{TURN}|{_ONE_TURN}|{PRECESSION}", word))
+        or any(re.search(way, word) for way in (TURN, _ONE_TURN, PRECESSION))
     )
 
 

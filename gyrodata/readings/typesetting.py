@@ -1,4 +1,4 @@
-"""Tables whose cells are not separated by a delimiter: LaTeX, blanks and slashes."""
+"""Tables whose cells are not separated by a delimiter: LaTeX and blanks."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ _NARROW = _Gaps(r"\s+", re.compile(r"\S+"), 4, 0.4, 0.5)
 def write_tabs(
     lines: list[str], body: list[int], without_decimals: float, with_decimals: float
 ) -> bool:
-    """Write tabs between cells that are separated by slashes or by blanks.
+    """Write tabs between cells that are separated by blanks.
 
     Parameters
     ----------
@@ -92,23 +92,11 @@ def write_tabs(
     bool
         False if the cells are separated by a delimiter.
     """
-    if _write_tabs_for_slashes(lines, body):
-        return True
     for gaps, rival in ((_WIDE, without_decimals), (_NARROW, with_decimals)):
         if rival < gaps.rival and _are_aligned(lines, body, gaps, rival):
             _write_tabs_for_blanks(lines, body, gaps.cell)
             return True
     return False
-
-
-def _write_tabs_for_slashes(lines: list[str], body: list[int]) -> bool:
-    counts = Counter(lines[index].count(" / ") for index in body)
-    slashes, often = counts.most_common(1)[0]
-    if slashes < 3 or 2 * often <= len(body):
-        return False
-    for index in body:
-        lines[index] = lines[index].replace(" / ", " \t ")
-    return True
 
 
 def _are_aligned(lines: list[str], body: list[int], gaps: _Gaps, rival: float) -> bool:

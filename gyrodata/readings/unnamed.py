@@ -7,10 +7,9 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import units, vocabulary
-from gyrodata.quantities.notation import to_float
-from gyrodata.readings import layout, roles
-from gyrodata.readings.captions import texts_of
+from gyrodata.quantities import units
+from gyrodata.quantities.numerals import to_float
+from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
 from gyrodata.readings.grid import is_bare
@@ -25,8 +24,6 @@ from gyrodata.readings.headers import (
     suggest_role,
 )
 from gyrodata.readings.lablog import Faults
-from gyrodata.readings.names import name_roles
-from gyrodata.readings.origins import from_centre
 from gyrodata.readings.roles import Role, kind_of_role
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import (
@@ -37,13 +34,14 @@ from gyrodata.readings.words import (
     SUMMARY_WORDS,
     THEORY_WORDS,
     UNSURE_WORDS,
+    Phrases,
     squeezed_words,
 )
 
 _OTHER_THINGS = (
     NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
 )
-_OF_TILT = vocabulary.pattern("tilted")
+_OF_TILT = Phrases("tilted")
 """Words for an angle that the rod does not sweep."""
 _LEVEL = r"90(?:\.0*)?"
 """Angle of a level rod from the vertical [deg]."""
@@ -52,7 +50,7 @@ _NUMBERED = r"[^\[^]*[0-9]|[σε]\w"
 its unit."""
 
 
-def place_columns(table: layout.Layout, choice: Choice, faults: Faults) -> None:
+def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
     if not choice.unplaced:
         return
@@ -61,7 +59,7 @@ def place_columns(table: layout.Layout, choice: Choice, faults: Faults) -> None:
     there = choice.there | choice.asked
     for role in roles.TABLE:
         if _can_have_role_by_unit(role, there):
-            _place_by_unit(role.name, table, choice, faults)
+            _place_by_unit(role.name, choice, faults)
 
 
 def _unplaced(choice: Choice) -> list[Chosen]:
@@ -86,7 +84,7 @@ def _place_turns(choice: Choice, faults: Faults) -> None:
 
 def _is_angle(column: Chosen) -> bool:
     """Return whether a column contains angles, and not those of a level rod."""
-    if column.kinds != {"angle"} or re.search(_OF_TILT, column.header.text):
+    if column.kinds != {"angle"} or _OF_TILT.is_in(column.header.text):
         return False
     return not all(re.fullmatch(_LEVEL, text) for text in column.texts)
 
@@ -155,23 +153,14 @@ def _can_have_role_by_unit(role: Role, there: set[str]) -> bool:
     return role.name != "time" or not there.isdisjoint(roles.COUNTS)
 
 
-def _place_by_unit(
-    role: str, table: layout.Layout, choice: Choice, faults: Faults
-) -> None:
-    """Give a role to the only column with a fitting unit, or to repeats of one time."""
+def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
+    """Give a role to the only column with a fitting unit."""
     fitting = _fitting(role, choice)
-    if len(fitting) > 1:
-        is_safe = role == "time" and _are_times_by_name(fitting)
-        numbers: list[int | None] = [*range(1, len(fitting) + 1)]
-    else:
-        is_safe = all(_says_no_more(role, one, table, choice) for one in fitting)
-        numbers = [None]
-    if not is_safe:
+    if len(fitting) != 1 or not _says_no_more(role, fitting[0], choice):
         return
-    for number, column in zip(numbers, fitting, strict=False):
-        choice.place(column, role, number)
-        kind = units.KINDS[kind_of_role(role)].words
-        faults.add("read_by_unit", column.cell, role=role, kind=kind)
+    choice.place(fitting[0], role)
+    kind = units.KINDS[kind_of_role(role)].words
+    faults.add("read_by_unit", fitting[0].cell, role=role, kind=kind)
 
 
 def _fitting(role: str, choice: Choice) -> list[Chosen]:
@@ -201,27 +190,17 @@ def _says_little(header: Header) -> bool:
     return named and header.unit is not None and is_one_letter(header.unit)
 
 
-def _are_times_by_name(columns: list[Chosen]) -> bool:
-    """Return whether a word for a time is in all names: "Alice's time", "Bob's time"."""
-    common = set.intersection(*(_words_of_name(column) for column in columns))
-    return any("time" in name_roles(word)[0] for word in common)
-
-
 def _words_of_name(column: Chosen) -> set[str]:
     return squeezed_words(column.header.name)
 
 
-def _says_no_more(
-    role: str, column: Chosen, table: layout.Layout, choice: Choice
-) -> bool:
+def _says_no_more(role: str, column: Chosen, choice: Choice) -> bool:
     """Return whether the name of a column says nothing that its unit does not say."""
-    if role == "position" and _is_from_centre(column, table):
-        return True
     if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False
     words = _words_of_name(column)
     if role == "spin":
-        words = {word for word in words if not re.search(SPINNING, word)}
+        words = {word for word in words if not SPINNING.is_in(word)}
     return words.isdisjoint(_OTHER_THINGS)
 
 
@@ -232,14 +211,6 @@ def _names_a_part(role: str, header: str) -> bool:
     if role == "spin" and re.search(PRECESSION, header):
         return True
     return re.match(_NUMBERED, header) is not None
-
-
-def _is_from_centre(column: Chosen, table: layout.Layout) -> bool:
-    """Return whether a note such as "length is from the centre" explains a name."""
-    name = column.header.name.strip()
-    word = rf"(?i)\b{re.escape(name)}\b"
-    notes = filter(from_centre, texts_of(table.grid))
-    return any(re.search(word, note) for note in notes)
 
 
 def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:

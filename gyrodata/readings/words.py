@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection
-from functools import lru_cache
 
 from gyrodata.quantities import units, vocabulary
 
@@ -21,7 +20,6 @@ _MARKS = units.Letters(
 )
 
 
-@lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots.
 
@@ -44,6 +42,46 @@ def squeezed_words(text: str) -> set[str]:
 def contains_word(text: str, words: Collection[str]) -> bool:
     """Return whether a text contains one of some squeezed words in small letters."""
     return any(squeeze(word).lower() in words for word in TOKENS.split(text))
+
+
+class Phrases:
+    """The phrases of all languages under one key.
+
+    A regular expression of all phrases is long, and a text contains few of their words:
+    only the phrases whose first word is in the text are tried.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.pattern = vocabulary.pattern(key)
+        self._by_first_word: dict[str, list[str]] = {}
+        self._single_words: dict[str, str] = {}
+        for phrase in vocabulary.phrases(key):
+            first = _first_letters(phrase.lower().split()[0])
+            self._by_first_word.setdefault(first, []).append(phrase)
+            if " " not in phrase:
+                # A single word may stand inside of a longer one.
+                self._single_words[phrase.lower().removesuffix(".")] = phrase
+
+    def is_in(self, text: str) -> bool:
+        """Return whether a text contains one of the phrases."""
+        small = text.lower()
+        likely = {
+            phrase for word, phrase in self._single_words.items() if word in small
+        }
+        for word in _LETTERS.findall(small):
+            likely.update(self._by_first_word.get(word, ()))
+        if not likely:
+            return False
+        return re.search(vocabulary.pattern_of(sorted(likely)), text) is not None
+
+
+def _first_letters(word: str) -> str:
+    """Return the beginning of a word, without signs such as those in "don't"."""
+    letters = _LETTERS.search(word)
+    return letters[0] if letters else word
+
+
+_LETTERS = re.compile(r"\w+")
 
 
 def squeezed_names(names: str) -> list[str]:
@@ -72,7 +110,7 @@ NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
 measured spin; and words behind a length that is not a position."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
-SPINNING = vocabulary.pattern("spinning")
+SPINNING = Phrases("spinning")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

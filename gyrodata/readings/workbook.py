@@ -433,15 +433,22 @@ def _scan(text: bytes, sheet: Sheet, content: Content) -> None:
         if event == "start" and name == "row":
             row, column = int(element.get("r", row + 1)), 0
             sheet.hidden_rows += [row] if _is_true(element.get("hidden")) else []
-        elif event == "start" and name == "col" and _is_true(element.get("hidden")):
-            last = min(int(element.get("max", "0")), _COLUMNS)
-            sheet.hidden_columns += range(int(element.get("min", "1")), last + 1)
+        elif event == "start" and name == "col":
+            sheet.hidden_columns += _hidden_columns(element)
         elif event == "end" and name == "c":
             row, column = _position(element.get("r"), row, column + 1)
             _add_cell((sheet.title, row, column), element, content, masters)
             element.clear()
         elif event == "end" and name == "row":
             element.clear()
+
+
+def _hidden_columns(element: ElementTree.Element) -> range:
+    """Return the numbers of the columns that an element hides."""
+    if not _is_true(element.get("hidden")):
+        return range(0)
+    last = min(int(element.get("max", "0")), _COLUMNS)
+    return range(int(element.get("min", "1")), last + 1)
 
 
 def _is_true(text: str | None) -> bool:
@@ -466,9 +473,7 @@ def _add_cell(
     `masters` has the first cell of each shared formula.
     """
     parts = {part.tag.rpartition("}")[2]: part for part in element}
-    kind, value = element.get("t", "n"), parts["v"].text if "v" in parts else None
-    if kind == "str" and "v" in parts:
-        value = value or ""  # the text of a formula can be blank
+    kind, value = element.get("t", "n"), _value_in(element)
     if value is not None or "is" in parts:
         content.numbers[cell] = _as_number(value) if kind == "n" else None
     if "f" not in parts:
@@ -481,6 +486,15 @@ def _add_cell(
         content.arrays.append((formula, *_size_of(area)))
     else:
         content.formulas.append(formula)
+
+
+def _value_in(cell: ElementTree.Element) -> str | None:
+    """Return the stored value of a cell; None if there is none."""
+    for part in cell:
+        if part.tag.rpartition("}")[2] == "v":
+            # The text of a formula can be blank.
+            return part.text or ("" if cell.get("t") == "str" else None)
+    return None
 
 
 def _text_of(

@@ -160,6 +160,8 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     columns.append(("run", [*readings.runs]))
     if any(readings.notes):
         columns.append(("note", [*readings.notes]))
+    if any(readings.screws):
+        columns.append(("screw", [*readings.screws]))
     return head, columns
 
 
@@ -215,6 +217,7 @@ def _head(readings: Readings) -> list[str]:
     lines["motion"] = readings.motion
     lines["balanced"] = {None: None, True: "yes", False: "no"}[readings.balanced]
     lines["balance"] = readings.balance
+    lines["position_set"] = readings.position_set
     lines["position_from"] = readings.position_from
     if readings.origin_u and readings.position_from:
         # The digits with which the length is written say how well it is known, and they
@@ -250,6 +253,7 @@ def _joined(readings: Readings) -> Readings:
         runs=readings.runs + last.runs,
         lines=readings.lines + last.lines,
         notes=readings.notes + last.notes,
+        screws=readings.screws + last.screws,
         columns=columns,
         unread=unread,
         unmoved=None,

@@ -14,7 +14,7 @@ from gyrodata.fitting import Estimate
 from gyrodata.judging.tables import Torque
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities.notation import as_read
+from gyrodata.quantities.numerals import as_read
 from gyrodata.results import Analysis, Result, is_wide
 
 # Okabe and Ito's three dark colours, and three others with contrast that colour-blind

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from gyrodata.base.errors import count_text as count_text
 from gyrodata.quantities import units
-from gyrodata.quantities.notation import as_read
+from gyrodata.quantities.numerals import as_read
 
 
 class Scale(Struct, frozen=True):

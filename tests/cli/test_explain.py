@@ -117,7 +117,7 @@ EFFECTS = [
         932,
         0,
     ),
-    ("G454", "1.0 % instead of 0.74 %", "10,0,.*", "", 0.99, 0.998),
+    ("G454", "1.0 % instead of 0.74 %", "10,0,.*", "", 0.99, 1.03),
 ]
 """Code, words of its text, what is changed in the sample log; I_zz after and before,
 and u(I_zz) [%] if not 0."""

@@ -82,14 +82,15 @@ def test_agrees_with_the_posterior_by_plain_integration(
     repeats: int, weights: tuple[float, ...], close: float
 ) -> None:
     # Times are normal about the model with a covariance that is written down whole;
-    # I_zz, M0 and s on a dense grid.
-    measured = lab(
+    # I_zz, M0 and s on a dense grid. The balance is the same for all weights.
+    drawn = lab(
         np.random.default_rng(4),
         repeats=repeats,
         weights=weights,
         imbalance=5e-4,
         bias=0.04,
     )
+    measured = replace(drawn, balance="untouched")
     result = fit(measured)
     time, spin, spin_scale, mass, zero = measured.sources
     lightest = float(np.abs(measured.torque).min())
@@ -206,9 +207,11 @@ def test_a_balance_test_that_says_nothing_or_is_false_changes_nothing() -> None:
         )
 
     free, silent = tested(0.0, ""), tested(0.0, "# u_imbalance: 1000 N*m\n")
-    assert (silent.inertia.value, silent.inertia.u) == pytest.approx(
-        (free.inertia.value, free.inertia.u), rel=1e-7
+    # The widths of M0 are on another grid if there is a test.
+    assert silent.inertia.value == pytest.approx(
+        free.inertia.value, abs=0.01 * free.inertia.u
     )
+    assert silent.inertia.u == pytest.approx(free.inertia.u, rel=0.005)
     free, false = tested(0.2, ""), tested(0.2, "# u_imbalance: 1e-5 N*m\n")
     assert "G412" in {one.code for one in false.diagnostics}
     assert false.inertia.value == pytest.approx(
@@ -257,20 +260,25 @@ def test_each_likely_count_is_found(true: str, written: str) -> None:
     ]
 
 
-def without(table: Table, run: int) -> gyrodata.Analysis:
+def without(table: Table, run: int, lines: str = "") -> gyrodata.Analysis:
     return analyze_briefly(
-        write(Table(*(np.delete(column, run) for column in table))).encode()
+        write(Table(*(np.delete(column, run) for column in table)), lines).encode()
     )
 
 
 @pytest.mark.slow
-def test_influence_is_what_leaving_the_run_out_does() -> None:
+@pytest.mark.parametrize(
+    ("lines", "close"),
+    # One run can also change how much the weights seem to differ.
+    [("# balance: untouched\n", 0.05), ("", 0.08)],
+)
+def test_influence_is_what_leaving_the_run_out_does(lines: str, close: float) -> None:
     table = draw(Bench(repeats=2), 12)
-    whole = gyrodata.analyze(write(table).encode())
+    whole = gyrodata.analyze(write(table, lines).encode())
     for run in (0, 7, 17):
-        changed = without(table, run).inertia.value - whole.inertia.value
+        changed = without(table, run, lines).inertia.value - whole.inertia.value
         assert whole.run_table[run].influence == pytest.approx(
-            changed, rel=0.1, abs=0.05 * whole.inertia.u
+            changed, rel=0.1, abs=close * whole.inertia.u
         )
 
 

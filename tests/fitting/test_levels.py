@@ -5,6 +5,8 @@ All logs are simulated: 9 or 15 runs at 15 cm, true I_zz 4.44e-3 kg·m².
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -145,6 +147,77 @@ def test_one_weight_has_one_balance() -> None:
         for lines in ((), ("# balance: touched",), ("# balance: untouched",))
     ]
     assert answers[0] == answers[1] == answers[2]
+
+
+def thirds(screws: str = "", turns: str = "1/3") -> str:
+    """Time the same part of a turn in nine runs that agree with each other."""
+    rows = []
+    for run in range(9):
+        mass, spin = 20 * (1 + run // 3), 200 * (1 + run % 3)
+        rate = 1e-3 * mass * G * ARM / (TRUTH * spin * RPM)
+        time = 2 * np.pi * eval_part(turns) / rate
+        screw = f",{screws[run]}" if screws else ""
+        rows.append(f"{mass}.0,15.0,{spin}.0,{time:.2f},{turns}{screw}")
+    header = "mass [g],position [cm],spin [rpm],time [s],turns"
+    header += ",screw" if screws else ""
+    return "\n".join(["# motion: steady", header, *rows, ""])
+
+
+def eval_part(turns: str) -> float:
+    return float(sum(map(Fraction, turns.split())))
+
+
+def share(found: Analysis, source: str) -> float:
+    """Return the part of u(I_zz) that a source makes [1]."""
+    parts = [one.u_inertia for one in found.budget if one.source == source]
+    return sum(parts) / found.inertia.value
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("turns", ["1/3", "2/3", "1 1/3"])
+def test_thirds_between_the_same_two_screws_share_their_error(turns: str) -> None:
+    same, others = analyze(thirds(turns=turns)), analyze(thirds("ABCBCACAB", turns))
+    half_a_degree = 0.5 / 360 / eval_part(turns)
+    assert share(same, "screw_angle") == pytest.approx(half_a_degree, rel=0.05)
+    # Three angles instead of one: the error of their mean is √3 times as small.
+    assert share(others, "screw_angle") < 0.7 * share(same, "screw_angle")
+    assert half(others) < half(same)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_whole_turns_and_stated_angles_have_no_error_of_the_screws() -> None:
+    assert "screw_angle" not in sources(analyze(thirds(turns="1")))
+    assert "screw_angle" not in sources(analyze(thirds(turns="1/2")))
+    for line in ("# u_angle: 1 deg", "# u_screw_angle: 0 deg"):
+        assert "screw_angle" not in sources(analyze(thirds(), line))
+    doubled = analyze(thirds(), "# u_screw_angle: 2 deg")
+    assert share(doubled, "screw_angle") == pytest.approx(2 / 120, rel=0.05)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_position_that_is_set_again_is_a_level_of_its_own() -> None:
+    untouched, size = "# balance: untouched", "# u_position_set: 2 mm"
+    once, run, weight = (
+        analyze(thirds(turns="1"), untouched, size, f"# position_set: {word}")
+        for word in ("once", "each run", "each weight")
+    )
+    assert "position_set" not in sources(once)
+    assert half(once) < half(run) < half(weight)
+    (by,) = [one.shared_by for one in weight.budget if one.source == "position_set"]
+    assert by == "runs with the same weight"
+    with pytest.raises(LogError):
+        analyze(DISTURBED, "# position_set: sometimes")
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("mass", [20, 40])
+def test_one_weight_is_useful_if_the_ball_was_balanced(mass: int) -> None:
+    log = lab(4, (mass,))
+    found, stated = analyze(log), analyze(log, "# balanced: yes")
+    low, high = found.if_balanced.interval_95
+    assert low < TRUTH < high
+    assert (high - low) / 2 < 0.06 * TRUTH < half(found)
+    assert stated.inertia.interval_95 == pytest.approx((low, high), rel=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -95,6 +95,22 @@ def test_the_reason_of_a_model_that_is_asked_for_is_the_request(
         assert "kept because" not in row["reason"]
         if row["effect"] == "release" and motion == "released":
             assert "as the log says" in row["reason"] or row["kept"]
+        if row["effect"] == "release" and row["kept"]:
+            assert "as asked" in row["reason"]
+            assert "as the log says" not in row["reason"]
+
+
+@pytest.mark.slow
+def test_no_release_is_assumed_or_advised_if_the_rod_would_have_fallen() -> None:
+    """The largest weight makes a rod at 48 rpm fall; the spin read while it sags is
+    larger than the one that is conserved."""
+    masses, spins = (0.025, 0.05, 0.075), (48 * RPM, 90 * RPM, 130 * RPM)
+    log = simulated(motion="released", masses=masses, spins=spins, turns=(5,))
+    with pytest.raises(gyrodata.GyroError, match="G425"):
+        analysed(log)
+    silent = analysed(log.replace("# motion: released\n", ""))
+    assert not effect(silent, "release")["kept"]
+    assert not any("motion: released" in one.hint for one in silent.diagnostics)
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ ASKED = {
     "082_ten_revs.csv": '"ball revolutions" that are timed',
     "086_spalten.json": '"Drehzahl_U_min", with two parts behind the name',
     "087_nested.json": "lists inside of lists",
+    "091_pivot.csv": "a crossed table, with weights in the header",
     "096_utf16.txt": "a unit in Turkish",
     "099_vecka.csv": "words for before and after in Swedish",
 }

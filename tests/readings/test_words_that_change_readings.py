@@ -132,7 +132,8 @@ def test_a_note_about_something_else_changes_nothing(top: str) -> None:
     ],
 )
 def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
-    found = gyrodata.analyze(log(top, off=SURFACE).encode())
+    asked = f"# ball_diameter: 101.6 mm\n{log(top, off=SURFACE)}"
+    found = gyrodata.analyze(asked.encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -142,7 +143,7 @@ def test_a_footnote_states_the_origin() -> None:
         "", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE
     )
     found = gyrodata.analyze(
-        f"{text}* from the surface of the ball (diameter 101.6 mm)\n".encode()
+        f"# ball_diameter: 101.6 mm\n{text}* from the surface of the ball\n".encode()
     )
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 

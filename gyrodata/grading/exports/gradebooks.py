@@ -59,11 +59,8 @@ class _Layout(Struct):
     places: Mapping[
         tuple[str, str], list[int]
     ]  # rows by what names a student there, and the name in small letters
-    top: int | None = (
-        # Moodle's column of the maximum; the next one says whether the grade can be
-        # changed
-        None
-    )
+    # Moodle's column of the maximum; the next one says whether the grade can be changed
+    top: int | None = None
     comment: int | None = None  # column of the comments
 
 
@@ -85,100 +82,142 @@ def fill_book(
     """
     sheet = read_sheet(data, name)
     lms, book = _platform_of(sheet)
-    layout = (
-        _columns(sheet, lms, book, assignment)
-        if book.assignment
-        else _worksheet(sheet, book)
-    )
-    most, out_of = read_number(layout.most), next(iter(grades)).out_of
-    if most is not None and round(most, 2) != round(out_of, 2):
-        words = {
-            "name": name,
-            "most": layout.most,
-            "column": sheet.value(0, layout.grade),
-            "out_of": out_of,
-        }
-        of_sheet = "worksheet_other_points" if layout.top else "gradebook_other_points"
-        raise InputError.named(of_sheet, name, lms=lms.title(), **words)
-    mark = "," if re.search(r",\d+$", layout.most) else "."
+    layout = _layout_of(sheet, lms, book, assignment)
+    _insist_on_points(sheet, layout, lms, next(iter(grades)).out_of)
     # Blackboard's sheet with tabs ends in .xls.
-    found = Filled(f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}")
+    file = f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}"
+    filling = _Filling(sheet, layout, Filled(file), ours, comment)
     others = dict(layout.labels)  # rows of nobody who is graded
     for grade in sorted(grades, key=lambda grade: grade.student):
-        student, known = (
-            grade.student,
-            None if ours is None else ours.get(grade.student, ()),
-        )
-        own = {"name": grade.name, "key": student, **ids.get(student, {})}
-        if "moodle" in own:
-            del own["key"]  # it may be the number of another student in Canvas
-        names = [
-            (title, own[kind].casefold())
-            for title, kinds in book.known_by
-            for kind in kinds
-            if kind in own
-        ]
-        rows = next((layout.places[one] for one in names if one in layout.places), [])
-        graded, points = (
-            grade.status == "graded" and grade.points is not None,
-            grade.points or 0.0,
-        )
-        if not rows or not graded:
-            why = f"is {grade.status}{f': {grade.why}' if grade.why else ''}"
-            found.skipped.append(
-                (student, why if rows else f"is not in the {book.noun}")
-            )
+        rows = _rows_of(layout, book, grade, ids.get(grade.student, {}))
+        if not rows:
+            filling.skip(grade, f"is not in the {book.noun}")
+        elif not _has_points(grade):
+            why = f": {grade.why}" if grade.why else ""
+            filling.skip(grade, f"is {grade.status}{why}")
         for row in rows:
             others.pop(row, None)
-            before = sheet.value(row, layout.grade)
-            there = read_number(before)
-            same = graded and there == points
-            if (
-                not same
-                and there is not None
-                and known is not None
-                and two_decimals(there) not in known
-            ):
-                found.skipped.append(
-                    (student, f"has {before}, set by hand, which is kept")
-                )
-                found.by_hand.append((student, two_decimals(there)))
-            elif graded and (why := _why_refused(sheet, layout, row, points)):
-                found.skipped.append((student, why))
-            elif graded:
-                cells = {layout.grade: two_decimals(points).replace(".", mark)}
-                if same and layout.top:
-                    found.skipped.append(
-                        (
-                            student,
-                            f"has {before} in Moodle already: Moodle skips the grade",
-                        )
-                    )
-                    cells = {}
-                if layout.comment is not None:
-                    # A spreadsheet does not read a text that begins with a tag as a
-                    # formula.
-                    told = re.sub(
-                        r"(?:(?<!\s)\s+)?\n\s*\n\s*",
-                        "</p><p>",
-                        html.escape(comment(grade)).strip(),
-                    )
-                    cells[layout.comment] = f"<p>{told}</p>".replace("\n", "<br>")
-                for column, text in cells.items():
-                    old = sheet.value(row, column)
-                    if (
-                        old != text
-                        and not _EMPTY.fullmatch(old)
-                        and read_number(old) != points
-                    ):
-                        found.changed.append((student, old, text))
-                    sheet.rows[row] += [""] * (column + 1 - len(sheet.rows[row]))
-                    sheet.rows[row][column] = text
-                if student not in found.filled[-1:]:
-                    found.filled.append(student)
-    found.skipped += [(label, "has no submission") for label in others.values()]
-    found.data = sheet.to_bytes()
-    return found
+            filling.write(grade, row)
+    filled = filling.filled
+    filled.skipped += [(label, "has no submission") for label in others.values()]
+    filled.data = sheet.to_bytes()
+    return filled
+
+
+def _layout_of(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Layout:
+    """Find the grades; the sheet of Moodle is the only one without assignments."""
+    if book.assignment:
+        return _columns(sheet, lms, book, assignment)
+    return _worksheet(sheet, book)
+
+
+def _insist_on_points(sheet: Sheet, layout: _Layout, lms: str, out_of: float) -> None:
+    """Raise an error if the platform expects another number of points."""
+    most = read_number(layout.most)
+    if most is None or round(most, 2) == round(out_of, 2):
+        return
+    raise InputError.named(
+        "gradebook_other_points" if layout.top is None else "worksheet_other_points",
+        sheet.name,
+        lms=lms.title(),
+        name=sheet.name,
+        most=layout.most,
+        column=sheet.value(0, layout.grade),
+        out_of=out_of,
+    )
+
+
+def _has_points(grade: Grade) -> bool:
+    return grade.status == "graded" and grade.points is not None
+
+
+def _rows_of(
+    layout: _Layout, book: Book, grade: Grade, ids: Mapping[str, str]
+) -> list[int]:
+    """Return the rows of a student: several if the student is in several sections."""
+    known = {"name": grade.name, "key": grade.student, **ids}
+    if "moodle" in known:
+        # It may be the number of another student in Canvas.
+        del known["key"]
+    for title, kinds in book.known_by:
+        for kind in kinds:
+            place = (title, known.get(kind, "").casefold())
+            if kind in known and place in layout.places:
+                return layout.places[place]
+    return []
+
+
+class _Filling(Struct):
+    """A sheet while grades are written into it."""
+
+    sheet: Sheet
+    layout: _Layout
+    filled: Filled
+    ours: Ours | None
+    comment: Callable[[Grade], str]
+
+    def skip(self, grade: Grade, why: str) -> None:
+        """Note why nothing is written."""
+        self.filled.skipped.append((grade.student, why))
+
+    def write(self, grade: Grade, row: int) -> None:
+        """Write a grade and its comment into a row, if nothing speaks against it."""
+        before = self.sheet.value(row, self.layout.grade)
+        if self._is_set_by_hand(grade, before):
+            self.skip(grade, f"has {before}, set by hand, which is kept")
+            total = two_decimals(read_number(before) or 0.0)
+            self.filled.by_hand.append((grade.student, total))
+            return
+        if not _has_points(grade):
+            return
+        points = grade.points or 0.0
+        refusal = _why_refused(self.sheet, self.layout, row, points)
+        if refusal:
+            self.skip(grade, refusal)
+            return
+        is_worksheet = self.layout.top is not None
+        if is_worksheet and read_number(before) == points:
+            self.skip(grade, f"has {before} in Moodle already: Moodle skips the grade")
+        else:
+            mark = "," if re.search(r",\d+$", self.layout.most) else "."
+            text = two_decimals(points).replace(".", mark)
+            self._set(grade, row, self.layout.grade, text)
+        if self.layout.comment is not None:
+            text = _comment_cell(self.comment(grade))
+            self._set(grade, row, self.layout.comment, text)
+        if grade.student not in self.filled.filled[-1:]:
+            self.filled.filled.append(grade.student)
+
+    def _is_set_by_hand(self, grade: Grade, before: str) -> bool:
+        """Return whether a person has set a total that gyro never gave."""
+        total = read_number(before)
+        if self.ours is None or total is None:
+            return False
+        if _has_points(grade) and total == grade.points:
+            return False
+        known = self.ours.get(grade.student, ())
+        return known is not None and two_decimals(total) not in known
+
+    def _set(self, grade: Grade, row: int, column: int, text: str) -> None:
+        """Change one cell, and note what it contained."""
+        old = self.sheet.value(row, column)
+        is_new = old == text or _EMPTY.fullmatch(old)
+        if not is_new and read_number(old) != grade.points:
+            self.filled.changed.append((grade.student, old, text))
+        cells = self.sheet.rows[row]
+        cells += [""] * (column + 1 - len(cells))
+        cells[column] = text
+
+
+def _comment_cell(text: str) -> str:
+    """Return a comment as HTML.
+
+    A spreadsheet does not read a text that begins with a tag as a formula.
+    """
+    paragraphs = re.sub(
+        r"(?:(?<!\s)\s+)?\n\s*\n\s*", "</p><p>", html.escape(text).strip()
+    )
+    return f"<p>{paragraphs}</p>".replace("\n", "<br>")
 
 
 # Contents of a cell: no grade yet; no grade is needed; the grade cannot be changed.
@@ -255,70 +294,82 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
         raise InputError.named(
             f"no_book_of_{lms}", sheet.name, name=sheet.name, columns=""
         )
-    every = range(1, len(sheet.rows))
-    special = next(
-        (row for row in every if book.maximum and book.maximum in sheet.value(row, 0)),
+    rows = range(1, len(sheet.rows))
+    of_maximum = next(
+        (row for row in rows if book.maximum and book.maximum in sheet.value(row, 0)),
         None,
     )
-    points = {
-        at: "" if special is None else sheet.value(special, at)
-        for at in range(len(sheet.head))
-    }
-    pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
-    matches = {
-        at: pattern.fullmatch(f"{sheet.head[at]}\n{most}")
-        for at, most in points.items()
-    }
-    titles = {at: match for at, match in matches.items() if match}
-    wanted = None if assignment is None else assignment.strip().casefold()
-    names = {
-        at: (sheet.head[at], match["title"], match["number"])
-        for at, match in titles.items()
-    }
-    found = {
-        at: titles[at]
-        for at in titles
-        if wanted is None or wanted in map(str.casefold, names[at])
-    }
-    if len(found) != 1:
-        shown = (
-            listing([sheet.head[at] for at in titles])
-            or "none with a number after its title"
-        )
-        asked = (
-            f'not exactly one column "{assignment}"'
-            if assignment is not None
-            else "not one assignment"
-        )
-        give = (
-            "give the number after its title with --assignment; or " if titles else ""
-        )
-        values = {
-            "name": sheet.name,
-            "asked": asked,
-            "shown": shown,
-            "give": give,
-            "lms": lms.title(),
-        }
-        raise InputError.named("gradebook_column_unclear", sheet.name, **values)
-    ((grade, match),) = found.items()
+    assignments = _assignments(sheet, book, of_maximum)
+    grade = _chosen_assignment(sheet, lms, assignments, assignment)
+    match = assignments[grade]
     if match["locked"]:
-        values = {
-            "name": sheet.name,
-            "column": sheet.head[grade],
-            "why": match["locked"],
-            "unlock": book.unlock,
-        }
-        raise InputError.named("gradebook_column_locked", sheet.name, **values)
-    labels, places = dict[int, str](), dict[tuple[str, str], list[int]]()
-    for row in (row for row in every if row != special and sheet.value(row, key)):
+        raise InputError.named(
+            "gradebook_column_locked",
+            sheet.name,
+            name=sheet.name,
+            column=sheet.head[grade],
+            why=match["locked"],
+            unlock=book.unlock,
+        )
+    labels: dict[int, str] = {}
+    places: dict[tuple[str, str], list[int]] = {}
+    for row in rows:
+        if row == of_maximum or not sheet.value(row, key):
+            continue
         labels[row] = ", ".join(sheet.value(row, at) for at in range(key))
         for title, _ in book.known_by:
-            if value := sheet.value(row, columns.get(title.casefold())):
-                places.setdefault((title, value.casefold()), []).append(
-                    row
-                )  # several if in several sections
+            value = sheet.value(row, columns.get(title.casefold()))
+            if value:
+                places.setdefault((title, value.casefold()), []).append(row)
     return _Layout(grade, match["most"], labels, places)
+
+
+def _assignments(
+    sheet: Sheet, book: Book, of_maximum: int | None
+) -> dict[int, re.Match[str]]:
+    """Find the columns with assignments; `of_maximum` is the row of possible points."""
+    pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
+    assignments = {}
+    for at, title in enumerate(sheet.head):
+        most = "" if of_maximum is None else sheet.value(of_maximum, at)
+        match = pattern.fullmatch(f"{title}\n{most}")
+        if match is not None:
+            assignments[at] = match
+    return assignments
+
+
+def _chosen_assignment(
+    sheet: Sheet,
+    lms: str,
+    assignments: Mapping[int, re.Match[str]],
+    assignment: str | None,
+) -> int:
+    """Return the column of the assignment that the user names, or the only one."""
+    if assignment is None:
+        chosen = list(assignments)
+        asked = "not one assignment"
+    else:
+        wanted = assignment.strip().casefold()
+        chosen = [
+            at
+            for at, match in assignments.items()
+            if wanted
+            in map(str.casefold, (sheet.head[at], match["title"], match["number"]))
+        ]
+        asked = f'not exactly one column "{assignment}"'
+    if len(chosen) == 1:
+        return chosen[0]
+    titles = listing([sheet.head[at] for at in assignments])
+    give = "give the number after its title with --assignment; or "
+    raise InputError.named(
+        "gradebook_column_unclear",
+        sheet.name,
+        name=sheet.name,
+        asked=asked,
+        shown=titles or "none with a number after its title",
+        give=give if assignments else "",
+        lms=lms.title(),
+    )
 
 
 def _worksheet(sheet: Sheet, book: Book) -> _Layout:
@@ -329,47 +380,60 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     Columns are found by their English name, or else by their content: one number in
     every row.
     """
-    matches = {
-        row: re.fullmatch(r"\D+(\d+)", sheet.value(row, 0))
-        for row in range(1, len(sheet.rows))
-    }
-    rows = {
-        row: match[1] for row, match in matches.items() if match
-    }  # "Participant N", in any language
+    rows = _participants(sheet)
     values = {
         at: {sheet.value(row, at) for row in rows} for at in range(2, len(sheet.head))
     }
-    equal = [
-        at
-        for at, some in values.items()
-        if len(some) == 1 and read_number(*some) is not None
-    ]
-    top = equal[-1] if equal else 0
-    if "Maximum Grade" in sheet.head:
-        top = sheet.head.index("Maximum Grade")
+    top = _column_of_maximum(sheet, values)
     if not rows or top < 2:
         columns = f"; its columns are: {listing(sheet.head)}"
         raise InputError.named(
             "no_book_of_moodle", sheet.name, name=sheet.name, columns=columns
         )
-    # The last column contains comments if its cells are not dates.
-    last = len(sheet.head) - 1
-    is_comment = last > top + 2 and any(
-        not text or text.startswith("<") for text in values[last]
-    )
-    told = "Feedback comments"
-    comment = last if is_comment else None
-    if told in sheet.head:
-        comment = sheet.head.index(told)
     places: dict[tuple[str, str], list[int]] = {}
     for row, number in rows.items():
         for value in {sheet.value(row, at).casefold() for at in range(2, top - 1)}:
             places.setdefault(("group", value), []).append(row)
         places.setdefault(("number", number), []).append(row)
     labels = {row: f"{sheet.value(row, 0)} ({sheet.value(row, 1)})" for row in rows}
-    return _Layout(
-        top - 1, sheet.value(next(iter(rows)), top), labels, places, top, comment
-    )
+    most = sheet.value(next(iter(rows)), top)
+    comment = _column_of_comments(sheet, values, top)
+    return _Layout(top - 1, most, labels, places, top, comment)
+
+
+def _participants(sheet: Sheet) -> dict[int, str]:
+    """Return the number of each row with "Participant N", in any language."""
+    rows = {}
+    for row in range(1, len(sheet.rows)):
+        match = re.fullmatch(r"\D+(\d+)", sheet.value(row, 0))
+        if match is not None:
+            rows[row] = match[1]
+    return rows
+
+
+def _column_of_maximum(sheet: Sheet, values: Mapping[int, Collection[str]]) -> int:
+    """Return the column of the maximum: the last one with one number; 0 if none has."""
+    if "Maximum Grade" in sheet.head:
+        return sheet.head.index("Maximum Grade")
+    equal = [
+        at
+        for at, some in values.items()
+        if len(some) == 1 and read_number(*some) is not None
+    ]
+    return equal[-1] if equal else 0
+
+
+def _column_of_comments(
+    sheet: Sheet, values: Mapping[int, Collection[str]], top: int
+) -> int | None:
+    """Return the last column if it contains comments and no dates; else None."""
+    if "Feedback comments" in sheet.head:
+        return sheet.head.index("Feedback comments")
+    last = len(sheet.head) - 1
+    if last <= top + 2:
+        return None
+    is_comment = any(not text or text.startswith("<") for text in values[last])
+    return last if is_comment else None
 
 
 # --- a CSV sheet in which only single cells may change ---

@@ -14,20 +14,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
-from gyrodata.grading.submissions import names, submission
+from gyrodata.grading.submissions import names
 from gyrodata.grading.submissions.archives import (
     TEXTS,
     Listing,
     ending,
     list_files,
     list_inner,
+    place_of,
     read_file,
     sizes_of,
 )
+from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
 
@@ -46,7 +49,7 @@ def find_submissions(
     path: str | Path,
     lms: str = "auto",
     pattern: str | None = None,
-    attempts: submission.Attempts = "newest",
+    attempts: Attempts = "newest",
 ) -> Submissions:
     """Find the submissions of a class as `list_submissions` does.
 
@@ -66,7 +69,7 @@ def list_submissions(
     path: str | Path,
     lms: str = "auto",
     pattern: str | None = None,
-    attempts: submission.Attempts = "newest",
+    attempts: Attempts = "newest",
 ) -> Submissions:
     r"""List the submissions of a class by the names of their files.
 
@@ -96,122 +99,184 @@ def list_submissions(
     if lms != "auto" and lms not in names.PLATFORMS:
         raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
     root = Path(path)
-    about: Mapping[str, dict[str, Any]] = {}
-    note = Faults(root.name).message
-    running = lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
-    if pattern is None and running and (root / "submission").is_dir():
-        # An autograder of Gradescope that runs has one submission next to its metadata.
-        one = Submission(
-            "submission",
-            "submission",
-            {},
-            root / "submission",
-            feedback_stem="submission",
-        )
-        files, seen, described = list_files(one.source), "gradescope", names.LIVE
-        named: names.Named = {
-            **{name: replace(one, log_file=name) for name in files.names},
-            "submission/": one,
-        }
+    if pattern is None and _is_running_autograder(root, lms):
+        named = _name_autograder(root)
     else:
         files = _without_reports(list_files(root))
-        seen, named = names.name_all(files, lms, pattern)
-        exports = [
-            name
-            for name, part in named.items()
-            if not part and name.endswith(names.EXPORT)
-        ]
-        described = min(exports, default="") if seen == "gradescope" else ""
-    notes = list(files.diagnostics)
-    if described:
-        try:
-            data = read_file(root, described, names.LARGEST)
-            about = (
-                names.read_live(data)
-                if described == names.LIVE
-                else names.read_export(data)
-            )
-        except (GyroError, ValueError) as error:
-            notes.append(
-                note(
-                    "metadata_unreadable", name=described.rpartition("/")[2], why=error
-                )
-            )
-    no_files = (
-        names.LIVE,
-        names.EXPORT,
-        "/",
-        *(["index.html"] if seen == "brightspace" else []),
-    )
-    if left := sorted(
-        shown(name)
-        for name, part in named.items()
-        if not part and not name.endswith(no_files)
-    ):
-        count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
-        hint = "change --pattern so that it fits these as well, or rename them"
-        if seen in names.PLATFORMS:
-            hint = (
-                f"rename them, if they count: {seen} names files such as "
-                f"{names.PLATFORMS[seen].sample}"
-            )
-        notes.append(
-            note("files_of_no_student", count=count, names=listing(left, 5), hint=hint)
-        )
-    people: dict[str, dict[str, Submission]] = {}
-    for name, part in named.items():
-        if part is not None:
-            part = replace(part, **about.get(part.feedback_stem, {}))
-            people.setdefault(part.student, {})[name] = part
+        platform, owners = names.name_all(files, lms, pattern)
+        named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
+    about, notes = _read_metadata(root, named)
+    notes = [*named.files.diagnostics, *notes, *_files_of_no_student(root, named)]
     items = []
-    for student in sorted(people):
-        parts = people[student]
-        stamps = sorted(
-            {part.submitted or "" for name, part in parts.items() if name[-1] != "/"}
-        )
-        stamp = (stamps or [""])[0 if attempts == "oldest" else -1]
-        parts = {
-            name: part
-            for name, part in parts.items()
-            if (part.submitted or "") == stamp
-        } or parts
-        made = _joined(files.root, parts, attempts)
-        if len(stamps) > 1:
+    for parts in _by_student(named.owners, about):
+        item, attempts_made = _join_attempt(named.files.root, parts, attempts)
+        items.append(item)
+        if attempts_made > 1:
             notes.append(
-                note(
+                Faults(root.name).message(
                     "newest_of_attempts",
-                    name=made.name,
-                    count=len(stamps),
+                    name=item.name,
+                    count=attempts_made,
                     which=attempts,
                 )
             )
-        items.append(made)
     if not items:
-        message = "pattern_fits_nothing" if pattern is not None else "no_submission"
-        by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
-        first, sample = (
-            shown(next(iter(files.names), "")),
-            names.PLATFORMS[known].sample,
-        )
-        values = {
-            "root": root.name,
-            "one": first,
-            "pattern": pattern,
-            "lms": by,
-            "sample": sample,
-        }
-        raise Faults(root.name).refuse(
-            message if files.names else "class_empty", **values
-        )
-    # Students may share a name; in anonymous submissions all do.
-    counts = Counter(item.name for item in items)
-    items = [
-        replace(one, name=f"{one.name} ({one.student})")
-        if counts[one.name] > 1
-        else one
-        for one in items
+        raise _no_submission(root, named.files, lms, pattern)
+    return Submissions(named.platform, _with_different_names(items), tuple(notes))
+
+
+class _NamedFiles(Struct, frozen=True):
+    """The files of a class, and whose they are by their names."""
+
+    files: Listing
+    platform: str
+    owners: names.Named
+    """The student of each file; None if the name says none."""
+    metadata: str
+    """File with the metadata of the platform; "" if there is none."""
+
+
+def _is_running_autograder(root: Path, lms: str) -> bool:
+    """Return whether a folder is that of an autograder of Gradescope that runs.
+
+    It has one submission next to its metadata.
+    """
+    if not (root / "submission").is_dir():
+        return False
+    return lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
+
+
+def _name_autograder(root: Path) -> _NamedFiles:
+    """Give all files in the folder of an autograder to one student."""
+    item = Submission(
+        "submission",
+        "submission",
+        {},
+        root / "submission",
+        feedback_stem="submission",
+    )
+    files = list_files(item.source)
+    owners: dict[str, Submission | None] = {
+        name: replace(item, log_file=name) for name in files.names
+    }
+    owners["submission/"] = item
+    return _NamedFiles(files, "gradescope", owners, names.LIVE)
+
+
+def _export_of(platform: str, owners: names.Named) -> str:
+    """Return the metadata in an export of Gradescope, or ""."""
+    if platform != "gradescope":
+        return ""
+    exports = [
+        name
+        for name, owner in owners.items()
+        if owner is None and name.endswith(names.EXPORT)
     ]
-    return Submissions(seen, tuple(items), tuple(notes))
+    return min(exports, default="")
+
+
+def _read_metadata(
+    root: Path, named: _NamedFiles
+) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
+    """Return what the platform says about each submission, by its `feedback_stem`."""
+    if not named.metadata:
+        return {}, []
+    try:
+        data = read_file(root, named.metadata, names.LARGEST)
+        if named.metadata == names.LIVE:
+            return names.read_live(data), []
+        return names.read_export(data), []
+    except (GyroError, ValueError) as error:
+        name = named.metadata.rpartition("/")[2]
+        note = Faults(root.name).message("metadata_unreadable", name=name, why=error)
+        return {}, [note]
+
+
+def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
+    """Name the files whose names say no student."""
+    expected = [names.LIVE, names.EXPORT, "/"]
+    if named.platform == "brightspace":
+        expected.append("index.html")
+    left = sorted(
+        shown(name)
+        for name, owner in named.owners.items()
+        if owner is None and not name.endswith(tuple(expected))
+    )
+    if not left:
+        return []
+    count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
+    hint = "change --pattern so that it fits these as well, or rename them"
+    if named.platform in names.PLATFORMS:
+        hint = (
+            f"rename them, if they count: {named.platform} names files such as "
+            f"{names.PLATFORMS[named.platform].sample}"
+        )
+    return [
+        Faults(root.name).message(
+            "files_of_no_student", count=count, names=listing(left, 5), hint=hint
+        )
+    ]
+
+
+def _by_student(
+    owners: names.Named, about: Mapping[str, dict[str, Any]]
+) -> list[dict[str, Submission]]:
+    """Return the files of each student, with the metadata of the platform."""
+    people: dict[str, dict[str, Submission]] = {}
+    for name, owner in owners.items():
+        if owner is not None:
+            described = replace(owner, **about.get(owner.feedback_stem, {}))
+            people.setdefault(described.student, {})[name] = described
+    return [people[student] for student in sorted(people)]
+
+
+def _join_attempt(
+    root: Path, parts: Mapping[str, Submission], attempts: Attempts
+) -> tuple[Submission, int]:
+    """Join the files of one attempt; also return the number of attempts."""
+    stamps = {part.submitted or "" for name, part in parts.items() if name[-1] != "/"}
+    if not stamps:
+        stamps = {""}
+    stamp = min(stamps) if attempts == "oldest" else max(stamps)
+    of_attempt = {
+        name: part for name, part in parts.items() if (part.submitted or "") == stamp
+    }
+    return _joined(root, of_attempt or parts, attempts), len(stamps)
+
+
+def _no_submission(
+    root: Path, files: Listing, lms: str, pattern: str | None
+) -> GyroError:
+    """Return the error of a class without a submission."""
+    if not files.names:
+        message = "class_empty"
+    elif pattern is not None:
+        message = "pattern_fits_nothing"
+    else:
+        message = "no_submission"
+    platform = "folder" if lms == "auto" else lms
+    return Faults(root.name).refuse(
+        message,
+        root=root.name,
+        one=shown(next(iter(files.names), "")),
+        pattern=pattern,
+        lms="a platform" if lms == "auto" else lms,
+        sample=names.PLATFORMS[platform].sample,
+    )
+
+
+def _with_different_names(items: list[Submission]) -> tuple[Submission, ...]:
+    """Add the key of a student to a name that several have.
+
+    In anonymous submissions, all have the same name.
+    """
+    counts = Counter(item.name for item in items)
+    return tuple(
+        replace(item, name=f"{item.name} ({item.student})")
+        if counts[item.name] > 1
+        else item
+        for item in items
+    )
 
 
 def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, ...]]:
@@ -263,7 +328,7 @@ def _without_reports(files: Listing) -> Listing:
 
 
 def _joined(
-    root: Path, parts: Mapping[str, Submission], attempts: submission.Attempts
+    root: Path, parts: Mapping[str, Submission], attempts: Attempts
 ) -> Submission:
     """Join the files of one attempt into a submission of which no file is opened yet."""
     first = next(iter(parts.values()))
@@ -291,46 +356,63 @@ def _choose(item: Submission) -> tuple[Submission, str]:
     """Do the work of `choose`; the note is a text, or ""."""
     if not item.parts:
         return item, ""
-    root, parts = item.source, item.parts
-    own = {name: part.log_file for name, part in parts.items() if part.log_file}
-    damaged = ""
-    for name, file in list(own.items()):
-        if ending(file) == ".zip":
-            reads_file(submission.place_of(name))
-            try:
-                inner = list_inner(root, name)
-                own |= {
-                    whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}"
-                    for whole in inner
-                }
-            except InputError as error:
-                damaged = error.diagnostics[0].message
-    log, words = submission.choose_log(own, partial(read_file, root), item.attempts)
-    named = parts[log.partition("//")[0] if log else next(iter(parts))]
-    # A receipt of the platform is a text without a name that the student gave.
-    texts = {
-        name
-        for name in {**parts, **own}
-        if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS
-    }
-    problem = None
-    if not log:
-        problem = f"{words}; {damaged}" if damaged else words
+    own, damage = _with_inner_files(item)
+    choice = choose_log(own, partial(read_file, item.source), item.attempts)
+    # What the platform says about the file of the log is true for the submission.
+    outer = choice.name.partition("//")[0] if choice.name else next(iter(item.parts))
+    named = item.parts[outer]
     made = replace(
         item,
         ids=named.ids,
         feedback_stem=named.feedback_stem,
         parts={},
-        problem=problem,
-    )
-    made = replace(
-        made, members=tuple(sorted(own)), report_names=tuple(sorted(texts - {log}))
+        members=tuple(sorted(own)),
+        report_names=_texts(item.parts, own, choice.name),
     )
     if item.log_name is not None:
         return replace(made, problem=None), ""
-    return replace(
-        made, log_name=log, log_file=own[log] if log else None
-    ), words if log else ""
+    if choice.name is None:
+        problem = f"{choice.note}; {damage}" if damage else choice.note
+        return replace(made, problem=problem), ""
+    chosen = replace(made, log_name=choice.name, log_file=own[choice.name])
+    return replace(chosen, problem=None), choice.note
+
+
+def _with_inner_files(item: Submission) -> tuple[dict[str, str], str]:
+    """Return the files of a submission and those in its archives.
+
+    Also return why an archive cannot be opened, or "".
+    """
+    own = {name: part.log_file for name, part in item.parts.items() if part.log_file}
+    damage = ""
+    for name, file in list(own.items()):
+        if ending(file) != ".zip":
+            continue
+        reads_file(place_of(name))
+        try:
+            for whole in list_inner(item.source, name):
+                inner = whole[len(name) + 2 :].replace("//", "/")
+                own[whole] = f"{file}/{inner}"
+        except InputError as error:
+            damage = error.diagnostics[0].message
+    return own, damage
+
+
+def _texts(
+    parts: Mapping[str, Submission], own: Mapping[str, str], log: str | None
+) -> tuple[str, ...]:
+    """Return the texts that may contain the answer.
+
+    A receipt of the platform is a text without a name that the student gave.
+    """
+    names_of_files = {*parts, *own} - {log}
+    return tuple(
+        sorted(
+            name
+            for name in names_of_files
+            if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS
+        )
+    )
 
 
 def unread(item: Submission, why: str) -> Submission:

@@ -34,7 +34,7 @@ from gyrodata.grading.submissions.documents import (
     read_document,
     without_marks,
 )
-from gyrodata.quantities.notation import to_float
+from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Faults, Reported, read_reported
 from gyrodata.readings.names import name_roles

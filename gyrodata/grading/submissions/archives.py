@@ -58,6 +58,12 @@ REPORTS = (
 TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS)
 
 
+def place_of(name: str) -> str:
+    """Describe a file by its name below the class: "lab.csv", or "lab.csv in lab.zip"."""
+    parts = [shown(part.rpartition("/")[2])[:100] for part in name.split("//")]
+    return " in ".join(reversed(parts))
+
+
 class Listing(Struct, frozen=True):
     """The files of a class."""
 

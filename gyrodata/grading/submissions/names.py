@@ -17,6 +17,7 @@ from __future__ import annotations
 import base64
 import re
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -110,68 +111,98 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     `lms` is a platform or "auto", `pattern` a regular expression of the user instead.
     The names that are returned include folders in which a student has no file.
     """
-    names = files.names
     if pattern is not None:
         own = _read_pattern(pattern)
         return "pattern", {
-            name: _take_apart(own.search(name), files.root) for name in names
+            name: _take_apart(own.search(name), files.root) for name in files.names
         }
-    firsts = {name.partition("/")[0] for name in (*names, *files.folders)}
-    outer = (
-        f"{firsts.pop()}/"
-        if len(firsts) == 1 and all("/" in name for name in names)
-        else ""
-    )
-    prefixes = dict.fromkeys(("", outer)) if lms != "folder" else {}
-    for below in prefixes:
-        inner = {name: name.removeprefix(below) for name in names}
-        counts = Counter(
-            next((one for one in NAMED if PLATFORMS[one].match(name)), None)
-            for name in inner.values()
-        )
-        exported, seen = EXPORT in inner.values(), lms
-        if lms == "auto":
-            seen = "gradescope" if exported else max(NAMED, key=counts.__getitem__)
+    outer = _only_folder(files)
+    if lms == "folder":
+        return "folder", _name_by_folders(files, outer)
+    for below in dict.fromkeys(("", outer)):
+        inner = {name: name.removeprefix(below) for name in files.names}
+        platform = _platform_of([*inner.values()]) if lms == "auto" else lms
+        if platform is None:
+            continue
         named = {
-            name: _take_apart(PLATFORMS[seen].match(rest), files.root)
+            name: _take_apart(PLATFORMS[platform].match(rest), files.root)
             for name, rest in inner.items()
         }
-        if (
-            any(named.values())
-            if lms != "auto"
-            else exported or counts[seen] * 2 >= max(counts.total(), 1)
-        ):
-            return seen, _with_user_names(
-                named, files.root
-            ) if seen == "blackboard" else named
+        if lms == "auto" or any(named.values()):
+            if platform == "blackboard":
+                named = _with_user_names(named, files.root)
+            return platform, named
     if lms in NAMED:
-        return lms, dict.fromkeys(names)
-    # The only folder is that of the class if it contains logs of several students, else
-    # that of its only student.
-    logs = [name.removeprefix(outer) for name in names if ending(name) in LOGS]
-    packed = files.root.is_file()  # a zip usually contains the folder that was packed
-    people = {
-        name.partition("/")[0] if "/" in name else _flat_key(name)
-        for name in logs
-        if "/" in name or packed
-    }
-    below = outer if len(people) > 1 else ""
-    inner = {name: name.removeprefix(below) for name in names}
-    folders = {
-        one: one.removeprefix(below)
-        for one in files.folders
-        if one.startswith(below) and one != below
-    }
-    placed = [one for one in inner.values() if ending(one) in LOGS] or [
-        *inner.values(),
-        *folders.values(),
-    ]
-    in_folders = any("/" in own for own in placed)
+        return lms, dict.fromkeys(files.names)
+    return "folder", _name_by_folders(files, outer)
+
+
+def _only_folder(files: Listing) -> str:
+    """Return the folder that contains all files, with a ``/`` at its end, or ""."""
+    firsts = {name.partition("/")[0] for name in (*files.names, *files.folders)}
+    if len(firsts) != 1 or not all("/" in name for name in files.names):
+        return ""
+    return f"{firsts.pop()}/"
+
+
+def _platform_of(names: Sequence[str]) -> str | None:
+    """Return the platform that wrote at least half of the known names.
+
+    An export of Gradescope is known by its metadata.
+    """
+    if EXPORT in names:
+        return "gradescope"
+    counts = Counter(
+        next((known for known in NAMED if PLATFORMS[known].match(name)), None)
+        for name in names
+    )
+    most = max(NAMED, key=counts.__getitem__)
+    return most if counts[most] * 2 >= max(counts.total(), 1) else None
+
+
+def _name_by_folders(files: Listing, outer: str) -> Named:
+    """Name a class with a folder for each student, or with a file for each.
+
+    `outer` is the only folder, or "". It is that of the class if it contains logs of
+    several students, else that of its only student.
+    """
+    below = outer if _contains_several_students(files, outer) else ""
+    inner = {name: name.removeprefix(below) for name in files.names}
+    folders = _folders_below(files, below)
+    logs = [own for own in inner.values() if ending(own) in LOGS]
+    in_folders = any("/" in own for own in logs or [*inner.values(), *folders.values()])
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
-    return "folder", {
+    return {
         name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
     }
+
+
+def _folders_below(files: Listing, outer: str) -> dict[str, str]:
+    """Return the names of folders without the outer one, by their whole names."""
+    return {
+        folder: folder.removeprefix(outer)
+        for folder in files.folders
+        if folder.startswith(outer) and folder != outer
+    }
+
+
+def _contains_several_students(files: Listing, outer: str) -> bool:
+    """Return whether the only folder contains logs of several students.
+
+    A zip usually contains the folder that was packed, so that its files count too.
+    """
+    is_packed = files.root.is_file()
+    students = set()
+    for name in files.names:
+        own = name.removeprefix(outer)
+        if ending(name) not in LOGS:
+            continue
+        if "/" in own:
+            students.add(own.partition("/")[0])
+        elif is_packed:
+            students.add(_flat_key(own))
+    return len(students) > 1
 
 
 def _read_pattern(text: str) -> re.Pattern[str]:
@@ -190,50 +221,51 @@ def _read_pattern(text: str) -> re.Pattern[str]:
 
 def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     """Read the groups of a match; in a pattern of the user, the file needs no group."""
-    groups = (
-        {kind: text for kind, text in match.groupdict().items() if text}
-        if match
-        else {}
-    )
-    kind = next((kind for kind in ("student", *_IDS) if kind in groups), None)
-    if match is None or kind is None:
+    if match is None:
         return None
-    key = (
-        f"anon_{shown(groups[kind])}"
-        if kind == "canvas_anonymous"
-        else shown(groups[kind])
-    )
-    ids = {one: shown(groups[one]) for one in _IDS if one in groups}
+    groups = {kind: text for kind, text in match.groupdict().items() if text}
+    kind = next((kind for kind in ("student", *_IDS) if kind in groups), None)
+    if kind is None:
+        return None
+    key = shown(groups[kind])
+    if kind == "canvas_anonymous":
+        key = f"anon_{key}"
+    ids = {known: shown(groups[known]) for known in _IDS if known in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
-    file, person = match.string.rpartition("/")[2], shown(groups.get("name", ""))
-    # Without its ending, both of "lab.csv.gz".
-    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
-    for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
-        with suppress(ValueError):
-            stamp = datetime.strptime(
-                re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form
-            ).isoformat()
-    # In anonymous submissions, Moodle calls everybody so.
-    person = f"{person} {key}" if person == "Participant" else person or key
-    one = Submission(
+    person = shown(groups.get("name", ""))
+    if person == "Participant":
+        # In anonymous submissions, Moodle calls everybody so.
+        person = f"Participant {key}"
+    item = Submission(
         key,
-        person,
+        person or key,
         ids,
         root,
         late="late" in groups,
-        submitted=groups.get("submitted") or stamp or None,
+        submitted=groups.get("submitted") or _time_of_stamp(groups.get("stamp", "")),
     )
+    file = match.string.rpartition("/")[2]
     if kind == "student":
         return replace(
-            one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_")
+            item, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_")
         )
+    # Without its ending, both of "lab.csv.gz".
+    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
     return replace(
-        one,
+        item,
         log_file=groups.get("file"),
         feedback_stem=printable(groups.get("stem") or stem),
     )
+
+
+def _time_of_stamp(stamp: str) -> str | None:
+    """Return the time in a name: of Canvas, or "Mar 9, 2026 205 PM" of Brightspace."""
+    with_zero = re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp)
+    for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
+        with suppress(ValueError):
+            return datetime.strptime(with_zero, form).isoformat()
+    return re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", stamp) or None
 
 
 def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:

@@ -11,18 +11,14 @@ from typing import Protocol
 from gyrodata.quantities import vocabulary
 from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, filled_at, has_numbers, is_head
-from gyrodata.readings.headers import contains
-from gyrodata.readings.lablog import Fall, Faults
+from gyrodata.readings.lablog import Faults
 from gyrodata.readings.shapes import (
-    crossed,
-    parted_header,
-    runs_in_a_row,
     sentences,
     side_by_side,
-    spin_down,
     transposed,
     two_row_header,
 )
+from gyrodata.readings.words import Phrases
 
 
 class Shape(Protocol):
@@ -36,9 +32,6 @@ class Shape(Protocol):
 
 
 SHAPES: tuple[Shape, ...] = (
-    parted_header,
-    runs_in_a_row,
-    crossed,
     transposed,
     sentences,
     two_row_header,
@@ -47,7 +40,7 @@ SHAPES: tuple[Shape, ...] = (
 """The forms, in the order in which they are looked for."""
 
 
-def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
+def reshape(grid: Grid, faults: Faults) -> Grid:
     """Return the table with one row for each run, if its shape is another one.
 
     Parameters
@@ -61,19 +54,17 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     -------
     Grid
         The same one if the table has the usual shape.
-    tuple of Fall
-        What a second table, of time and spin, says of the spin-down; empty if there is
-        none.
     """
     if not grid.rows or _is_usual(grid):
-        return grid, ()
+        return grid
     for shape in SHAPES:
         if shape.applies(grid):
             grid = shape.to_rows(grid, faults)
-    return spin_down.take_out(grid)
+    return grid
 
 
-_NUMBER_OR_WEIGHTS = rf"[0-9]|{vocabulary.pattern('weights')}"
+_WEIGHTS = Phrases("weights")
+_DIGITS = frozenset("0123456789")
 
 
 def _is_usual(grid: Grid) -> bool:
@@ -86,6 +77,9 @@ def _is_usual(grid: Grid) -> bool:
     names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
     if "" in names or len(set(names)) < width:
         return False
-    if any(contains(_NUMBER_OR_WEIGHTS, name) for name in names):
-        return False
-    return sentences.names_quantities(named[0])
+    return all(map(_is_plain, names)) and sentences.names_quantities(named[0])
+
+
+def _is_plain(name: str) -> bool:
+    """Return whether a name contains no number, and does not count weights."""
+    return _DIGITS.isdisjoint(name) and not _WEIGHTS.is_in(name)

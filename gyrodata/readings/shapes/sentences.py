@@ -64,7 +64,7 @@ def to_rows(grid: Grid, faults: Faults) -> Grid:
         if not part.is_run:
             rows.append(Row(part.line, [words]))
             has_header = False
-        elif re.search(NOT_USED, words):
+        elif NOT_USED.is_in(words):
             rows.append(Row(part.line, ["#", words]))
         else:
             rows += [] if has_header else [Row(part.line, list(names))]

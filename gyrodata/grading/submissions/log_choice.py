@@ -1,0 +1,247 @@
+"""Choose the log among the files of one student, without a guess between two logs."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from typing import Literal
+
+from msgspec import Struct
+
+from gyrodata import readings
+from gyrodata.base.errors import GyroError, InputError, shown
+from gyrodata.base.workers import reads_file
+from gyrodata.grading.submissions.answers import read_answers, version_of
+from gyrodata.grading.submissions.archives import (
+    LOGS,
+    REPORTS,
+    TABLES,
+    TEXTS,
+    WORKBOOKS,
+    ending,
+    place_of,
+)
+from gyrodata.grading.submissions.documents import as_log
+
+Attempts = Literal["newest", "oldest"]
+
+_COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
+"""Canvas writes ``lab-1.csv`` for a second ``lab.csv``; browsers and Blackboard write
+``lab(1).csv``."""
+
+
+class LogChoice(Struct, frozen=True):
+    """The log among the files of one student, or why there is none."""
+
+    name: str | None
+    """Name below the class; None if there is no log."""
+    note: str = ""
+    """How the log was chosen among several files, or why there is none."""
+
+
+class _ReadFiles(Struct, frozen=True):
+    """The files of one student, read as logs."""
+
+    logs: Mapping[str, readings.Readings]
+    """Those that can be analysed; of equal files the first."""
+    with_columns: tuple[str, ...]
+    """Those that have a column of a log, readable or not."""
+    texts: tuple[tuple[str, bytes], ...]
+    """The content of every file, with the name that the student gave."""
+
+
+def choose_log(
+    files: Mapping[str, str], read: Callable[[str], bytes], attempts: Attempts
+) -> LogChoice:
+    """Choose the log among the files of one student.
+
+    Parameters
+    ----------
+    files : mapping
+        The names that the student gave, by the names below the class.
+    read : callable
+        Reads a file.
+    attempts : {"newest", "oldest"}
+        Which of several versions of a file is the log.
+    """
+    candidates = _candidates(files)
+    versions = _copies_of_one_file(candidates)
+    if versions:
+        last = min(versions) if attempts == "oldest" else max(versions)
+        chosen, how, rivals = versions[last], f"the {attempts}", list(candidates)
+    else:
+        read_files = _read_as_logs(candidates, read)
+        chosen, how = _choose_by_content(read_files, files, attempts)
+        if not chosen:
+            return LogChoice(None, how)
+        rivals = [
+            name
+            for name, own in candidates.items()
+            if name in read_files.logs or ending(own) not in TEXTS
+        ]
+    damage = _damage(candidates[chosen].rpartition("/")[2], chosen, read)
+    if damage:
+        return LogChoice(None, damage)
+    aside = sorted(candidates[name] for name in rivals if name != chosen)
+    if not aside:
+        return LogChoice(chosen)
+    words = f"{candidates[chosen]} is {how}; left aside: {readings.listing(aside)}"
+    return LogChoice(chosen, words)
+
+
+def _candidates(files: Mapping[str, str]) -> dict[str, str]:
+    """Return the tables among the files; else the texts and reports."""
+    tables = {name: own for name, own in files.items() if ending(own) in TABLES}
+    if tables:
+        return tables
+    return {
+        name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)
+    }
+
+
+def _copies_of_one_file(candidates: Mapping[str, str]) -> dict[int, str]:
+    """Return the versions of a log by their numbers, if all candidates are versions of it.
+
+    The result is empty if they are not, or if the only candidate is not a table.
+    """
+    bases = set()
+    versions = {}
+    for name, own in candidates.items():
+        copy = _COPY.fullmatch(own)
+        base = copy["base"] + copy["ending"] if copy else own
+        bases.add(base.lower())
+        versions[int(copy["number"]) if copy else 0] = name
+    only_text = len(candidates) == 1 and not any(
+        ending(own) in TABLES for own in candidates.values()
+    )
+    if len(bases) != 1 or len(versions) != len(candidates) or only_text:
+        return {}
+    return versions
+
+
+def _read_as_logs(
+    candidates: Mapping[str, str], read: Callable[[str], bytes]
+) -> _ReadFiles:
+    """Read every candidate as a log."""
+    logs: dict[str, readings.Readings] = {}
+    with_columns: dict[bytes, str] = {}
+    texts = []
+    for name, own in candidates.items():
+        reads_file(place_of(name))
+        file = own.rpartition("/")[2]
+        with suppress(GyroError):
+            texts.append((file, read(name)))
+            data = as_log(*texts[-1])
+            log = readings.read_log(data, name=file)
+            if not log.columns or data in with_columns:
+                continue
+            with_columns[data] = name
+            if log.ok:
+                logs[name] = log
+    return _ReadFiles(logs, tuple(with_columns.values()), tuple(texts))
+
+
+def _choose_by_content(
+    read_files: _ReadFiles, files: Mapping[str, str], attempts: Attempts
+) -> tuple[str, str]:
+    """Return the log and how it was chosen; or "" and why there is no log."""
+    logs = read_files.logs
+    if len(logs) == 1:
+        return next(iter(logs)), "read as the log"
+    if logs:
+        names = readings.listing(sorted(files[name] for name in logs))
+        latest = _latest(logs, files, attempts) or _with_all_rows(logs)
+        return latest or ("", f"several files that read as logs: {names}")
+    return _choose_unreadable(read_files, files)
+
+
+def _choose_unreadable(
+    read_files: _ReadFiles, files: Mapping[str, str]
+) -> tuple[str, str]:
+    """Do the work of `_choose_by_content` if no file can be analysed."""
+    if not read_files.with_columns:
+        answer = read_answers(None, _one_by_one(read_files.texts))
+        if answer.inertia:
+            return "", f"no log; {answer.file} has the answer"
+    if len(read_files.with_columns) == 1:
+        return read_files.with_columns[0], "most like a log"
+    plain = _plain_candidates(files)
+    if len(plain) == 1:
+        return next(iter(plain)), "most like a log"
+    if plain:
+        names = readings.listing(sorted(plain.values()))
+        return "", f"several files and none of them reads as a log: {names}"
+    if not files:
+        return "", "no files"
+    names = readings.listing(sorted(name.rpartition("/")[2] for name in files.values()))
+    return "", f"no log: only {names}"
+
+
+def _plain_candidates(files: Mapping[str, str]) -> dict[str, str]:
+    """Return the candidates that are no reports."""
+    return {
+        name: own for name, own in _candidates(files).items() if ending(own) in LOGS
+    }
+
+
+def _latest(
+    logs: Mapping[str, readings.Readings], files: Mapping[str, str], attempts: Attempts
+) -> tuple[str, str] | None:
+    """Choose among versions of a log by words in their names; None if they differ."""
+    versions = {name: version_of(files[name]) for name in logs}
+    ranks = {name: rank for name, (rank, _) in versions.items()}
+    bases = {base for _, base in versions.values()} - {""}
+    if len(set(ranks.values())) < len(logs) or len(bases) > 1:
+        return None
+    last = min if attempts == "oldest" else max
+    return last(ranks, key=lambda name: ranks[name]), "the latest by its name"
+
+
+def _with_all_rows(logs: Mapping[str, readings.Readings]) -> tuple[str, str] | None:
+    """Choose the log that contains the rows of all others.
+
+    The result is None if there is no such log, or if such logs report different values.
+    """
+    rows = {name: _rows(log) for name, log in logs.items()}
+    whole = [name for name in rows if all(rows[name] >= some for some in rows.values())]
+    reported = {
+        name: logs[name].reported["inertia"].text
+        for name in whole
+        if "inertia" in logs[name].reported
+    }
+    if not whole or len(set(reported.values())) > 1:
+        return None
+    return next(iter([*reported, *whole])), "the one with all rows"
+
+
+def _rows(log: readings.Readings) -> set[tuple[float | None, ...]]:
+    columns = [column.values for _, column in sorted(log.columns.items())]
+    return set(zip(*columns, strict=True))
+
+
+def _damage(file: str, name: str, read: Callable[[str], bytes]) -> str:
+    """Return why a file cannot be a log whatever it contains, or "".
+
+    Why it cannot be read is said when it is graded.
+    """
+    with suppress(InputError):
+        data = read(name)
+        if not data:
+            return f"{file} is empty"
+        if ending(file) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
+            return (
+                f"{file} is damaged, such as a file that was not uploaded to its end; "
+                f"hand it in again"
+            )
+    return ""
+
+
+def _one_by_one(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
+    """Give texts one by one, and note the name of each while it is read."""
+    for name, data in texts:
+        reads_file(shown(name)[:100])
+        yield name, data
+    reads_file("")

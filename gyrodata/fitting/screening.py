@@ -63,22 +63,29 @@ def screen(
     count = len(measured.runs)
     if count < 4:
         return [], None
-    # Nothing is masked if each run agrees with the others, and all of them with their
-    # uncertainties.
-    is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
-    if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
+    if as_stated is not None and _agrees(as_stated):
         return [], as_stated
     found, result = _settle(measured, tilted, _far_runs(measured), as_stated)
     if result is None or chi2_tail(result.chi2, max(result.dof, 1)) >= MASKED:
         return found, result
     # One bad run can increase the scatter so much that it is not an outlier.
     named = {outlier.index for outlier in found}
-    kept = [i for i in range(count) if i not in named]
-    named.add(max(kept, key=lambda i: abs(result.deviations[i])))
+    deviations = np.abs(result.deviations)
+    deviations[list(named)] = 0.0
+    named.add(int(deviations.argmax()))
     more, without = _settle(measured, tilted, named)
     if without is not None and named <= {outlier.index for outlier in more}:
         return more, without
     return found, result
+
+
+def _agrees(fit: FitResult) -> bool:
+    """Return whether each run agrees with the others, and all with their uncertainties.
+
+    Then no run is masked.
+    """
+    is_likely = chi2_tail(fit.chi2, max(fit.dof, 1)) >= MASKED
+    return is_likely and bool(np.abs(fit.deviations).max() <= OUTLIER)
 
 
 def _far_runs(measured: Measurements) -> set[int]:

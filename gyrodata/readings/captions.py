@@ -364,8 +364,14 @@ def _defines_part(clause: str) -> bool:
     """Return whether a clause says what a part of a turn is: "one screw = 1/3 turn"."""
     name, _, value = clause.partition("=")
     words = squeezed_words(name) - {""}
-    names_reading = any(name_roles(word)[0] for word in words)
+    names_reading = any(map(_names_reading, words))
     return bool(turns_in(value)) and not names_reading and not _has_word_of_time(words)
+
+
+def _names_reading(word: str) -> bool:
+    """Return whether a word names a reading; a screw is a mark on the bench."""
+    roles = name_roles(word)[0]
+    return bool(roles) and roles != ("screw",)
 
 
 def _is_about(clause: str, found: set[str]) -> bool:
@@ -382,7 +388,7 @@ def _is_about(clause: str, found: set[str]) -> bool:
     others = [
         word
         for word in words
-        if len(word) > 2 and not is_of_turns(word) and not name_roles(word)[0]
+        if len(word) > 2 and not is_of_turns(word) and not _names_reading(word)
     ]
     return len(others) < 2
 

@@ -149,6 +149,7 @@ def _find_unheard(
         "ball_mass" in readings.constants and "ball_diameter" in readings.constants
     )
     no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
+    used = {source.name for source in measured.sources}
     silent = {
         "u_time_bias": "rates are given, not times of a stopwatch"
         if timing.role == "precession_rate"
@@ -158,6 +159,12 @@ def _find_unheard(
         "u_position_zero": None
         if load != "torque" and "position" in columns
         else "no position is read",
+        "u_position_set": None
+        if "position_set" in used
+        else 'the log does not say "# position_set: each run"',
+        "u_screw_angle": None
+        if "screw_angle" in used
+        else "no run covers a part of a turn between two screws",
         "u_spin_delay": no_delay,
         "u_decay_exponent": None if shows_law else no_law,
         "u_ball_mass": no_ball,

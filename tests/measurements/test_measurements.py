@@ -208,6 +208,7 @@ def test_a_spin_read_once_is_read_late() -> None:
 
 
 def delayed(*lines: str) -> dict[str, Any]:
+    lines = ("# balance: untouched", *lines)
     return result("".join(f"{line}\n" for line in lines) + HEAD + ROWS)
 
 
@@ -510,6 +511,7 @@ def test_i_zz_is_that_of_ball_and_rod() -> None:
 BALL = "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n"
 SHAPES = {
     "level": BALL + "# weight_diameter: 4 cm\n" + HEAD,
+    "set again": "# position_set: each run\n" + HEAD,
     "falling": "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns\n",
     "spin periods": (
         "force [N],position [cm],spin_period_start [s],spin_period_end [s],time "

@@ -526,9 +526,7 @@ def test_number_that_is_split_at_its_comma_is_written_as_the_hint_says() -> None
     text = GOOD.replace(
         row, "40.3,14.8,394," + f"{RUNS[4][2]:.2f}".replace(".", ",") + ",1"
     )
-    assert "write it with a point (13.06 for 13,06) or in quotes" in hint_of(
-        text, "G209"
-    )
+    assert "write a point (13.06 for 13,06) or quotes" in hint_of(text, "G209")
     assert gives_truth(GOOD)
     quoted = f'40.3,14.8,394,"{RUNS[4][2]:.2f}",1'.replace(
         f"{RUNS[4][2]:.2f}", f"{RUNS[4][2]:.2f}".replace(".", ",")

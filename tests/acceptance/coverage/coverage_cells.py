@@ -22,7 +22,10 @@ from gyrodata.measurements import Measurements, measure
 from gyrodata.readings import read_log
 
 STATED = "# u_time: 0.14 s\n"
-OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
+OLD = (
+    "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
+    "# balance: untouched\n"
+)
 """What is true of the labs that err as stated. A silent log allows for more."""
 
 

@@ -182,44 +182,6 @@ named(
 )
 
 
-@text_relation
-def legend_of_the_masses(table: LogTable) -> str | None:
-    masses = list(dict.fromkeys(table.cells("mass"))) if "mass" in table.roles else []
-    if len(masses) < 2 or "0" in masses:
-        return None
-    letters = dict(zip(masses, "ABCDEFG", strict=False))
-    legend = "".join(f"{letter} = {mass} g\n" for mass, letter in letters.items())
-    heading = table.headings[table.roles.index("mass")]._replace(role="weight", unit="")
-    return (
-        legend
-        + table.with_column(
-            heading, [letters[mass] for mass in table.cells("mass")], instead_of="mass"
-        ).text
-    )
-
-
-@text_relation
-def units_in_a_sentence(table: LogTable) -> str | None:
-    if not {"mass", "position", "time", "spin"} <= set(table.roles) or {
-        "pitch",
-        "angle",
-        "u_spin",
-    } & set(table.roles):
-        return None
-    names = {
-        "mass": "masses",
-        "position": "positions",
-        "spin": "spins",
-        "time": "times",
-    }
-    units = [f"{names[h.role]} in {h.unit}" for h in table.headings if h.unit]
-    return (
-        f"{', '.join(units)}\n"
-        + table.above
-        + separated([table.roles, *map(list, table.rows)])
-    )
-
-
 # Several tables
 
 

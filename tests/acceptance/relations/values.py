@@ -344,19 +344,6 @@ def masses_doubled_and_positions_halved(table: LogTable) -> Rewriting | None:
 
 
 @text_relation
-def spins_before_and_after_in_one_cell(table: LogTable) -> str | None:
-    if "spin_start" not in table.roles:
-        return None
-    pairs = zip(table.cells("spin_start"), table.cells("spin_end"), strict=True)
-    cells = [" - ".join(pair) for pair in pairs]
-    return (
-        table.with_column(Heading("spin", "rpm"), cells, instead_of="spin_start")
-        .without("spin_end")
-        .text
-    )
-
-
-@text_relation
 def time_1_without_a_second_time(table: LogTable) -> str | None:
     if "time" not in table.roles:
         return None

@@ -193,11 +193,9 @@ def _number_of_turns(marked: str) -> str:
 
 def is_of_turns(word: str) -> bool:
     """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
-    return (
-        word in _FILLERS
-        or word in NUMBERS
-        or any(re.search(way, word) for way in (TURN, _ONE_TURN, PRECESSION))
-    )
+    if word in _FILLERS or word in NUMBERS or re.search(TURN, word):
+        return True
+    return bool(re.search(_ONE_TURN, word) or re.search(PRECESSION, word))
 
 
 def words_of_turns(text: str, whole: bool = False) -> str:

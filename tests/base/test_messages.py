@@ -57,7 +57,7 @@ LOGS = {
             "position [cm],turns,mass [g],spin [rpm],time [s],mass [g],spin [rpm],time [s]\n"
             "15,1/3,20,406,13.06,40,406,6.6\n15,1/3,20,206,6.7,40,206,3.3\n"
         ),
-        "each row below line 1 has 2 runs",
+        'two columns are called "mass [g]"',
     ),
     "an unknown mass": (
         f"{HEADER}\n?,15,406,13.06,1/3\n20,15,406,13.06,1/3\n",

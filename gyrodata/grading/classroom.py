@@ -506,7 +506,7 @@ _Task = tuple[Submission, str]
 
 
 class _Answer(NamedTuple):
-    """What a worker returns for one submission."""
+    """The result of a worker for one submission."""
 
     inputs: dict[str, str]
     grade: bytes  # JSON

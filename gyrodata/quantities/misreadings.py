@@ -1,4 +1,4 @@
-"""Say what a text in the place of a number looks like, and what was probably meant."""
+"""Explain a text in the place of a number, and what was probably meant."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Answers(Struct, frozen=True):
 
 
 class Rival(Struct, frozen=True):
-    """A named value beside the answer that differs, and that no word of theory explains."""
+    """A named value next to the answer that differs, and that no word of theory explains."""
 
     value: float  # [kg*m^2]
     question: str  # to a person

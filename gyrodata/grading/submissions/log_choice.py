@@ -181,7 +181,7 @@ def _choose_unreadable(
 
 
 def _plain_candidates(files: Mapping[str, str]) -> dict[str, str]:
-    """Return the candidates that are no reports."""
+    """Return the candidates without the reports."""
     return {
         name: own for name, own in _candidates(files).items() if ending(own) in LOGS
     }

@@ -1,7 +1,7 @@
 """The story on one page: read a log, measure its runs, fit them, and judge the fit.
 
-`fit_log` is all that a grade needs; `judge` adds what a report shows. `analyze` does
-both; the room `reporting` shows its result.
+`fit_log` makes the fit, and `judge` adds what a report shows. `analyze` does both; the
+room `reporting` shows its result. A grade needs less than `judge`: `check_fit`.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     Returns
     -------
     FittedLog
-        The fit. Its diagnostics are those of the readings and of the measurements.
+        The fit. Its diagnostics are those of the readings, of the measurements, and of
+        readings of an unusual size.
 
     Raises
     ------
@@ -136,17 +137,16 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     except LogError as error:
         raise LogError([*diagnostics, *error.diagnostics]) from None
     lab, outliers = recommended.lab, recommended.outliers
-    # These runs are corrected for the motion of the rod.
-    measured, fit = lab.measured, lab.fit
-    groups = _kept_groups(measured, fit)
-    # `judge` adds I_zz without each torque.
-    torques = tables.torque_table(measured, fit, groups, {})
+    # The runs of the fit are corrected for the motion of the rod.
+    corrected, fit = lab.measured, lab.fit
+    groups = _kept_groups(corrected, fit)
+    torques = tables.torque_table(corrected, fit, groups)
     return FittedLog(
         name=readings.name,
         sha256=readings.sha256,
         options=options,
         readings=readings,
-        measurements=measured,
+        measurements=corrected,
         fit=fit,
         model=lab.motion,
         choice=lab.choice,
@@ -160,10 +160,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         budget=fit.budget,
         effects=lab.effects,
-        constancy=tables.constancy(measured, torques, groups),
+        constancy=tables.constancy(corrected, torques, groups),
         torques=torques,
-        run_table=tables.run_table(measured, fit, outliers, lab.left_out),
-        patterns=tables.look_for_patterns(measured, fit),
+        run_table=tables.run_table(corrected, fit, outliers, lab.left_out),
+        patterns=tables.look_for_patterns(corrected, fit),
         unusual_sizes=sizes,
         diagnostics=diagnostics,
     )
@@ -201,8 +201,7 @@ def judge(log: FittedLog) -> Analysis:
 def check_fit(log: FittedLog) -> FittedLog:
     """Add to a fit the findings that need no other fit: those that a grade shows."""
     assumed = changes.assumed_effects(log.lab)
-    effects = changes.list_effects(log.lab, assumed) if assumed else ()
-    log = replace(log, effects=effects)
+    log = replace(log, effects=changes.list_effects(log.lab, assumed))
     found = _findings(log, findings.OF_FIT, None)
     return replace(log, diagnostics=(*log.diagnostics, *found))
 

@@ -626,11 +626,13 @@ def _sample(lab: Lab) -> Lab:
     return Lab(None, measured, without_posterior, lab.motion, asked=lab.asked)
 
 
-def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
+def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:
     """List the effects that a log can have, with their sizes and the decisions.
 
-    If `names` are given, only the effects with these names are listed.
+    With `names`, only the effects with these names are listed.
     """
+    if names is not None and not names:
+        return ()
     # The sizes are compared with the u of all runs.
     u = fitting.relative_u(lab.fit.inertia)
     if len(lab.measured.runs) > fitting.MANY:
@@ -638,7 +640,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     known = {effect.effect: effect for effect in lab.effects}
     effects = []
     for change in CHANGES["effect"](lab):
-        if names and change.name not in names:
+        if names is not None and change.name not in names:
             continue
         effects.append(known.get(change.name) or _size_up(lab, change, u))
     return tuple(effects)

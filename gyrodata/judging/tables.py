@@ -178,11 +178,12 @@ def torque_table(
     measured: Measurements,
     fit: FitResult,
     groups: list[list[int]],
-    without: Mapping[int, Estimate],
+    without: Mapping[int, Estimate] = {},
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque.
 
-    `without`: I_zz without the runs of a torque, by the number of its group.
+    `without`: I_zz without the runs of a torque, by the number of its group, if it is
+    known.
     """
     scale = next(
         (

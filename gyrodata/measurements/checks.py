@@ -149,8 +149,8 @@ def _find_unheard(
         "ball_mass" in readings.constants and "ball_diameter" in readings.constants
     )
     no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
-    used = {source.name for source in measured.sources}
     silent = {
+        **_without_shared_runs(measured),
         "u_time_bias": "rates are given, not times of a stopwatch"
         if timing.role == "precession_rate"
         else None,
@@ -159,12 +159,6 @@ def _find_unheard(
         "u_position_zero": None
         if load != "torque" and "position" in columns
         else "no position is read",
-        "u_position_set": None
-        if "position_set" in used
-        else 'the log does not say "# position_set: each run"',
-        "u_screw_angle": None
-        if "screw_angle" in used
-        else "no run covers a part of a turn between two screws",
         "u_spin_delay": no_delay,
         "u_decay_exponent": None if shows_law else no_law,
         "u_ball_mass": no_ball,
@@ -213,6 +207,16 @@ def _find_unheard(
         if why is not None and u != Uncertainty():
             found.append(readings.say("uncertainty_not_used", place, key=key, why=why))
     return found
+
+
+def _without_shared_runs(measured: Measurements) -> dict[str, str]:
+    """Return why an error that runs share has no effect, if the log has no such runs."""
+    reasons = {
+        "position_set": 'the log does not say "# position_set: each run"',
+        "screw_angle": "no run covers a part of a turn between two screws",
+    }
+    used = {source.name for source in measured.sources}
+    return {f"u_{name}": why for name, why in reasons.items() if name not in used}
 
 
 def _find_copies(

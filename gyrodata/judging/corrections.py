@@ -417,7 +417,12 @@ class Prediction:
         self.typical = max(1.0, fitting.MAD_TO_SD * fitting.median(deviations))
         fitted = others.fitted_time - others.timing_bias.value
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.ratio = fitted / self._steady_time(measured)
+            ratio = fitted / self._steady_time(measured)
+        # Without a torque, as if a weight is typed in kg under g, the ratio of a run is
+        # only rounding: that of the other runs replaces it.
+        torque = self._torque(measured)
+        is_loaded = torque > SMALL * fitting.median(torque)
+        self.ratio = np.where(is_loaded, ratio, fitting.median(ratio[is_loaded]))
 
     def _torque(self, measured: Measurements) -> Floats:
         """Return the net torque of each run [N*m], shape (n,)."""
@@ -452,6 +457,9 @@ class Prediction:
             return -math.inf
         return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
 
+
+SMALL = 0.05
+"""Smallest torque of a run with a weight, as a part of the median torque [1]."""
 
 FITS = 3.0
 """A correction fits if the run is then off by less than this many standard

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from msgspec import Struct
@@ -301,7 +301,8 @@ def _runs_hypothesis(
     partners: dict[int, Scores] = {}
     for words, scores in _exchanges(log, prediction, of_run):
         for run, score in scores.items():
-            of_run.get(run, partners.setdefault(run, [])).append((score, words))
+            entry = Score(score, words, is_exchange=True)
+            of_run.get(run, partners.setdefault(run, [])).append(entry)
     total = log.evidence(others)
     for run in runs:
         total += _log_sum(of_run.get(run, [])) - math.log(measured.time[run])
@@ -324,11 +325,21 @@ def _runs_hypothesis(
 def _log_sum(scores: Scores) -> float:
     """Return the log of the probability density of a run that is wrong somehow."""
     unknown = math.log(WRONG_RUN / UNKNOWN)
-    return float(np.logaddexp.reduce([unknown, *[score for score, _ in scores]]))
+    return float(np.logaddexp.reduce([unknown, *[each.log_density for each in scores]]))
 
 
-Scores = list[tuple[float, str]]
-"""The corrections of a run: log of the probability density, and words."""
+class Score(NamedTuple):
+    """A correction of a run, compared with its time."""
+
+    log_density: float
+    """Log of the probability density of the time, times how common the mistake is."""
+    words: str
+    is_exchange: bool = False
+    """Whether cells of two runs are exchanged, which is no accident."""
+
+
+Scores = list[Score]
+"""The corrections of a run."""
 
 
 def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
@@ -337,7 +348,8 @@ def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> 
     for correction in corrections.of_run(log.readings, log.measured, kept, run):
         density = prediction.log_density(correction.measured, run)
         if density > -math.inf:
-            scores.append((density + math.log(correction.common), correction.words))
+            common = math.log(correction.common)
+            scores.append(Score(density + common, correction.words))
     return scores
 
 
@@ -388,10 +400,6 @@ def _scores_of_pair(
     return {first: score - prediction.log_density(log.measured, second), second: 0.0}
 
 
-EXCHANGED = "are the "
-"""Beginning of the words of an exchange of two runs, which is no accident."""
-
-
 def _with_corrections(
     others: FitResult, run: int, scores: Scores, known: Outlier | None
 ) -> Outlier:
@@ -399,8 +407,11 @@ def _with_corrections(
     deviation = float(others.deviations[run])
     outlier = known or Outlier(run, deviation, None, slip=True)
     scores = sorted(scores, reverse=True)
-    likely = [words for score, words in scores if score > scores[0][0] - CLEARLY]
-    is_wrong = outlier.slip or any(words.startswith(EXCHANGED) for words in likely)
+    probable = [
+        score for score in scores if score.log_density > scores[0].log_density - CLEARLY
+    ]
+    likely = [score.words for score in probable]
+    is_wrong = outlier.slip or any(score.is_exchange for score in probable)
     maybe = ""
     if not is_wrong:
         # A run that is not clearly wrong may be odd by chance; then several

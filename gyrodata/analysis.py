@@ -163,7 +163,6 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         constancy=tables.constancy(corrected, torques, groups),
         torques=torques,
         run_table=tables.run_table(corrected, fit, outliers, lab.left_out),
-        patterns=tables.look_for_patterns(corrected, fit),
         unusual_sizes=sizes,
         diagnostics=diagnostics,
     )
@@ -217,7 +216,6 @@ def _findings(
         explanations=log.explanations,
         p=log.p,
         constancy=log.constancy,
-        patterns=log.patterns,
         exponent=exponent,
         ball=_ball(log),
         sizes=log.unusual_sizes,

@@ -27,7 +27,6 @@ from gyrodata.judging.tables import (
     Constancy,
     Exponent,
     NamedFit,
-    Pattern,
     PowerLaw,
     Run,
     Torque,
@@ -66,9 +65,7 @@ class Options(Struct, frozen=True):
     """Whether the report asks questions instead of giving conclusions."""
 
 
-DoubtKind = Literal[
-    "ball", "size", "note", "contradiction", "exponent", "scatter", "pattern"
-]
+DoubtKind = Literal["ball", "size", "note", "contradiction", "exponent", "scatter"]
 
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 """Kinds of doubt, the most serious first."""
@@ -201,8 +198,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
         Every run with its residual; `runs` is the same as a DataFrame.
-    patterns : tuple of Pattern
-        Tests of the residuals for patterns, the least probable first.
     unusual_sizes : tuple of Diagnostic
         Questions about readings of an unusual size, which are also diagnostics.
     diagnostics : tuple of Diagnostic
@@ -230,7 +225,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     constancy: Constancy | None
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
-    patterns: tuple[Pattern, ...]
     unusual_sizes: tuple[Diagnostic, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
 
@@ -504,9 +498,6 @@ class AnalysisResult(Struct, eq=False):
     weight [m]; null without m."""
     torques: tuple[Torque, ...]
     runs: tuple[Run, ...]
-    patterns: tuple[Pattern, ...]
-    """Tests of the residuals for patterns, the least probable first; empty below two
-    degrees of freedom."""
     uncertainties: tuple[StatedUncertainty, ...]
     advice: tuple[str, ...]
     """What would improve the next measurement."""

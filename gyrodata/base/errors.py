@@ -91,7 +91,7 @@ class Diagnostic(Struct, frozen=True):
         Number of wrong characters, for the mark below the excerpt.
     doubt : str
         Kind of doubt if the answer must not be quoted: "ball", "size", "note",
-        "contradiction", "exponent", "scatter" or "pattern"; else "".
+        "contradiction", "exponent" or "scatter"; else "".
     cell : str
         Cell of a workbook, such as "Sheet2!B5"; else "".
     """

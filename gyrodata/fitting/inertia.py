@@ -24,7 +24,6 @@ from gyrodata import physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import (
     ADDED,
-    BALANCE,
     PITCH,
     SPIN,
     TRANSVERSE,
@@ -36,6 +35,7 @@ from gyrodata.fitting.adjustment import (
 )
 from gyrodata.fitting.posterior import Posterior, chi2_tail
 from gyrodata.measurements import (
+    BALANCE_CHANGE,
     SOURCES,
     TRANSVERSE_U,
     Measurements,
@@ -513,7 +513,9 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     groups = measured.balance_groups
     several = np.unique(groups[(adjusted.kept > 0) & (groups >= 0)])
     levels = rows[:, 1:2] * (groups[:, None] == several)
-    is_balance = adjusted.problem.quantity[adjusted.problem.owners] == BALANCE
+    problem = adjusted.problem
+    names = [problem.sources[owner].name for owner in problem.owners]
+    is_balance = np.array([name == BALANCE_CHANGE for name in names], dtype=bool)
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:][:, ~is_balance],

@@ -26,6 +26,7 @@ from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Widths
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import (
+    BALANCE_CHANGE,
     SOURCES,
     WHOLE,
     Measurements,
@@ -120,7 +121,7 @@ class Change(Struct, frozen=True):
 
 EFFECTS = {
     "residual_torque": "imperfect balance",
-    "balance_change": "balance, differs between weights",
+    BALANCE_CHANGE: "balance, differs between weights",
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
@@ -227,7 +228,7 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
 def _balance_change(lab: Lab) -> Change:
     """Suppose that M0 is the same with every weight."""
-    measured, fit, name = lab.measured, lab.fit, "balance_change"
+    measured, fit, name = lab.measured, lab.fit, BALANCE_CHANGE
     if not measured.balance_differs:
         words = 'the log says "# balance: untouched", or it has one weight'
         return lab.change(name, words, sized=False, measured=None)

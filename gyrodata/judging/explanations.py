@@ -78,8 +78,10 @@ class Explanation(Struct, frozen=True):
     """A mistake with which the runs of a log would agree."""
 
     kind: str
-    """"runs", "weight", "turns" or "balance"."""
+    """"runs", "weight", "turns", "hand", "origin", "drift" or "balance"."""
     words: str
+    remedy: str
+    """What to do, with the text to type; "" if the message of the runs says it."""
     probability: float
     """Compared with all others that were tried, and with no mistake [1]."""
     runs: tuple[str, ...]
@@ -98,6 +100,7 @@ class Hypothesis(Struct, frozen=True):
     wrong: tuple[int, ...]
     """The runs that are certainly wrong if it is true."""
     fit: FitResult
+    remedy: str = ""
     outliers: tuple[Outlier, ...] = ()
 
 
@@ -211,6 +214,7 @@ def diagnose(
         tried += _wrong_runs(log, outliers)
         tried += _wrong_weights(log)
         tried += _wrong_counts(log)
+        tried += _shared_errors(log)
     tried.sort(key=lambda each: each.log_probability, reverse=True)
     likely = _comparable(tried)
     if not likely or "none" in [each.kind for each in likely]:
@@ -235,7 +239,8 @@ def _outliers_of(likely: Sequence[Hypothesis]) -> tuple[Outlier, ...]:
 def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
     """Return a hypothesis for users."""
     runs = tuple([log.measured.runs[run] for run in each.wrong])
-    return Explanation(each.kind, each.words, probability, runs, each.fit.inertia)
+    inertia = each.fit.inertia
+    return Explanation(each.kind, each.words, each.remedy, probability, runs, inertia)
 
 
 def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -318,7 +323,7 @@ def _runs_hypothesis(
         total,
         tuple(wrong),
         others,
-        tuple(outliers),
+        outliers=tuple(outliers),
     )
 
 
@@ -459,13 +464,7 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     factor = _load_factor(log, runs)
     changed = _with_free_load(log, runs, factor)
     fit = log.fit(changed)
-    error = fit.adjusted.shared[
-        [
-            fit.adjusted.problem.sources[owner].name == FREE_LOAD
-            for owner in fit.adjusted.problem.owners
-        ]
-    ]
-    factor /= 1 + WIDE * float(error[0])
+    factor /= 1 + WIDE * _adjusted(fit, FREE_LOAD)
     slips = _slips_of(log, factor)
     counts = _counts_of(log, runs, factor)
     causes = [*slips, *counts, *_values_of(log, runs, factor)]
@@ -490,9 +489,14 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
         evidence,
         tuple(runs),
         fit,
+        WEIGH_AGAIN,
         tuple(outliers),
     )
 
+
+WEIGH_AGAIN = (
+    "weigh it and measure its position again; correct the log, and do not change a time"
+)
 
 FREE_LOAD = "free_load"
 """Name of the error of a load that may be wrong."""
@@ -664,3 +668,116 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
             yield Hypothesis(
                 "turns", words, log.evidence(fit) + prior, tuple(wrong), fit
             )
+
+
+# --- an error that all runs share ---
+
+SHARED_ERROR = 0.05
+"""Probability that an error that all runs share is much larger than stated [1]."""
+
+LATE_HAND, OFF_CENTRE, DRIFT = 1.0, 5e-3, 0.1
+"""Standard uncertainties of such an error: of the hand [s], of the origin of the
+positions [m], and of M0 from the first run to the last, as a part of the lightest
+torque [1]."""
+
+
+def _shared_errors(log: Log) -> Iterator[Hypothesis]:
+    """Suppose that one error that all runs share is much larger than stated."""
+    for kind, changed, explain in (
+        ("hand", _with_late_hand, _of_hand),
+        ("origin", _with_free_origin, _of_origin),
+        ("drift", _with_drift, _of_drift),
+    ):
+        measured = changed(log.measured)
+        with suppress(NoFit):
+            fit = log.fit(measured)
+            words, remedy = explain(fit)
+            evidence = log.evidence(fit) + math.log(SHARED_ERROR)
+            yield Hypothesis(kind, words, evidence, (), fit, remedy)
+
+
+def _with_late_hand(measured: Measurements) -> Measurements:
+    """Let every time be too long, or too short, by up to seconds."""
+    return replace(measured, timing_bias_u=LATE_HAND if measured.timed else 0.0)
+
+
+def _of_hand(fit: FitResult) -> tuple[str, str]:
+    """Explain the bias of a hand: words and a remedy."""
+    late = fit.timing_bias.value
+    when = "later" if late > 0 else "earlier"
+    words = f"the runs would agree if the stopwatch was {abs(late):.2g} s {when} than stated"
+    remedy = (
+        f"state the bias of your hand, for example # u_time_bias: {2 * abs(late):.1g} "
+        f"s, or time more turns"
+    )
+    return words, remedy
+
+
+def _with_free_origin(measured: Measurements) -> Measurements:
+    """Let the origin of the positions be wrong by millimetres."""
+    sources = tuple(
+        [
+            replace(source, absolute=np.full(len(source.absolute), OFF_CENTRE))
+            if source.name == "position_zero"
+            else source
+            for source in measured.sources
+        ]
+    )
+    return replace(measured, sources=sources)
+
+
+def _of_origin(fit: FitResult) -> tuple[str, str]:
+    """Explain an error of the origin: words and a remedy."""
+    off = 1e3 * OFF_CENTRE * _adjusted(fit, "position_zero")
+    more = "less" if off > 0 else "more"
+    words = f"the runs would agree if every position was {abs(off):.2g} mm {more}"
+    remedy = (
+        f"measure the arm from the centre of the ball, or state # u_position_zero: "
+        f"{abs(off):.1g} mm"
+    )
+    return words, remedy
+
+
+def _with_drift(measured: Measurements) -> Measurements:
+    """Let M0 change evenly from the first run to the last."""
+    count = len(measured.runs)
+    nothing = np.zeros(count)
+    lightest = fitting.lightest_torque(measured, np.ones(count))
+    drift = Source(
+        "balance_drift",
+        "balance",
+        np.zeros(count, dtype=int),
+        DRIFT * lightest * np.linspace(-0.5, 0.5, count),
+        nothing,
+        "all runs",
+        True,
+        "",
+    )
+    return replace(measured, sources=(*measured.sources, drift))
+
+
+def _of_drift(fit: FitResult) -> tuple[str, str]:
+    """Explain a drift of the balance: words and a remedy."""
+    lightest = fitting.lightest_torque(fit.adjusted.problem.measured, fit.adjusted.kept)
+    drift = 1e3 * DRIFT * lightest * abs(_adjusted(fit, "balance_drift"))
+    words = (
+        f"the runs would agree if M0 drifted by {drift:.2g} mN·m from the first run to "
+        f"the last"
+    )
+    remedy = "fix the balance weight, check step 2 again, and repeat the first run at the end"
+    return words, remedy
+
+
+def _adjusted(fit: FitResult, name: str) -> float:
+    """Return the adjusted value of a shared error, in its standard uncertainties.
+
+    Raises
+    ------
+    NoFit
+        If the fit does not contain it.
+    """
+    problem = fit.adjusted.problem
+    for owner, error in zip(problem.owners, fit.adjusted.shared, strict=True):
+        if problem.sources[owner].name == name:
+            return float(error)
+    raise NoFit(f"{name} is no error of this log")

@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,13 +21,11 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
-from gyrodata.judging.corrections import exchanged_digits
 from gyrodata.judging.explanations import Explanation
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
     Exponent,
-    Pattern,
     load_words,
     outlier_reason,
     scatter_in_u,
@@ -59,7 +56,6 @@ class Seen(Lab, frozen=True, kw_only=True):
     """Chance of a chi-square at least as large; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
-    patterns: tuple[Pattern, ...]
     exponent: Exponent | None
     ball: Ball | None
     sizes: tuple[Diagnostic, ...]
@@ -74,8 +70,7 @@ class Seen(Lab, frozen=True, kw_only=True):
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
     readings, without, out = seen.readings, seen.without, set(seen.left_out)
-    kinds = [each.kind for each in seen.explanations]
-    if kinds == ["weight"] or len(kinds) > 1:
+    if _is_explained(seen):
         # The explanations have a message of their own.
         return
     kept = (
@@ -185,7 +180,7 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
     ):
         return
-    if _is_balance_change(seen):
+    if _is_balance_change(seen) or _is_explained(seen):
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     values = {
@@ -271,19 +266,26 @@ def _chance_of_one_balance(fit: fitting.FitResult) -> float:
     return fit.posterior.chance_of_one_balance()
 
 
-def _explanations(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the mistake with which the runs would agree, or the probable ones.
+OTHER_MESSAGES = ("runs", "balance")
+"""Kinds of explanations that have a message of their own if they are certain."""
 
-    Single runs that are certainly wrong, and a balance that differs, have messages of
-    their own.
-    """
+
+def _is_explained(seen: Seen) -> bool:
+    """Return whether `_explanations` says why the runs do not agree."""
     several = seen.explanations
-    if not several:
+    is_certain = len(several) == 1 and several[0].kind not in OTHER_MESSAGES
+    return is_certain or len(several) > 1
+
+
+def _explanations(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the mistake with which the runs would agree, or the probable ones."""
+    if not _is_explained(seen):
         return
-    first = several[0]
+    several = seen.explanations
     if len(several) == 1:
-        if first.kind == "weight":
-            yield seen.readings.say("weight_wrong", words=first.words)
+        only = several[0]
+        name = "weight_wrong" if only.kind == "weight" else "shared_error"
+        yield seen.readings.say(name, words=only.words, remedy=only.remedy)
         return
     listed = "; or ".join(
         f"({number}) {each.words} (I_zz = {each.inertia.value:.4g} kg·m²)"
@@ -294,45 +296,10 @@ def _explanations(seen: Seen) -> Iterator[Diagnostic]:
     yield seen.readings.say(name, listed=listed)
 
 
-CHANCE = 0.015
-"""A pattern is reported if its probability, corrected for the number of tests, is below
-this."""
-
-NEAR = 0.15
-"""A mass with two exchanged digits is named if it agrees with the size of the pattern
-within this part of it."""
-
-
-def pattern_values(pattern: Pattern) -> dict[str, Any]:
-    """Return the values of the message about a pattern; the message has its name."""
-    size = pattern.size or 0.0
-    off, digits = abs(size), ""
-    if pattern.name == "mass" and " g" in pattern.of:
-        written = f"{float(pattern.of.split()[0]):#.4g}"
-        for meant in exchanged_digits(written):
-            if abs(float(meant) / float(written) - (1 - size)) < NEAR * off:
-                digits += f": is it {float(meant):g} g, and two digits are exchanged?"
-    # If the reading is too large, the true value is smaller.
-    more, late = ("less", "later") if size > 0 else ("more", "earlier")
-    values = {
-        "of": pattern.of,
-        "statistic": pattern.statistic,
-        "digits": digits,
-        "more": more,
-        "late": late,
-    }
-    return values | {
-        "size": off,
-        "twice": 2 * off,
-        "milli": 1e3 * off,
-        "percent": 100 * off,
-    }
-
-
 def _deviations(seen: Seen) -> Iterator[Diagnostic]:
     """Report a period that is not in proportion to the spin."""
     fit, exponent = seen.fit, seen.exponent
-    if seen.contradicts_itself:
+    if seen.contradicts_itself or _is_explained(seen):
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
@@ -361,18 +328,19 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
             )
 
 
-def _patterns(seen: Seen) -> Iterator[Diagnostic]:
-    """Report residuals that are not random; an explanation says more than a pattern."""
-    patterns = seen.patterns
-    if seen.contradicts_itself or seen.explanations or not patterns:
+TOO_GOOD = 0.003
+"""Runs that agree better than stated are reported if this is less probable."""
+
+
+def _agreement(seen: Seen) -> Iterator[Diagnostic]:
+    """Report runs that agree much better than their stated uncertainties allow."""
+    fit = seen.fit
+    if fit.dof < 2 or not seen.measured.own_relative.all():
         return
-    # The most likely cause is the first one.
-    first = patterns[0]
-    if first.p_corrected >= CHANCE:
-        return
-    p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
-    words = {"p": p, "tests": len(patterns), "motion": _other_motion(seen)}
-    yield seen.readings.say(first.name, **words, **pattern_values(first))
+    low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
+    if low < TOO_GOOD:
+        p = f"p = {low:.1g}" if low > 1e-6 else "p < 1e-6"
+        yield seen.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
@@ -935,7 +903,7 @@ CHECKS: tuple[Check, ...] = (
     _balance,
     _explanations,
     _deviations,
-    _patterns,
+    _agreement,
     _large_residual_torque,
     _falling_spin,
     _other_measurements,

@@ -9,6 +9,7 @@ error, and so do equal positions.
 """
 
 from gyrodata.measurements.measured import (
+    BALANCE_CHANGE,
     Measurements,
     measure,
     select,

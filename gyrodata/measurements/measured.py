@@ -26,6 +26,9 @@ from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.readings import Column, Readings
 
+BALANCE_CHANGE = "balance_change"
+"""Name of the difference of M0 between weights."""
+
 
 class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One log in SI units, n runs.
@@ -186,7 +189,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Return the difference of M0 between weights, of a width [N*m], as a source."""
         nothing = np.zeros(len(self.runs))
         return Source(
-            "balance_change",
+            BALANCE_CHANGE,
             "balance",
             self.balance_groups,
             nothing + width,

@@ -79,7 +79,7 @@ PARTS = {
 }
 """What is kept of each part of the result."""
 DIGESTED = (
-    "if_balanced constants exponent constancy ball runs patterns uncertainties fits "
+    "if_balanced constants exponent constancy ball runs uncertainties fits "
     "budget torques power_law"
 )
 """Parts of the result of which a digest of all fields is kept, with five digits."""

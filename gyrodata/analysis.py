@@ -149,7 +149,6 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         measurements=corrected,
         fit=fit,
         model=lab.motion,
-        choice=lab.choice,
         outliers=outliers,
         without_outliers=recommended.without_outliers,
         explanations=recommended.explanations,

@@ -20,7 +20,7 @@ from msgspec.structs import asdict
 from gyrodata.base.errors import Diagnostic, DiagnosticJson
 from gyrodata.base.tool import Tool
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
-from gyrodata.judging.changes import Choice, Effect, Lab, Sensitivity
+from gyrodata.judging.changes import Effect, Lab, Sensitivity
 from gyrodata.judging.explanations import Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -169,8 +169,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         distribution.
     model : Motion
         How the rods moved: the models that were fitted to the runs.
-    choice : Choice or None
-        The sizes of the effects by which these models were chosen.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
@@ -211,7 +209,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     measurements: Measurements
     fit: FitResult
     model: Motion
-    choice: Choice | None
     outliers: tuple[Outlier, ...]
     without_outliers: Estimate | None
     explanations: tuple[Explanation, ...]
@@ -240,7 +237,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
             left_out=tuple(left_out),
             effects=self.effects,
             asked=self.options.model != AUTO,
-            choice=self.choice,
         )
 
 

@@ -211,6 +211,25 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
                 / np.abs(self._linear.torque + end.unknowns[1]),
             )
 
+    def error_of(self, name: str) -> Floats:
+        """Return the adjusted error of a source that runs share, in its u, shape (n,).
+
+        It is zero in runs without this source.
+        """
+        problem = self.adjusted.problem
+        shared = np.concatenate((self.adjusted.shared, (0.0,)))
+        for source, member in zip(problem.sources, problem.member, strict=True):
+            if source.name == name:
+                return cast(Floats, shared[member])
+        return np.zeros(problem.count)
+
+    @property
+    def chance_of_one_balance(self) -> float:
+        """Probability that M0 is the same with every weight; 1 if the log decides it."""
+        if self.posterior is None or self.adjusted.problem.measured.balance is not None:
+            return 1.0
+        return self.posterior.chance_of_one_balance()
+
     @property
     def log_evidence(self) -> float:
         """Logarithm of the probability of the times, up to a constant.

@@ -68,12 +68,9 @@ class Lab(Struct, frozen=True):
     """How the rods moved, according to this fit."""
     left_out: tuple[int, ...] = ()
     effects: tuple[Effect, ...] = ()
-    """Effects whose sizes in this fit are known: those that `choose_model` computed for
-    this same fit, if any; after `gyrodata.analysis.judge`, all."""
+    """The effects of `list_effects`, if they were listed."""
     asked: bool = False
     """True if the user chose the model."""
-    choice: Choice | None = None
-    """How the models were chosen; None for a fit within this module."""
 
     def change(
         self,
@@ -638,13 +635,12 @@ def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect
     u = fitting.relative_u(lab.fit.inertia)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
-    known = {effect.effect: effect for effect in lab.effects}
-    effects = []
-    for change in CHANGES["effect"](lab):
-        if names is not None and change.name not in names:
-            continue
-        effects.append(known.get(change.name) or _size_up(lab, change, u))
-    return tuple(effects)
+    listed = [
+        change
+        for change in CHANGES["effect"](lab)
+        if names is None or change.name in names
+    ]
+    return tuple([_size_up(lab, change, u) for change in listed])
 
 
 def _size_up(lab: Lab, change: Change, u: float) -> Effect:
@@ -692,38 +688,47 @@ def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
     return ""
 
 
-def _biases(lab: Lab, model: MotionModel) -> Floats | None:
-    """Compute the relative bias of I_zz of each run alone without a model [1]."""
-    top = fitting.top_of(lab.measured, lab.fit)
-    return model.biases(top, fitting.timed_runs(lab.measured))
+def _biases(lab: Lab, model: MotionModel) -> Floats:
+    """Compute the relative bias of I_zz of each run without an effect [1], shape (n,).
 
-
-OFFERED = 0.7
-"""If the formula for an effect about which the log is silent is above this part of
-`DROP_ONE`, its size is fitted."""
-
-
-def may_matter(lab: Lab, model: MotionModel, least: float = OFFERED * DROP_ONE) -> bool:
-    """Return whether a model may change I_zz by `least` standard uncertainties.
-
-    If this is true, only a fit can show how large the change is.
+    It is that of the first model of the effect, as in the table of effects.
     """
-    u, biases = fitting.relative_u(lab.fit.inertia), _biases(lab, model)
-    is_used = lab.motion.of_effect(model.effect) is not None
-    # The formulas are those of a level rod.
-    if biases is None or lab.measured.pitch.any() or is_used or not u:
-        return True
-    # Runs that scatter more than stated may do so because of the motion, which then
-    # widens u.
-    widened = max(1.0, lab.fit.widths.scatter)
-    return not abs(float(lab.fit.response @ biases)) * widened / u < least
+    top = fitting.top_of(lab.measured, lab.fit)
+    first = models.of_effects()[model.effect]
+    return Motion((first,)).slowing(top, fitting.timed_runs(lab.measured)) - 1
+
+
+def size_of_model(lab: Lab, model: MotionModel) -> float:
+    """Compute the change of I_zz without a model of motion, in its u [1].
+
+    It is the sum of the changes of the single runs, which is right for a small effect;
+    NaN without a steady precession.
+    """
+    return _size_in_u(lab, _biases(lab, model))
+
+
+def _size_in_u(lab: Lab, biases: Floats) -> float:
+    """Compute the change of I_zz by a bias of each run, in its u [1]."""
+    u = fitting.relative_u(lab.fit.inertia)
+    return abs(float(lab.fit.response @ biases)) / u if u else math.inf
+
+
+NEARLY = 0.7
+"""An effect about which the log is silent is reported only if its size without a fit is
+above this part of `DROP_ONE`."""
 
 
 def assumed_effects(lab: Lab) -> tuple[str, ...]:
     """Return the effects that may matter, and about which the log is silent."""
     runs = fitting.timed_runs(lab.measured)
     silent = [model for model in MODELS if model.is_assumed(runs)]
-    return tuple([model.effect for model in silent if may_matter(lab, model)])
+    return tuple(
+        [
+            model.effect
+            for model in silent
+            if not size_of_model(lab, model) < NEARLY * DROP_ONE
+        ]
+    )
 
 
 # --- answers ---
@@ -772,21 +777,16 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
 class Fits:
     """The fits of one log with several motions, each made once.
 
-    The corrections start from those of `like`, which is nearly the same log.
+    The corrections start from those of `near`, a fit of nearly the same log.
     """
 
     def __init__(
         self,
         measured: Measurements,
         left_out: tuple[int, ...] = (),
-        like: Lab | None = None,
+        near: FitResult | None = None,
     ) -> None:
-        self.measured, self.left_out = measured, left_out
-        self.near = None if like is None else like.fit
-        # Effects that every lab has are as large as in nearly the same log.
-        always = counting(())
-        effects = () if like is None else like.effects
-        self.effects = tuple([one for one in effects if one.effect in always])
+        self.measured, self.left_out, self.near = measured, left_out, near
         self.known: list[Lab] = []
 
     def lab(self, motion: Motion) -> Lab:
@@ -808,51 +808,22 @@ class Fits:
 
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:
-    """Fit a changed log with the model that it needs.
-
-    This is the model of the log itself, unless the sizes of the effects change so much
-    that another one is needed.
-    """
+    """Fit a changed log with the model that it needs."""
     measured = change.measured or lab.measured
-    fits = Fits(measured, change.left_out, lab)
-    if lab.asked or len(measured.runs) > FEW:
-        return fits.lab(change.motion).fit
-    with suppress(fitting.NoFit):
-        changed = fits.lab(change.motion)
-        if _is_chosen_alike(lab, changed):
-            return changed.fit
-    # As for the log itself, the models are chosen with all runs: `fits` has fewer.
-    choice, _ = choose_model(measured, fits=None if change.left_out else fits)
-    return fits.lab(choice.motion).fit
+    fits = Fits(measured, change.left_out, lab.fit)
+    motion = change.motion
+    if not lab.asked and len(measured.runs) <= FEW:
+        # As for the log itself, the models are chosen with all runs: `fits` has fewer.
+        motion, _ = choose_model(measured, fits=None if change.left_out else fits)
+    return fits.lab(motion).fit
 
 
 # --- the model of a log ---
 
-NEVER_MODELLED = "decay_law"
-"""An effect that no model contains. A log with two readings of each spin has it, and it
-then counts towards the sum of what is left out."""
-
-
-class Choice(Struct, frozen=True):
-    """The models of motion that a log needs, and the sizes of the effects that led to them."""
-
-    motion: Motion
-    needed: Motion
-    """The models that are needed by the sizes of their effects; the runs may contradict
-    one that is only assumed."""
-    effects: tuple[Effect, ...] = ()
-    """The effects of these models, and those that count towards the sum."""
-    u: float = 0.0
-    """Relative u of I_zz of the fit to which the effects were compared [1]; 0 if nothing
-    had to be compared."""
-    preference: float | None = None
-    """Logarithm of how much more likely the runs are without an assumed model than with
-    it; None if they were not compared."""
-
 
 def choose_model(
     measured: Measurements, model: str = AUTO, fits: Fits | None = None
-) -> tuple[Choice, Lab | None]:
+) -> tuple[Motion, Lab | None]:
     """Choose the requested model, or the simplest models that are good enough for a log.
 
     A model is offered if the log states its motion, or if the log is silent and the
@@ -871,7 +842,7 @@ def choose_model(
 
     Returns
     -------
-    Choice
+    Motion
         The models.
     Lab or None
         The fit of all runs with these models, if the choice needed exactly this fit.
@@ -881,42 +852,24 @@ def choose_model(
     stated = models.stated_or_asked(model, runs)
     silent = [candidate for candidate in MODELS if candidate.is_assumed(runs)]
     if model != AUTO or not (stated.models or silent):
-        return Choice(stated, stated), None
+        return stated, None
     try:
         # The evidence of a silent log needs the whole fit; for what a log states, the
         # sizes of the effects are enough, and a quick fit gives them.
         lab = fits.lab(Motion()) if silent else _fit_as_stated(measured)
-        assumed = [each for each in silent if _may_have_happened(lab, each)]
+        top = fitting.top_of(lab.measured, lab.fit)
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return Choice(stated, stated), None
+        return stated, None
+    assumed = [each for each in silent if each.is_possible(top, runs)]
     offered = [each for each in MODELS if each in stated.models or each in assumed]
-    if offered:
-        lab = replace(lab, effects=fits.effects)
-        lab = replace(lab, effects=list_effects(lab, counting(offered)))
-        u = fitting.relative_u(lab.fit.inertia)
-        needed = needed_models(lab, offered, lab.effects, u)
-        choice = Choice(needed, needed, lab.effects, u)
-        choice = _give_up_contradicted(choice, assumed, fits)
-    else:
-        choice = Choice(Motion(), Motion())
+    motion = needed_models(lab, offered)
+    for each in assumed:
+        if each in motion.models and _is_contradicted(fits, motion, each):
+            motion = motion.without(each.effect)
     # A fit with the stated widths alone has no posterior distribution.
-    is_the_fit = lab.fit.posterior is not None and choice.motion == Motion()
-    return choice, lab if is_the_fit else None
-
-
-def _give_up_contradicted(
-    choice: Choice, assumed: Collection[MotionModel], fits: Fits
-) -> Choice:
-    """Leave out an assumed model if the runs are clearly more likely without it."""
-    for model in assumed:
-        if model in choice.needed.models:
-            preference = _preference(fits, choice.needed, model)
-            motion = choice.needed
-            if preference > CLEARLY:
-                motion = motion.without(model.effect)
-            choice = replace(choice, motion=motion, preference=preference)
-    return choice
+    is_the_fit = lab.fit.posterior is not None and motion == Motion()
+    return motion, lab if is_the_fit else None
 
 
 def _fit_as_stated(measured: Measurements) -> Lab:
@@ -925,158 +878,65 @@ def _fit_as_stated(measured: Measurements) -> Lab:
     return Lab(None, runs, fit, Motion())
 
 
-def _may_have_happened(lab: Lab, model: MotionModel) -> bool:
-    """Return whether a motion about which the log is silent is possible, and may matter."""
-    top, runs = (
-        fitting.top_of(lab.measured, lab.fit),
-        fitting.timed_runs(lab.measured),
-    )
-    return may_matter(lab, model) and model.is_possible(top, runs)
-
-
-def counting(offered: Collection[MotionModel]) -> set[str]:
-    """Return the effects that count in the choice among the offered models."""
-    always = {one.effect for one in MODELS if one.always}
-    return {NEVER_MODELLED, *always, *(one.effect for one in offered)}
-
-
-def needed_models(
-    lab: Lab,
-    offered: Collection[MotionModel],
-    effects: Collection[Effect],
-    u: float,
-) -> Motion:
+def needed_models(lab: Lab, offered: Collection[MotionModel]) -> Motion:
     """Return those of the offered models whose effects are too large to be left out.
 
-    `u` is the relative standard uncertainty of I_zz [1].
-
     The smallest is left out first, as long as it and the sum of all that are left out
-    stay below their limits. If the fit with an effect fails, the effect cannot be left
-    out. Effects that are not offered, because the log lacks their readings, count
-    towards the sum. What the log states is also needed if the single runs show it; what
-    it does not state is assumed for its effect on I_zz only.
+    stay below their limits. Effects that are not offered, because the log lacks their
+    readings, count towards the sum. What the log states is also needed if the single
+    runs show it; what it does not state is assumed for its effect on I_zz only.
     """
-    needed = {model.effect for model in offered}
-    needed -= _negligible(needed, effects, u)
     runs = fitting.timed_runs(lab.measured)
-    for model in offered:
-        if model.is_stated(runs) and _seen_in_scatter(lab, model):
-            needed.add(model.effect)
-    return Motion(tuple([model for model in offered if model.effect in needed]))
-
-
-def _negligible(
-    names: Collection[str], effects: Collection[Effect], u: float
-) -> set[str]:
-    """Return those names of offered effects that can be left out together.
-
-    The sum of what is left out begins with the effects that are not offered.
-    """
-    sizes = []
-    dropped = 0.0
-    for effect in effects:
-        if effect.effect in names and effect.bias is not None:
-            sizes.append((abs(effect.bias), effect.effect))
-        elif effect.effect not in names and not effect.in_u:
-            dropped += abs(effect.bias or 0.0)
-    negligible = set()
-    for size, name in sorted(sizes):
-        dropped += size
-        if size > DROP_ONE * u or dropped > DROP_ALL * u:
+    sizes = {each.effect: size_of_model(lab, each) for each in offered}
+    dropped = _size_of_decay_law(lab)
+    for each in MODELS:
+        if each.always and each not in offered:
+            dropped += size_of_model(lab, each)
+    needed = set(sizes)
+    for effect in sorted(sizes, key=lambda name: sizes[name]):
+        dropped += sizes[effect]
+        # An effect of unknown size, NaN, is not left out.
+        if not (sizes[effect] <= DROP_ONE and dropped <= DROP_ALL):
             break
-        negligible.add(name)
-    return negligible
+        needed.remove(effect)
+    for each in offered:
+        if each.is_stated(runs) and _seen_in_scatter(lab, each):
+            needed.add(each.effect)
+    return Motion(tuple([each for each in offered if each.effect in needed]))
 
 
-MARGIN = 0.15
-"""Relative doubt about the size of an effect in a changed log [1], if the size was not
-fitted."""
+def _size_of_decay_law(lab: Lab) -> float:
+    """Compute the change of I_zz by another law of the falling spin, in its u [1].
 
-
-def _is_chosen_alike(lab: Lab, changed: Lab) -> bool:
-    """Return whether a changed log certainly needs the models of the log itself.
-
-    The sizes of the effects are those in the log, changed by as much as their formulas
-    change.
+    No model contains it. It is zero if u contains it, or if each spin was read once.
     """
-    choice = lab.choice
-    # The formulas are those of a level rod.
-    if choice is None or changed.measured.pitch.any() or not _is_decided(choice):
-        return False
-    stated = models.stated_or_asked(AUTO, fitting.timed_runs(changed.measured)).models
-    if any(_may_be_seen_in_scatter(changed, model) for model in stated):
-        return False
-    offered = _offered(changed, stated)
-    known = {effect.effect: effect for effect in (*lab.effects, *choice.effects)}
-    if not {model.effect for model in offered} <= set(known):
-        return False
-    names = sorted(counting(offered) & set(known))
-    effects = [_resized(lab, changed, known[name]) for name in names]
-    u = choice.u or fitting.relative_u(lab.fit.inertia)
-    u *= _relative_change_of_u(lab, changed)
-    with_large_u = needed_models(changed, offered, effects, u * (1 + MARGIN))
-    with_small_u = needed_models(changed, offered, effects, u * (1 - MARGIN))
-    return with_large_u == with_small_u == choice.needed
-
-
-def _offered(lab: Lab, stated: Collection[MotionModel]) -> list[MotionModel]:
-    """Return the stated models, and those that a silent log may need."""
-    top = fitting.top_of(lab.measured, lab.fit)
-    runs = fitting.timed_runs(lab.measured)
-    offered = []
-    for model in MODELS:
-        is_likely = model.is_assumed(runs) and model.is_possible(top, runs)
-        if model in stated or is_likely:
-            offered.append(model)
-    return offered
-
-
-def _resized(lab: Lab, changed: Lab, effect: Effect) -> Effect:
-    """Estimate an effect in a changed log, from its size in the log."""
-    model = models.of_effects().get(effect.effect)
-    if effect.bias is None or model is None:
-        return effect
-    before, after = (_expected_bias(one, model) for one in (lab, changed))
-    return replace(effect, bias=effect.bias + after - before)
-
-
-def _expected_bias(lab: Lab, model: MotionModel) -> float:
-    """Compute the relative bias of I_zz without a model by its formula [1]; 0 without one."""
-    biases = _biases(lab, model)
-    return 0.0 if biases is None else float(lab.fit.response @ biases)
-
-
-def _relative_change_of_u(lab: Lab, changed: Lab) -> float:
-    """Return the relative u of I_zz of a changed log over that of the log [1]."""
-    before = fitting.relative_u(lab.fit.inertia)
-    return fitting.relative_u(changed.fit.inertia) / before if before else 1.0
+    measured = lab.measured
+    in_u = any(source.name == "decay_exponent" for source in measured.sources)
+    start, end = measured.spin_start, measured.spin_end
+    if start is None or end is None or in_u:
+        return 0.0
+    return _size_in_u(lab, physics.decay_law_doubt(start, end))
 
 
 CLEARLY = math.log(200.0)
-"""One explanation is clearly better than another if it makes the times 200 times as
-likely."""
+"""One motion is clearly better than another if it makes the times 200 times as likely.
+"""
 
 
-def _preference(fits: Fits, motion: Motion, model: MotionModel) -> float:
-    """Return how much more likely the runs are without a model than with it, as a logarithm.
+def _is_contradicted(fits: Fits, motion: Motion, model: MotionModel) -> bool:
+    """Return whether the runs are clearly more likely without a model than with it.
 
-    If there are very many runs, a sample of them is used. The result is −∞ if one of
-    the fits fails.
+    If there are very many runs, a sample of them is used.
     """
     if len(fits.measured.runs) > fitting.MANY:
         every = np.ones(len(fits.measured.runs))
         fits = Fits(select(fits.measured, fitting.sample(fits.measured, every)))
     try:
         without = fits.lab(motion.without(model.effect)).fit
-        return without.log_evidence - fits.lab(motion).fit.log_evidence
+        preference = without.log_evidence - fits.lab(motion).fit.log_evidence
     except fitting.NoFit:
-        return -math.inf
-
-
-def _is_decided(choice: Choice) -> bool:
-    """Return whether a small change of the runs does not decide about an assumed model."""
-    likelier = choice.preference
-    return likelier is None or not CLEARLY / 2 < likelier < 2 * CLEARLY
+        return False
+    return preference > CLEARLY
 
 
 def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
@@ -1084,23 +944,5 @@ def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
 
     An example is the effect of a rod that is tilted up and down.
     """
-    return _size_in_runs(lab, model) > DROP_ALL
-
-
-def _size_in_runs(lab: Lab, model: MotionModel) -> float:
-    """Compute an effect on the single times, in their standard uncertainties [1]."""
-    biases = _biases(lab, model)
-    if biases is None:
-        return 0.0
-    in_u = biases * lab.measured.time / lab.fit.time_u
-    return float(np.sqrt(np.mean(in_u**2)))
-
-
-def _may_be_seen_in_scatter(lab: Lab, model: MotionModel) -> bool:
-    """Return whether it is in doubt that the single runs show an effect.
-
-    The doubt is that of the factor by which the runs scatter.
-    """
-    size, factor = _size_in_runs(lab, model), lab.fit.widths.scatter
-    low, high = size * min(factor, 1.0), size * max(factor, 1.0)
-    return low * (1 - MARGIN) < DROP_ALL < high * (1 + MARGIN)
+    in_u = _biases(lab, model) * lab.measured.time / lab.fit.time_u
+    return float(np.sqrt(np.mean(in_u**2))) > DROP_ALL

@@ -33,6 +33,10 @@ from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Column, Readings, kind_of_role
 
+ONE_BALANCE = 1 / 3
+"""If M0 is the same with every weight with a smaller probability, the weights do not
+agree."""
+
 # --- how common each mistake is ---
 
 WRONG_RUN = 3e-3
@@ -464,7 +468,7 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     factor = _load_factor(log, runs)
     changed = _with_free_load(log, runs, factor)
     fit = log.fit(changed)
-    factor /= 1 + WIDE * _adjusted(fit, FREE_LOAD)
+    factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = _slips_of(log, factor)
     counts = _counts_of(log, runs, factor)
     causes = [*slips, *counts, *_values_of(log, runs, factor)]
@@ -689,16 +693,20 @@ def _shared_errors(log: Log) -> Iterator[Hypothesis]:
         ("drift", _with_drift, _of_drift),
     ):
         measured = changed(log.measured)
+        if measured is None:
+            continue
         with suppress(NoFit):
             fit = log.fit(measured)
             words, remedy = explain(fit)
-            evidence = log.evidence(fit) + math.log(SHARED_ERROR)
+            # A balance that differs as well is another explanation.
+            evidence, _ = log.evidences(fit)
+            evidence += math.log(SHARED_ERROR)
             yield Hypothesis(kind, words, evidence, (), fit, remedy)
 
 
-def _with_late_hand(measured: Measurements) -> Measurements:
+def _with_late_hand(measured: Measurements) -> Measurements | None:
     """Let every time be too long, or too short, by up to seconds."""
-    return replace(measured, timing_bias_u=LATE_HAND if measured.timed else 0.0)
+    return replace(measured, timing_bias_u=LATE_HAND) if measured.timed else None
 
 
 def _of_hand(fit: FitResult) -> tuple[str, str]:
@@ -713,8 +721,10 @@ def _of_hand(fit: FitResult) -> tuple[str, str]:
     return words, remedy
 
 
-def _with_free_origin(measured: Measurements) -> Measurements:
+def _with_free_origin(measured: Measurements) -> Measurements | None:
     """Let the origin of the positions be wrong by millimetres."""
+    if not any(source.name == "position_zero" for source in measured.sources):
+        return None
     sources = tuple(
         [
             replace(source, absolute=np.full(len(source.absolute), OFF_CENTRE))
@@ -728,7 +738,7 @@ def _with_free_origin(measured: Measurements) -> Measurements:
 
 def _of_origin(fit: FitResult) -> tuple[str, str]:
     """Explain an error of the origin: words and a remedy."""
-    off = 1e3 * OFF_CENTRE * _adjusted(fit, "position_zero")
+    off = 1e3 * OFF_CENTRE * float(fit.error_of("position_zero")[0])
     more = "less" if off > 0 else "more"
     words = f"the runs would agree if every position was {abs(off):.2g} mm {more}"
     remedy = (
@@ -759,25 +769,10 @@ def _with_drift(measured: Measurements) -> Measurements:
 def _of_drift(fit: FitResult) -> tuple[str, str]:
     """Explain a drift of the balance: words and a remedy."""
     lightest = fitting.lightest_torque(fit.adjusted.problem.measured, fit.adjusted.kept)
-    drift = 1e3 * DRIFT * lightest * abs(_adjusted(fit, "balance_drift"))
+    drift = 1e3 * DRIFT * lightest * abs(float(fit.error_of("balance_drift")[0]))
     words = (
         f"the runs would agree if M0 drifted by {drift:.2g} mN·m from the first run to "
         f"the last"
     )
     remedy = "fix the balance weight, check step 2 again, and repeat the first run at the end"
     return words, remedy
-
-
-def _adjusted(fit: FitResult, name: str) -> float:
-    """Return the adjusted value of a shared error, in its standard uncertainties.
-
-    Raises
-    ------
-    NoFit
-        If the fit does not contain it.
-    """
-    problem = fit.adjusted.problem
-    for owner, error in zip(problem.owners, fit.adjusted.shared, strict=True):
-        if problem.sources[owner].name == name:
-            return float(error)
-    raise NoFit(f"{name} is no error of this log")

@@ -21,7 +21,7 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
-from gyrodata.judging.explanations import Explanation
+from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
     Constancy,
@@ -30,7 +30,7 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import Measurements, select, spin_columns
+from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
@@ -163,7 +163,7 @@ MUCH_SCATTER = 2.0
 
 def _is_balance_change(seen: Seen) -> bool:
     """Return whether a balance that differs between weights explains the scatter."""
-    is_change = _chance_of_one_balance(seen.fit) < ONE_BALANCE
+    is_change = seen.fit.chance_of_one_balance < ONE_BALANCE
     return is_change and seen.fit.widths.scatter < MUCH_SCATTER
 
 
@@ -206,10 +206,6 @@ def _stated_scatter(measured: Measurements) -> str:
     return f"{float(times[0].absolute[0]):.2g} s"
 
 
-ONE_BALANCE = 1 / 3
-"""If M0 is the same with every weight with a smaller probability, the weights
-disagree."""
-
 TELLING = 4
 """Smallest number of weights that can show which one of them is different."""
 
@@ -220,7 +216,7 @@ def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
     This is a test of lack of fit: the scatter between the weights is compared with that
     within each weight, whose size is uncertain.
     """
-    chance = _chance_of_one_balance(seen.fit)
+    chance = seen.fit.chance_of_one_balance
     kinds = [each.kind for each in seen.explanations]
     if (
         seen.contradicts_itself
@@ -228,42 +224,23 @@ def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
         or kinds not in ([], ["balance"])
     ):
         return
-    names = [load_words(seen.measured, runs[0]) for runs in _odd_weights(seen)]
-    which = "no single weight explains this"
-    if len(seen.measured.by_weight) < TELLING:
-        which = "so few weights cannot show which one is different"
-    elif len(names) == 1:
-        which = f"without {names[0]} they agree"
     yield seen.readings.say(
         "weights_disagree",
         percent=100 * (1 - chance),
         level=1e3 * seen.fit.widths.level,
-        which=which,
+        which=_odd_weight(seen),
     )
 
 
-def _odd_weights(seen: Seen) -> list[list[int]]:
-    """List the runs of each weight without which the other weights agree."""
-    measured, every = seen.measured, set(range(len(seen.measured.runs)))
-    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
-    odd: list[list[int]] = []
-    if not TELLING <= len(weights) <= changes.MOST_WEIGHTS:
-        return odd
-    for runs in weights:
-        rest = select(measured, sorted(every.difference(runs, seen.left_out)))
-        with suppress(fitting.NoFit):
-            fit = fitting.fit(rest, tilted=seen.motion.tilted)
-            if _chance_of_one_balance(fit) > ONE_BALANCE:
-                odd.append(runs)
-    return odd
-
-
-def _chance_of_one_balance(fit: fitting.FitResult) -> float:
-    """Return the probability that M0 is the same with every weight; 1 if the log decides."""
-    is_asked = fit.adjusted.problem.measured.balance is None
-    if not is_asked or fit.posterior is None:
-        return 1.0
-    return fit.posterior.chance_of_one_balance()
+def _odd_weight(seen: Seen) -> str:
+    """Name the weight whose M0 differs most, if the log has enough weights for it."""
+    weights = [
+        runs for runs in seen.measured.by_weight if seen.measured.torque[runs[0]]
+    ]
+    if len(weights) < TELLING:
+        return "so few weights cannot show which one is different"
+    run = int(np.abs(seen.fit.error_of(BALANCE_CHANGE)).argmax())
+    return f"M0 differs most with {load_words(seen.measured, run)}"
 
 
 OTHER_MESSAGES = ("runs", "balance")

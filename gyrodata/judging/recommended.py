@@ -15,11 +15,11 @@ from gyrodata import fitting
 from gyrodata.base.errors import LogError
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import changes, explanations, refusals
-from gyrodata.judging.changes import Choice, Effect, Lab
-from gyrodata.judging.explanations import Diagnosis, Explanation
+from gyrodata.judging.changes import Lab
+from gyrodata.judging.explanations import ONE_BALANCE, Diagnosis, Explanation
 from gyrodata.measurements import Measurements
 from gyrodata.physics import models
-from gyrodata.physics.models import AUTO, Model
+from gyrodata.physics.models import AUTO, Model, Motion
 from gyrodata.readings import Readings
 
 LARGEST = 3_000_000
@@ -37,10 +37,6 @@ TOO_WIDE = 0.7
 
 UNLIKELY = 1e-3
 """If chi-square is less probable than this, the runs do not agree."""
-
-ONE_BALANCE = 1 / 3
-"""If M0 is the same with every weight with a smaller probability, the weights do not
-agree."""
 
 
 class Recommended(Struct, frozen=True):
@@ -110,14 +106,14 @@ class _Screened(Struct, frozen=True):
     outliers: tuple[Outlier, ...]
     fit: FitResult | None
     """The fit by which the outliers were found; None if there are too few runs."""
-    choice: Choice
+    motion: Motion
     ready: Lab | None
     """The fit of all runs with these models, if the choice has made it already: that is
     only possible for models without a correction."""
 
     def fit_without(self, left_out: tuple[int, ...]) -> FitResult:
         """Fit the other runs."""
-        tilted = self.choice.motion.tilted
+        tilted = self.motion.tilted
         return fitting.fit(self.runs, tilted=tilted, left_out=left_out)
 
     def diagnose(self, readings: Readings) -> Diagnosis:
@@ -128,28 +124,22 @@ class _Screened(Struct, frozen=True):
                 base = self.fit_without(())
         if not self.outliers and base is not None and _agrees(base):
             return Diagnosis()
-        tilted = self.choice.motion.tilted
+        tilted = self.motion.tilted
         return explanations.diagnose(readings, self.runs, tilted, base, self.outliers)
 
     def fit_kept(
         self, readings: Readings, model: Model, left_out: tuple[int, ...]
     ) -> Lab:
         """Fit the runs that are not certainly wrong."""
-        effects: tuple[Effect, ...] = ()
-        if self.ready is None or left_out:
-            fit = self.fit_without(left_out)
-        else:
-            fit = self.ready.fit
-            effects = self.ready.effects
+        ready = self.ready if not left_out else None
+        fit = self.fit_without(left_out) if ready is None else ready.fit
         return Lab(
             readings,
             self.runs,
             fit,
-            self.choice.motion,
+            self.motion,
             left_out,
-            effects,
             asked=model != AUTO,
-            choice=self.choice,
         )
 
 
@@ -158,9 +148,7 @@ def _agrees(fit: FitResult) -> bool:
     as_stated = fit.as_stated or fit
     if fitting.chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) < UNLIKELY:
         return False
-    is_asked = fit.adjusted.problem.measured.balance is None
-    alike = fit.posterior.chance_of_one_balance() if fit.posterior else 1.0
-    return not is_asked or alike > ONE_BALANCE
+    return fit.chance_of_one_balance > ONE_BALANCE
 
 
 def _screen(measured: Measurements, model: Model) -> _Screened:
@@ -169,21 +157,21 @@ def _screen(measured: Measurements, model: Model) -> _Screened:
     The correction depends on I_zz, which an outlier can change: so outliers are found
     first without the correction, and then again with it.
     """
-    choice, ready = changes.choose_model(measured, model)
-    tilted = choice.motion.tilted
+    motion, ready = changes.choose_model(measured, model)
+    tilted = motion.tilted
     as_stated = ready.fit.as_stated if ready else None
     outliers, fit = fitting.screen(measured, tilted, as_stated)
-    screened = _Screened(measured, tuple(outliers), fit, choice, ready)
-    if not choice.motion.is_corrected(fitting.timed_runs(measured)):
+    screened = _Screened(measured, tuple(outliers), fit, motion, ready)
+    if not motion.is_corrected(fitting.timed_runs(measured)):
         return screened
     corrected, _ = fitting.fit_model(
         measured,
-        choice.motion,
+        motion,
         [outlier.index for outlier in outliers],
         fitting.AS_STATED,
     )
     outliers, fit = fitting.screen(corrected, tilted)
-    return _Screened(corrected, tuple(outliers), fit, choice, ready)
+    return _Screened(corrected, tuple(outliers), fit, motion, ready)
 
 
 def _refuse_too_many_shared_readings(

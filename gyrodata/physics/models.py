@@ -157,13 +157,6 @@ class MotionModel(Struct, frozen=True):
         """
         raise NotImplementedError
 
-    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
-        """Compute the relative bias of I_zz without this model [1], to lowest order.
-
-        One value for each run alone, shape (n,); None if there is no formula.
-        """
-        return None
-
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return whether the mean rate differs from that of the equation in the fit."""
         return True
@@ -217,14 +210,6 @@ class Steady(MotionModel, frozen=True):
         if not runs.pitch.any():
             return "no pitch in the log; this is for 2° off level"
         return f"{'eq. (8)' if kept else 'eq. (9)'} is used{as_asked}"
-
-    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
-        """Compute the bias of eq. (9) [1], shape (n,)."""
-        sense = np.where(runs.sense == 0, 1.0, runs.sense)
-        rate = sense * 2 * np.pi * runs.turns / runs.time
-        across = top.transverse_inertia
-        bias = physics.tilt_bias(rate, runs.spin, runs.pitch, top.inertia, across)
-        return np.asarray(bias)
 
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return whether the spin falls; else eq. (8) is the whole model."""
@@ -284,12 +269,6 @@ class Released(MotionModel, frozen=True):
                 'released" in the log)'
             )
         return f"released, as the log says; computed as steady{as_asked}"
-
-    def biases(self, top: Top, runs: TimedRuns) -> Floats | None:
-        """Compute the bias of steady precession [1], for level rods, shape (n,)."""
-        across = top.transverse_inertia
-        bias = physics.release_bias(top.torque, runs.spin, top.inertia, across)
-        return np.asarray(bias)
 
     def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
         """Compute the mean rate by the exact motion [rad/s], shape (n,)."""
@@ -522,16 +501,31 @@ class Motion(Struct, frozen=True):
 
         The rate of a run without a torque is zero; its ratio is 1.
         """
-        lean = (top.transverse_inertia, runs.pitch) if self.tilted else (0.0, 0.0)
         product = np.ones(len(runs.time))
         errors: list[ModelError] = []
         with np.errstate(divide="ignore", invalid="ignore"):
-            steady = physics.precession_rate(top.torque, runs.spin, top.inertia, *lean)
+            steady = self._steady_rate(top, runs)
             for model in self.models:
                 slowing = ratio(steady, model.mean_rate(top, runs, steady))
                 product = product * slowing
                 errors += model.errors(top, runs, slowing)
         return product, tuple(errors)
+
+    def slowing(self, top: Top, runs: TimedRuns) -> Floats:
+        """Compute the rate by eq. (9) over the mean rate of each run [1], shape (n,).
+
+        It is I_zz of each run without these models over I_zz with them.
+        """
+        correction, _ = self.correction(top, runs)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            level = Motion()._steady_rate(top, runs)
+            return ratio(level, self._steady_rate(top, runs)) * correction
+
+    def _steady_rate(self, top: Top, runs: TimedRuns) -> Floats:
+        """Compute the rate by the equation in the fit [rad/s], shape (n,)."""
+        lean = (top.transverse_inertia, runs.pitch) if self.tilted else (0.0, 0.0)
+        rate = physics.precession_rate(top.torque, runs.spin, top.inertia, *lean)
+        return np.asarray(rate)
 
 
 AUTO: Final = "auto"

@@ -20,10 +20,11 @@ from gyrodata.measurements.sources import (
     as_spin,
     find_drag,
     spin_columns,
+    timing_column,
     values_of,
 )
 from gyrodata.physics import Floats, Integers
-from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
+from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
 from gyrodata.readings import Column, Readings
 
 
@@ -202,6 +203,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         sign = np.where(self.sense == 0, 1.0, self.sense)
         return sign * 2 * np.pi * self.turns / self.time * self.spin
 
+    @cached_property
+    def whole_turns(self) -> Any:
+        """Whether each run covers whole turns, which end where they began, shape (n,)."""
+        return np.abs(self.turns - np.round(self.turns)) <= WHOLE
+
     @property
     def corrected_spin(self) -> Floats:
         """Mean spin of each run, corrected for the delay of its reading [rad/s], shape (n,)."""
@@ -237,109 +243,117 @@ def measure(readings: Readings) -> Measurements:
     """Compute the measured values of a log and their uncertainty components."""
     readings = without_loads(readings)
     diagnostics: list[Diagnostic] = []
-    columns, count = readings.columns, len(readings.runs)
-    nothing, values = (
-        np.full(count, np.nan),
-        {role: values_of(column) for role, column in columns.items()},
+    values = {role: values_of(column) for role, column in readings.columns.items()}
+    loads = _loads(readings, values, diagnostics)
+    time, turns = _timing(values)
+    drag = find_drag(readings, time)
+    spins = _spins(readings, diagnostics, time, drag)
+    sense = _sense(readings, loads["torque"], diagnostics)
+    pitch = np.nan_to_num(values.get("pitch", np.zeros(len(time))))
+    spin = spins.mean
+    if readings.tachometer == "still":
+        spin = spin - total_spin_excess(sense, turns, time, pitch)
+    timed = timing_column(readings.columns).role != "precession_rate"
+    bias, _ = parts.stated_or_default(readings, "time_bias")
+    balance_test, balance_test_from = _balance(readings)
+    torque_unseen = None
+    if readings.unmoved is not None:
+        torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
+    transverse, nutation = (
+        values.get("transverse_inertia"),
+        values.get("nutation_period"),
     )
+    nutation_ratio = None
+    if nutation is not None and transverse is None:
+        nutation_ratio = spin * nutation / (2 * np.pi)
+    direction = values.get("precession_sense")
+    measured = Measurements(
+        **loads,
+        runs=readings.runs,
+        lines=readings.lines,
+        time=time,
+        turns=turns,
+        spin=spin,
+        sense=sense,
+        pitch=pitch,
+        transverse_inertia=transverse,
+        spin_start=spins.start,
+        spin_end=spins.end,
+        timed=timed,
+        timing_bias_u=bias.absolute if timed else 0.0,
+        balance_test=balance_test,
+        balance_test_from=balance_test_from,
+        sources=(),
+        spin_readings=len(spin_columns(readings)),
+        motion=readings.motion,
+        tachometer=readings.tachometer,
+        precession_sense=None if direction is None else np.nan_to_num(direction),
+        balanced=readings.balanced,
+        balance=readings.balance,
+        latitude=readings.constants.get("latitude"),
+        torque_unseen=torque_unseen,
+        nutation_ratio=nutation_ratio,
+        drag=drag,
+        delay_factor=spins.delay_factor,
+        metadata=readings.metadata,
+        diagnostics=tuple(diagnostics),
+    )
+    sources = tuple(parts.list_sources(readings, measured))
+    return replace(measured, sources=sources)
 
-    latitude = readings.constants.get("latitude")
-    usual_g = (
-        physics.STANDARD_GRAVITY
-        if latitude is None
-        else float(physics.normal_gravity(latitude))
-    )
-    g = readings.constants.get("g", usual_g)
-    kind = parts.load_role(columns)
-    if kind == "mass" and latitude is None and "g" not in readings.constants:
-        diagnostics.append(
-            readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY)
-        )
-    load = values[kind]
-    position, torque, added = nothing, load, np.zeros(count)
+
+def _loads(
+    readings: Readings, values: Mapping[str, Floats], diagnostics: list[Diagnostic]
+) -> dict[str, Any]:
+    """Compute the torque of each run, and what the log says of its weight."""
+    columns, kind = readings.columns, parts.load_role(readings.columns)
+    load, nothing = values[kind], np.full(len(readings.runs), np.nan)
+    g = _gravity(readings, diagnostics)
+    position, torque, added = nothing, load, np.zeros(len(load))
     if kind != "torque":
         position = np.where(load == 0, 0.0, values.get("position", nothing))
         torque = physics.torque(load, position, g if kind == "mass" else 1.0)
     if kind == "mass" and "weight_diameter" in columns:
         # Half of m r², as of a disk.
         added = np.nan_to_num(0.5 * load * (values["weight_diameter"] / 2) ** 2)
+    steps = {role: np.array(columns[role].steps) for role in columns}
+    return {
+        "g": g,
+        "mass": load if kind == "mass" else nothing,
+        "force": load if kind == "force" else nothing,
+        "given_torque": load if kind == "torque" else nothing,
+        "position": position,
+        "torque": torque,
+        "added": added,
+        "mass_step": steps.get("mass", np.zeros(len(load))),
+        "position_step": steps.get("position", np.zeros(len(load))),
+    }
 
-    timing = timing_column(columns)
-    time, turns = values[timing.role], np.ones(count)
-    if timing.role == "time":
-        turns = np.abs(
-            values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi)
-        )
-    elif timing.role == "precession_rate":
-        time = 2 * np.pi / np.abs(time)
-    drag = find_drag(readings, time)
-    spins = _spins(readings, diagnostics, time, drag)
-    spin = spins.mean
-    sense = _sense(readings, torque, diagnostics)
-    pitch = np.nan_to_num(values["pitch"]) if "pitch" in values else np.zeros(count)
-    if readings.tachometer == "still":
-        spin = spin - total_spin_excess(sense, turns, time, pitch)
-    transverse, nutation = (
-        values.get("transverse_inertia"),
-        values.get("nutation_period"),
-    )
-    directions = values.get("precession_sense")
-    timed, (bias, _) = (
-        timing.role != "precession_rate",
-        parts.stated_or_default(readings, "time_bias"),
-    )
-    (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
-    return Measurements(
-        runs=readings.runs,
-        lines=readings.lines,
-        time=time,
-        turns=turns,
-        spin=spin,
-        mass=load if kind == "mass" else nothing,
-        position=position,
-        force=load if kind == "force" else nothing,
-        given_torque=load if kind == "torque" else nothing,
-        torque=torque,
-        sense=sense,
-        pitch=pitch,
-        transverse_inertia=transverse,
-        spin_start=spins.start,
-        spin_end=spins.end,
-        g=g,
-        timed=timed,
-        timing_bias_u=bias.absolute if timed else 0.0,
-        balance_test=balance_test,
-        balance_test_from=balance_test_from,
-        sources=tuple(
-            parts.list_sources(
-                readings, timing, time, turns, spin, position, pitch, drag
-            )
-        ),
-        spin_readings=len(spin_columns(readings)),
-        motion=readings.motion,
-        tachometer=readings.tachometer,
-        precession_sense=None if directions is None else np.nan_to_num(directions),
-        balanced=readings.balanced,
-        balance=readings.balance,
-        added=added,
-        latitude=latitude,
-        mass_step=np.array(columns["mass"].steps)
-        if kind == "mass"
-        else np.zeros(count),
-        position_step=np.array(columns["position"].steps)
-        if "position" in columns
-        else np.zeros(count),
-        torque_unseen=None
-        if still is None
-        else _torque_unseen(readings, still, diagnostics),
-        nutation_ratio=spin * nutation / (2 * np.pi)
-        if nutation is not None and transverse is None
-        else None,
-        drag=drag,
-        delay_factor=spins.delay_factor,
-        metadata=readings.metadata,
-        diagnostics=tuple(diagnostics),
-    )
+
+def _gravity(readings: Readings, diagnostics: list[Diagnostic]) -> float:
+    """Return g of a log [m/s^2], or its usual value."""
+    constants = readings.constants
+    if "g" in constants:
+        return constants["g"]
+    if "latitude" in constants:
+        return float(physics.normal_gravity(constants["latitude"]))
+    if "mass" in readings.columns:
+        note = readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY)
+        diagnostics.append(note)
+    return physics.STANDARD_GRAVITY
+
+
+def _timing(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the time [s] and the turns [1] of each run; one turn if a period is given."""
+    if "time" in values and "turns" in values:
+        return values["time"], np.abs(values["turns"])
+    if "time" in values and "angle" in values:
+        return values["time"], np.abs(values["angle"]) / (2 * np.pi)
+    if "precession_period" in values:
+        period = values["precession_period"]
+    else:
+        period = 2 * np.pi / np.abs(values["precession_rate"])
+    return period, np.ones(len(period))
 
 
 def without_loads(readings: Readings) -> Readings:
@@ -383,21 +397,6 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     return cast(
         Measurements,
         replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)),
-    )
-
-
-def timing_column(table: Mapping[str, Column]) -> Column:
-    """Return the column of the timing.
-
-    It contains times if there are turns or angles, else periods, else rates of
-    precession.
-    """
-    if "time" in table and ("turns" in table or "angle" in table):
-        return table["time"]
-    return (
-        table["precession_period"]
-        if "precession_period" in table
-        else table["precession_rate"]
     )
 
 

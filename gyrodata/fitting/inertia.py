@@ -429,18 +429,12 @@ def _without_late_runs(
         yield result
 
 
-def lightest_torque(measured: Measurements, kept: Floats) -> float:
-    """Return the smallest torque of the kept runs that is not zero [N*m]."""
-    sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
-    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
-
-
 def _at_widths(
     measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
 ) -> FitResult:
     """Adjust the runs at fixed widths."""
     factor, width = widths.scatter, widths.residual_torque
-    width = lightest_torque(measured, kept) if width is None else width
+    width = adjustment.lightest_torque(measured, kept) if width is None else width
     problem = Problem(measured, tilted, widths.level)
     start = adjustment.first_guess(measured, sense, kept)
     start = replace(
@@ -455,7 +449,8 @@ def _at_widths(
         # infinite, because their errors are proportional, or that M0 cancels all
         # torques. Larger errors of single runs and a small M0 prevent this.
         start = adjustment.robust_start(measured, sense, kept)
-        factor = max(factor, adjustment.misfit(measured, start, kept))
+        off = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(factor, float(np.sqrt(np.mean(off**2))))
         if factor > widths.scatter:
             width = 0.1 * width
         adjusted = adjustment.adjust(
@@ -504,15 +499,16 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         result.inertia.value,
         result.adjusted.problem.measured,
     )
-    lightest = lightest_torque(measured, adjusted.kept)
+    lightest = adjustment.lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     groups = measured.balance_groups
-    several = np.unique(groups[(adjusted.kept > 0) & (groups >= 0)])
-    levels = rows[:, 1:2] * (groups[:, None] == several)
+    # `np.unique` would import numpy.ma, which takes as long as the fit.
+    several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})
+    levels = rows[:, 1:2] * (groups[:, None] == np.array(several))
     is_balance = adjusted.problem.quantity[adjusted.problem.owners] == BALANCE
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],

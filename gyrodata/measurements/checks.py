@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, without_loads
-from gyrodata.measurements.sources import spin_columns, timing_column, values_of
+from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
@@ -178,15 +178,15 @@ def _changes_errors(key: str, readings: Readings, measured: Measurements) -> boo
             u = roles.as_u_of(role, key, readings.uncertainties[key])
             cells = [replace(r, u=None) if r.u == u else r for r in column.readings]
             columns[role] = replace(column, readings=tuple(cells))
-    silent = replace(readings, columns=columns)
-    return _sizes_of_errors(silent, measured) != _sizes_of_errors(readings, measured)
+    others = parts.list_sources(replace(readings, columns=columns), measured)
+    return _sizes_of_errors(others) != _sizes_of_errors(measured.sources)
 
 
-def _sizes_of_errors(readings: Readings, measured: Measurements) -> dict[str, Any]:
+def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
     """Return the sizes of the errors of a log by their names, for a comparison."""
     return {
         source.name: (source.default, *source.absolute, *source.relative)
-        for source in parts.list_sources(readings, measured)
+        for source in sources
     }
 
 

@@ -511,7 +511,7 @@ def _reading_errors(
     default = SOURCES[usual].default if isinstance(usual, str) else usual
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array(column.steps) / math.sqrt(12)
-    size = np.abs(np.nan_to_num(values))
+    size = np.where(np.isfinite(values), np.abs(values), 0.0)
     whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
     is_relative = (size > 0) & (default.relative > 0)
     absolute = np.where(is_relative, 0.0, whole)

@@ -30,26 +30,26 @@ from msgspec import Struct
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats
 
-QUANTITIES = (
-    "time",
-    "spin",
-    "turns",
-    "mass",
-    "position",
-    "force",
-    "torque",
-    "g",
-    "pitch",
-    "transverse",
-    "added",
-    "balance",
-)
-TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(
-    len(QUANTITIES) - 1
-)
-BALANCE = len(QUANTITIES) - 1
-"""Row of each quantity in an array of shape (12, n). The balance is the difference of a
-weight's M0 from that of the log [N*m]; nobody reads it, so it is zero."""
+ROWS = {
+    "time": 0,
+    "spin": 1,
+    "turns": 2,
+    "mass": 3,
+    "force": 3,
+    "torque": 3,
+    "position": 4,
+    "g": 5,
+    "pitch": 6,
+    "transverse": 7,
+    "added": 8,
+    "balance": 9,
+}
+"""Row of each quantity in an array of shape (10, n). The torque is load × position × g: a
+log has masses, forces (then g counts as 1) or torques (then the position does, too).
+The balance is the difference of a weight's M0 from that of the log [N*m]; nobody reads
+it, so it is zero."""
+
+TIME, SPIN, TURNS, LOAD, POSITION, G, PITCH, TRANSVERSE, ADDED, BALANCE = range(10)
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1].
@@ -75,7 +75,7 @@ class Linear(Struct, frozen=True):
     """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
 
     values: Floats
-    """Adjusted value of each quantity, shape (12, n)."""
+    """Adjusted value of each quantity, shape (10, n)."""
     torque: Floats
     """Adjusted torque of each weight, with its balance [N*m], shape (n,)."""
     misclosure: Floats
@@ -93,7 +93,7 @@ class Linear(Struct, frozen=True):
 class Problem:
     """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
 
-    `observed` contains the readings, shape (12, n). `member` contains the number of the
+    `observed` contains the readings, shape (10, n). `member` contains the number of the
     shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
     `to_column` list the same pairs.
     """
@@ -106,8 +106,6 @@ class Problem:
         self.measured = measured
         self.count = count
         self.tilted = tilted
-        self.by_weight = not np.isnan(measured.mass).all()
-        self.by_force = not np.isnan(measured.force).all()
         self.observed = _observed(measured, tilted)
         sources = [*measured.sources, measured.balance_source(level)]
         if not tilted:
@@ -117,8 +115,10 @@ class Problem:
         shape = len(sources), count
         self.absolute = np.reshape([s.absolute for s in sources], shape)
         self.relative = np.reshape([s.relative for s in sources], shape)
-        self.quantity = np.array([QUANTITIES.index(s.quantity) for s in sources], int)
-        self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
+        self.quantity = np.array([ROWS[s.quantity] for s in sources], int)
+        self.onto = (np.arange(len(self.observed))[:, None] == self.quantity).astype(
+            float
+        )
         self._number_shared_errors()
 
     def _number_shared_errors(self) -> None:
@@ -169,48 +169,28 @@ class Problem:
         np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
-        # Derivatives with respect to each quantity, (12, n), and to I_zz, M0 and b, (n,
-        # 3).
-        to = np.zeros(values.shape)
-        time, spin = values[TIME] - bias, values[SPIN]
-        signed, minus_angle = sense * time, -2 * np.pi * values[TURNS]
-        if self.by_weight:
-            mass, position, g = values[MASS], values[POSITION], values[G]
-            torque = mass * g * position
-            to[MASS], to[POSITION], to[G] = (
-                signed * (position * g),
-                signed * (mass * g),
-                signed * (mass * position),
-            )
-        elif self.by_force:
-            torque = values[FORCE] * values[POSITION]
-            to[FORCE], to[POSITION] = signed * values[POSITION], signed * values[FORCE]
-        else:
-            torque, to[TORQUE] = values[TORQUE], signed
-        torque, to[BALANCE] = torque + values[BALANCE], signed
-        push = sense * (torque + residual_torque)
+        time, spin, minus_angle = (
+            values[TIME] - bias,
+            values[SPIN],
+            -2 * np.pi * values[TURNS],
+        )
+        load, position, g = values[LOAD], values[POSITION], values[G]
+        torque = load * g * position + values[BALANCE]
+        signed, push = sense * time, sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
         spin_term = minus_angle * moment
         misclosure = push * time + spin_term
-        to[TIME], to[SPIN], to[TURNS], to[ADDED] = (
-            push,
-            minus_angle * whole,
-            -2 * np.pi * moment,
-            minus_angle * spin,
-        )
-        to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
+        # Derivatives with respect to each quantity.
+        to = np.zeros(values.shape)
+        to[TIME], to[SPIN], to[TURNS] = push, minus_angle * whole, -2 * np.pi * moment
+        to[LOAD], to[POSITION] = signed * (position * g), signed * (load * g)
+        to[G], to[BALANCE] = signed * (load * position), signed
+        to[ADDED] = minus_angle * spin
         if self.tilted:
-            pitch, difference = values[PITCH], whole - values[TRANSVERSE]
-            square = sense * minus_angle**2 / time
-            tilt = square * np.sin(pitch)
-            misclosure -= difference * tilt
-            to_unknowns[:, 0] -= tilt
-            to[TIME] += difference * tilt / time
-            to[TURNS] += 4 * np.pi * difference * tilt / minus_angle
-            to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
-            to[ADDED] -= tilt
-        to_unknowns[:, 2] = -to[TIME]
+            misclosure += _add_tilt(to, values, whole, time, sense)
+        # A larger I_zz is like an inertia of the weight, and b shortens the time.
+        to_unknowns = np.array([to[ADDED], signed, -to[TIME]]).T
         by_error = (
             self.relative * values[self.quantity] / factors
             + self.absolute / scale[self.quantity]
@@ -225,16 +205,35 @@ class Problem:
         )
 
 
+def _add_tilt(
+    to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
+) -> Floats:
+    """Return the term of a tilted rod in each condition, and add its derivatives to `to`."""
+    angle, pitch, difference = (
+        2 * np.pi * values[TURNS],
+        values[PITCH],
+        whole - values[TRANSVERSE],
+    )
+    square = sense * angle**2 / time
+    tilt = square * np.sin(pitch)
+    to[TIME] += difference * tilt / time
+    to[TURNS] -= 4 * np.pi * difference * tilt / angle
+    to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
+    to[ADDED] -= tilt
+    return cast(Floats, -difference * tilt)
+
+
 def _observed(measured: Measurements, tilted: bool) -> Floats:
-    """Return the readings, shape (12, n)."""
-    observed = np.zeros((len(QUANTITIES), len(measured.runs)))
-    observed[TIME], observed[SPIN] = measured.time, measured.corrected_spin
+    """Return the readings, shape (10, n)."""
+    observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
     slowing = 1.0 if measured.slowing is None else measured.slowing
-    observed[TURNS] = measured.turns * slowing
-    observed[MASS], observed[POSITION] = measured.mass, measured.position
-    observed[FORCE], observed[TORQUE] = measured.force, measured.given_torque
-    observed[G], observed[ADDED] = measured.g, measured.added
+    observed[TIME], observed[TURNS] = measured.time, measured.turns * slowing
+    observed[SPIN], observed[ADDED] = measured.corrected_spin, measured.added
+    is_torque = not np.isnan(measured.given_torque).all()
+    observed[LOAD] = measured.load
+    observed[POSITION] = 1.0 if is_torque else measured.position
+    observed[G] = 1.0 if np.isnan(measured.mass).all() else measured.g
     if tilted:
         observed[PITCH], observed[TRANSVERSE] = (
             measured.pitch,
@@ -609,9 +608,7 @@ MOVED, MOVED_U = 0.2, 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more
 than this many standard uncertainties, contradicts the log."""
 
-MEASURED = np.array(
-    [quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES]
-)
+MEASURED = [TIME, SPIN, LOAD, POSITION, G, ADDED, BALANCE]
 """Which quantities are measured: a pitch of 0 may change by more than itself, and I is
 often assumed."""
 
@@ -645,7 +642,7 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     source, run = problem.from_source, problem.from_run
     read = np.abs(problem.observed[problem.quantity[source], run])
     size = problem.absolute[source, run] + problem.relative[source, run] * read
-    far = MEASURED[problem.quantity[source]] & (adjusted.kept[run] > 0)
+    far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)
     far &= (error > MOVED_U) & (error * size > MOVED * read)
     if far.any():
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))

@@ -144,26 +144,14 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     the stated ones, and are not scaled by chi-square.
     """
 
-    inertia: Estimate
-    """I_zz [kg*m^2]."""
-    residual_torque: Estimate
-    """M0 [N*m]: the torque is M + M0."""
-    timing_bias: Estimate
-    """b [s]: a clock reading is the true time plus b."""
-    covariance: Floats
-    """Covariance of (I_zz, M0, b), shape (3, 3)."""
     chi2: float
     dof: int
-    deviations: Floats
-    """Time minus the prediction of the *other* runs, over the standard uncertainty of
-    this difference, shape (n,)."""
     widths: Widths
     """Widths with which the runs were adjusted."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
-    budget: tuple[Share, ...] = ()
     contradicted_balance: float | None = None
     """Width of M0 according to a balance test that the runs contradict [N*m], else
     None."""
@@ -176,6 +164,45 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     as_stated: FitResult | None = None
     """The fit at the stated widths, from which the others were found; None for a fit at
     fixed widths."""
+
+    @cached_property
+    def inertia(self) -> Estimate:
+        """I_zz [kg*m^2]."""
+        return self._estimate(0)
+
+    @cached_property
+    def residual_torque(self) -> Estimate:
+        """M0 [N*m]: the torque is M + M0."""
+        return self._estimate(1)
+
+    @cached_property
+    def timing_bias(self) -> Estimate:
+        """The bias b [s]: a clock reading is the true time plus b."""
+        return self._estimate(2)
+
+    def _estimate(self, number: int) -> Estimate:
+        """Return an unknown: with a posterior its median, and half the 68.3 % interval."""
+        if self.posterior is None:
+            u = math.sqrt(self.covariance[number, number])
+            return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
+        quantiles = self.posterior.quantiles(number).tolist()
+        low, below, middle, above, high = quantiles
+        return Estimate(middle, (above - below) / 2, UNITS[number], (low, high))
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of (I_zz, M0, b) at these widths, shape (3, 3)."""
+        return self.adjusted.covariance
+
+    @property
+    def deviations(self) -> Floats:
+        """Time minus the prediction of the other runs, see `Adjusted`, shape (n,)."""
+        return self.adjusted.deviations
+
+    @cached_property
+    def budget(self) -> tuple[Share, ...]:
+        """The sources of u(I_zz), the largest first; empty for a fit at fixed widths."""
+        return () if self.posterior is None else _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
@@ -283,7 +310,12 @@ def fit(
     begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
-    return _with_late_runs(measured, _integrated(measured, begun))
+    result = _integrated(measured, begun)
+    stated = result.as_stated or result
+    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
+    if is_likely or not measured.timed or result.two_signs:
+        return result
+    return _with_late_runs(measured, result)
 
 
 def _fits_at_widths(
@@ -342,37 +374,19 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
             replace(first, two_signs=True),
             posterior.mixed([answer, found[1][2]]),
         )
-    contradicted = None
+    stated = min(begun, key=attrgetter("chi2"))
+    first = replace(first, as_stated=stated)
     if measured.balance_test is not None:
-        allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(first, tested=False).quantiles(2)[1]
-        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
-            contradicted = allowed
-    first = replace(
-        first,
-        contradicted_balance=contradicted,
-        as_stated=min(begun, key=attrgetter("chi2")),
-    )
-    return _answered(first, answer)
+        first = _with_contradiction(first, measured.balance_test(first.inertia.value))
+    return replace(first, posterior=answer)
 
 
-def _answered(result: FitResult, answer: Posterior) -> FitResult:
-    """Return a fit with the values and uncertainties of a posterior."""
-    estimates = []
-    for (low, below, middle, above, high), unit in zip(
-        answer.quantiles(3).tolist(), UNITS, strict=True
-    ):
-        # The median, half the 68.3 % interval, and the 95 % interval.
-        estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
-    inertia, residual_torque, bias = estimates
-    return replace(
-        result,
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        posterior=answer,
-        budget=_budget(result, inertia.u or 0.0),
-    )
+def _with_contradiction(result: FitResult, allowed: float) -> FitResult:
+    """Note the width of M0 of a balance test [N*m] if the runs contradict it."""
+    _, below, m0, above, _ = _integrate_at(result, tested=False).quantiles(1)
+    u = (above - below) / 2
+    is_contradicted = abs(m0) > CONTRADICTED * math.hypot(allowed, u)
+    return replace(result, contradicted_balance=allowed if is_contradicted else None)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -381,10 +395,6 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     A hand can be late by seconds, and never early. So a late run says nothing but its
     lateness, which has the same density from zero to `LATEST`.
     """
-    stated = result.as_stated or result
-    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
-    if is_likely or not measured.timed or result.two_signs:
-        return result
     fits = [result, *_without_late_runs(measured, result)]
     answers = []
     for late, other in enumerate(fits):
@@ -401,7 +411,7 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
     answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
-    return _answered(result, answer)
+    return replace(result, posterior=answer)
 
 
 def _without_late_runs(
@@ -468,21 +478,12 @@ def _result(
     adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
 ) -> FitResult:
     """Create the result of a fit at fixed widths."""
-    u = np.sqrt(adjusted.covariance.diagonal())
-    inertia, residual_torque, bias = map(
-        Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS
-    )
     differ = adjustment.torques_differ(
         adjusted.problem.measured.torque[adjusted.kept > 0]
     )
     return FitResult(
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(differ),
-        deviations=adjusted.deviations,
         widths=widths,
         sense=sense,
         adjusted=adjusted,

@@ -40,6 +40,22 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 
 # --- derived columns ---
 
+DERIVED = (
+    "mass",
+    "position",
+    "torque",
+    "force",
+    "spin",
+    "spin_period",
+    "time",
+    "turns",
+    "angle",
+    "precession_period",
+    "precession_rate",
+    "inertia",
+)
+"""Roles of columns that can also be computed from other readings."""
+
 
 def _find_contradictions(
     readings: Readings, measured: Measurements, timing: Column
@@ -52,7 +68,8 @@ def _find_contradictions(
     used = [timing, columns[parts.load_role(columns)], *spin_columns(readings)]
     used += [columns[role] for role in ("position", "turns") if role in columns]
     for column in (*columns.values(), *readings.others):
-        if not any(column is each for each in used):
+        is_used = any(column is each for each in used)
+        if column.role in DERIVED and not is_used:
             yield from _compare(readings, measured, column)
 
 
@@ -60,10 +77,7 @@ def _compare(
     readings: Readings, measured: Measurements, column: Column
 ) -> Iterator[Diagnostic]:
     """Compare a column with the value that follows from the readings."""
-    expected = _expected(measured).get(column.role)
-    if expected is None:
-        return
-    meant = np.abs(expected)
+    meant = np.abs(_expected(measured)[column.role])
     runs = _runs_that_disagree(column, meant)
     if not runs:
         return
@@ -263,19 +277,24 @@ def _find_copies(
     lines_of: dict[object, list[int]] = {}
     for line, row in rows.items():
         lines_of.setdefault(tuple(row), []).append(line)
-    copied = [lines for lines in lines_of.values() if len(lines) > 1]
-    if not copied or not measured.timed:
-        return
-    alike = Counter([tuple([setting for setting, _ in row]) for row in rows.values()])
-    pairs = sum([math.comb(count, 2) for count in alike.values()])
-    copies = len(rows) - len(lines_of)
-    if _is_no_accident(copies, pairs, _chance_of_equal_times(measured, timing)):
-        shown = "; ".join(
-            [f"lines {' and '.join(map(str, lines))}" for lines in copied[:SHOWN]]
+    if measured.timed and len(lines_of) < len(rows):
+        alike = Counter(
+            [tuple([setting for setting, _ in row]) for row in rows.values()]
         )
-        more = "; …" if len(copied) > SHOWN else ""
-        place = Place(copied[0][1], 1)
-        yield readings.say("rows_identical", place, lines=shown + more)
+        pairs = sum([math.comb(count, 2) for count in alike.values()])
+        chance = _chance_of_equal_times(measured, timing)
+        if _is_no_accident(len(rows) - len(lines_of), pairs, chance):
+            yield _say_copied(readings, lines_of.values())
+
+
+def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
+    """Name the lines of identical rows."""
+    copied = [lines for lines in groups if len(lines) > 1]
+    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied[:SHOWN]]
+    if len(copied) > SHOWN:
+        shown.append("…")
+    place = Place(copied[0][1], 1)
+    return readings.say("rows_identical", place, lines="; ".join(shown))
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:

@@ -123,17 +123,20 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
 
+    @property
+    def load(self) -> Floats:
+        """The mass [kg], force [N] or torque [N*m] that the log contains, shape (n,)."""
+        for load in (self.mass, self.force):
+            if not np.isnan(load).all():
+                return load
+        return self.given_torque
+
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque, in the order of the log."""
-        loads = np.where(
-            np.isnan(self.mass),
-            np.where(np.isnan(self.force), self.given_torque, self.force),
-            self.mass,
-        )
         groups: dict[tuple[str, str, str], list[int]] = {}
         each = zip(
-            loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
+            self.load.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
         )
         for i, (load, position, sense) in enumerate(each):
             words = (
@@ -255,7 +258,7 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = _balance(readings)
+    balance_test, balance_test_from = _balance_test(readings)
     torque_unseen = None
     if readings.unmoved is not None:
         torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
@@ -487,28 +490,25 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(told, written, sign))
 
 
-def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
-    """Return the prior width of M0 from the balance test of a log.
+def _balance_test(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
+    """Return the prior width of M0 from the balance test of a log, if there is one.
 
     The most direct statement first.
     """
     stated = readings.uncertainties.get("u_imbalance")
     if stated is not None:
-        width = stated.absolute
-        return (lambda inertia: width), "u_imbalance"
+        return (lambda inertia: stated.absolute), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
-        column = readings.columns.get("transverse_inertia")
-        transverse = float(np.nanmean(values_of(column))) if column else None
         # From rest under a constant torque the angle is M0 t²/(2 I).
-        return (
-            lambda inertia: (
-                2
-                * (transverse or DEFAULT_TRANSVERSE_RATIO * inertia)
-                * abs(angle)
-                / seconds**2
-            )
-        ), "balance_tilt"
+        shift = 2 * abs(angle) / seconds**2
+        column = readings.columns.get("transverse_inertia")
+        if column is None:
+            return (
+                lambda inertia: DEFAULT_TRANSVERSE_RATIO * inertia * shift
+            ), "balance_tilt"
+        transverse = float(np.nanmean(values_of(column)))
+        return (lambda inertia: transverse * shift), "balance_tilt"
     if readings.balance_drift is not None:
         angle, seconds, spin = readings.balance_drift
         return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"

@@ -14,7 +14,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct

@@ -569,30 +569,25 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
-    excess, variances = float((variances - stated).sum()), stated
-    owners = problem.owners
-    np.add.at(variances, owners, gain[count + 2 :] ** 2)
-    shared = set(owners.tolist())
+    excess = max(0.0, float((variances - stated).sum()))
+    np.add.at(stated, problem.owners, gain[count + 2 :] ** 2)
+    of_m0, of_bias = np.abs(gain[count : count + 2]).tolist()
+    by_bias = SOURCES["time_bias"].shared_by
+    shared = {problem.sources[number].name for number in problem.owners}
     parts = [
-        (math.sqrt(variance), source.name, s in shared, source.shared_by)
-        for s, (source, variance) in enumerate(
-            zip(problem.sources, variances.tolist(), strict=True)
-        )
+        (size, source.name, source.name in shared, source.shared_by)
+        for source, size in zip(problem.sources, np.sqrt(stated).tolist(), strict=True)
     ]
-    for row, name, words in (
-        (0, "residual_torque", "all runs"),
-        (1, "time_bias", SOURCES["time_bias"].shared_by),
-    ):
-        parts.append((abs(float(gain[count + row])), name, True, words))
-    parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
+    parts.append((of_m0, "residual_torque", True, "all runs"))
+    parts.append((of_bias, "time_bias", True, by_bias))
+    parts.append((math.sqrt(excess), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
-    sizes, *_ = zip(*parts, strict=True)
-    total = math.fsum(np.square(sizes).tolist())
+    total = math.fsum([size**2 for size, *_ in parts])
     factor = u / math.sqrt(total or 1.0)
     return tuple(
-        Share(name, several, by, factor * own, own**2 / total)
-        for own, name, several, by in parts
-        if own
+        Share(name, several, by, factor * size, size**2 / total)
+        for size, name, several, by in parts
+        if size
     )
 
 

@@ -346,18 +346,15 @@ def insist_on_lines(
     if tilted:
         # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
         height = np.sin(measured.pitch[index])
-        torque = (
-            torque + adjustment.transverse_inertia(measured)[index] * rate**2 * height
-        )
+        transverse = adjustment.transverse_inertia(measured)[index]
+        torque = torque + transverse * rate**2 * height
         spin = spin + rate * height
     found = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
         slope = float(ordinary_line(rate * spin, torque, intercept)[0])
-        if (
-            slope > 0
-            and 1 / adjustment.FACTOR < fit.inertia.value / slope < adjustment.FACTOR
-        ):
+        ratio = fit.inertia.value / slope if slope else 0.0
+        if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
             return
         if not math.isnan(slope):
             found.append(f"{slope:.2g} kg·m²")

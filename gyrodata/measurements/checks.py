@@ -64,10 +64,12 @@ def _find_contradictions(
 
     Such a column is a period, rate, torque, inertia or second spin.
     """
-    columns = readings.columns
-    used = [timing, columns[parts.load_role(columns)], *spin_columns(readings)]
-    used += [columns[role] for role in ("position", "turns") if role in columns]
-    for column in (*columns.values(), *readings.others):
+    measured_roles = {"mass", "position", "time"}
+    if timing.role == "time":
+        measured_roles.add("turns")
+    used = [readings.columns.get(role) for role in measured_roles]
+    used += spin_columns(readings)
+    for column in (*readings.columns.values(), *readings.others):
         is_used = any(column is each for each in used)
         if column.role in DERIVED and not is_used:
             yield from _compare(readings, measured, column)
@@ -141,9 +143,7 @@ def _find_fast_precession(
     readings: Readings, measured: Measurements
 ) -> Iterator[Diagnostic]:
     """Report most runs precessing faster than they spin: columns or units are wrong."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rate = 2 * np.pi * measured.turns / measured.time
-    fast = np.flatnonzero(np.abs(rate) > measured.spin)
+    fast = np.flatnonzero(np.abs(measured.product) > measured.spin**2)
     if 2 * len(fast) > len(measured.runs):
         column = spin_columns(readings)[0]
         yield readings.say(

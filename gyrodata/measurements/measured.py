@@ -258,7 +258,10 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = _balance_test(readings)
+    balance_test, balance_test_from = None, ""
+    is_stated = "u_imbalance" in readings.uncertainties
+    if is_stated or readings.balance_tilt or readings.balance_drift:
+        balance_test, balance_test_from = _balance_test(readings)
     torque_unseen = None
     if readings.unmoved is not None:
         torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
@@ -490,29 +493,26 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(told, written, sign))
 
 
-def _balance_test(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
-    """Return the prior width of M0 from the balance test of a log, if there is one.
+def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
+    """Return the prior width of M0 from the balance test of a log, and the key of the test.
 
     The most direct statement first.
     """
-    stated = readings.uncertainties.get("u_imbalance")
-    if stated is not None:
-        return (lambda inertia: stated.absolute), "u_imbalance"
+    if "u_imbalance" in readings.uncertainties:
+        width = readings.uncertainties["u_imbalance"].absolute
+        return (lambda inertia: width), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
         # From rest under a constant torque the angle is M0 t²/(2 I).
         shift = 2 * abs(angle) / seconds**2
         column = readings.columns.get("transverse_inertia")
-        if column is None:
-            return (
-                lambda inertia: DEFAULT_TRANSVERSE_RATIO * inertia * shift
-            ), "balance_tilt"
-        transverse = float(np.nanmean(values_of(column)))
-        return (lambda inertia: transverse * shift), "balance_tilt"
-    if readings.balance_drift is not None:
-        angle, seconds, spin = readings.balance_drift
-        return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
-    return None, ""
+        if column is not None:
+            width = float(np.nanmean(values_of(column))) * shift
+            return (lambda inertia: width), "balance_tilt"
+        return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
+    assert readings.balance_drift is not None
+    angle, seconds, spin = readings.balance_drift
+    return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
 
 
 def _torque_unseen(

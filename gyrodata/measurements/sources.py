@@ -122,7 +122,8 @@ def _load_sources(readings: Readings, measured: Measurements) -> Iterator[Source
     # The length added to every position is only as well known as the ball's diameter or
     # the rod's length.
     yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
-    yield from _position_set_sources(readings, values)
+    if readings.position_set in ("each weight", "each run"):
+        yield _position_set_source(readings, values)
     if load == "mass":
         yield _gravity_source(readings)
         if "weight_diameter" in columns and columns["weight_diameter"].stated:
@@ -159,19 +160,17 @@ def _stated_shares(column: Column) -> list[float]:
     return [u.at(value) / abs(value) for i, u in column.stated if (value := values[i])]
 
 
-def _position_set_sources(readings: Readings, load: Floats) -> Iterator[Source]:
-    """List the error of a weight that was put at its mark again.
+def _position_set_source(readings: Readings, load: Floats) -> Source:
+    """Return the error of a weight that was put at its mark again.
 
     Runs of one weight share it, unless the weight was moved for each run.
     """
-    if readings.position_set not in ("each weight", "each run"):
-        return
     groups, shared_by = _numbered(load, load), "runs with the same weight"
     if readings.position_set == "each run":
         groups, shared_by = np.where(load, np.arange(len(load)), -1), ""
     size, default = stated_or_default(readings, "position_set")
     source = _source("position_set", groups, size.absolute, size.relative, default)
-    yield replace(source, shared_by=shared_by)
+    return replace(source, shared_by=shared_by)
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:

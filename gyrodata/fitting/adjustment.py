@@ -604,11 +604,21 @@ FACTOR = 3.0
 ASTRAY = 30.0
 """Largest ratio of an answer and its robust start."""
 
+MOVED, MOVED_U = 0.2, 3.0
+"""A shared reading that the fit moves by more than this part of itself, and by more
+than this many standard uncertainties, contradicts the log."""
+
+MEASURED = [TIME, SPIN, LOAD, POSITION, G, ADDED, BALANCE]
+"""Which quantities are measured: a pitch of 0 may change by more than itself, and I is
+often assumed."""
+
 
 def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
     """Accept the end of an adjustment near its start [kg*m^2], or raise `NoFit`.
 
-    A solution must converge, be positive, and be near the single runs.
+    If errors are proportional to the readings, I_zz, all torques and M0 can shrink
+    together at little cost. So a solution must converge, be positive, and keep the
+    readings.
     """
     inertia, numbers = float(adjusted.unknowns[0]), adjusted.covariance
     if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(numbers).all()):
@@ -620,4 +630,23 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     if not 1 / factor < inertia / start < factor:
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²"
+        )
+    if (np.abs(adjusted.shared) > MOVED_U).any():
+        _insist_on_readings(adjusted)
+
+
+def _insist_on_readings(adjusted: Adjusted) -> None:
+    """Raise `NoFit` if the fit moves a reading that runs share by too much."""
+    problem = adjusted.problem
+    error = np.abs(adjusted.shared[problem.to_column])
+    source, run = problem.from_source, problem.from_run
+    read = np.abs(problem.observed[problem.quantity[source], run])
+    size = problem.absolute[source, run] + problem.relative[source, run] * read
+    far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)
+    far &= (error > MOVED_U) & (error * size > MOVED * read)
+    if far.any():
+        worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
+        moved = problem.sources[source[worst]].name.replace("_", " ")
+        raise NoFit(
+            f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %"
         )

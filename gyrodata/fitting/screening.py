@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -205,18 +206,11 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
         return []
     candidates = [_candidates(measured, measured.by_torque[k]) for k in loaded]
     torque = np.array([measured.torque[measured.by_torque[k][0]] for k in loaded])
-    inertia, residual_torque = _lines(torque, [x for _, x in candidates])
-    # For each line and torque: the nearest count, and its relative deviation.
-    chosen, off = [], []
-    for load, (_, products) in zip(torque, candidates, strict=True):
-        expected = (load + residual_torque) / inertia
-        with np.errstate(divide="ignore", invalid="ignore"):
-            away = np.abs(np.log(products / expected[:, None]))
-        away[~np.isfinite(away)] = np.inf
-        chosen.append(away.argmin(axis=1))
-        off.append(away.min(axis=1))
-    changed = np.array(chosen) > 0
-    agrees = np.sqrt(np.mean(np.square(off), axis=0)) < AGREES
+    products = [product for _, product in candidates]
+    inertia, residual_torque = _lines(torque, products)
+    chosen, off = _nearest(products, (torque[:, None] + residual_torque) / inertia)
+    changed = chosen > 0
+    agrees = np.sqrt(np.mean(off**2, axis=0)) < AGREES
     if np.any(agrees & ~changed.any(axis=0)):
         return []
     agrees &= np.abs(residual_torque) < MODEST * np.abs(torque).min()
@@ -225,12 +219,27 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     answers: list[dict[int, float]] = []
     for line in lines[sizes == sizes.min(initial=MOST_TORQUES)]:
         answer = {
-            loaded[k]: float(candidates[k][0][chosen[k][line]])
+            loaded[k]: float(candidates[k][0][chosen[k, line]])
             for k in np.flatnonzero(changed[:, line])
         }
         if answer not in answers:
             answers.append(answer)
     return answers
+
+
+def _nearest(products: list[Floats], expected: Floats) -> tuple[Any, Floats]:
+    """Return the nearest candidate of each torque on each line, shape (torques, lines).
+
+    The second array contains the logarithm of its ratio to the expected φ̇ψ̇.
+    """
+    chosen, off = [], []
+    for product, line in zip(products, expected, strict=True):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = np.abs(np.log(product / line[:, None]))
+        away[~np.isfinite(away)] = np.inf
+        chosen.append(away.argmin(axis=1))
+        off.append(away.min(axis=1))
+    return np.array(chosen), np.array(off)
 
 
 def _candidates(measured: Measurements, runs: list[int]) -> tuple[Floats, Floats]:

@@ -207,18 +207,18 @@ def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
 def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
     """Return the reason why a stated uncertainty has no effect."""
     role, columns = key.removeprefix("u_"), readings.columns
-    timing = timing_column(columns).role
     if key in roles.SHARED_UNCERTAINTIES:
         return _why_not_shared(key, readings)
     if role == "inertia":
         return "I_zz is the result, and so is its uncertainty"
-    if role in ("turns", "angle") and timing != "time":
-        words = timing.replace("_", " ")
-        return f"the log contains the {words}, so no angle is sighted"
-    if role in ("turns", "angle") and measured.whole_turns.all():
-        return "whole turns end where they began, so no mark is sighted"
-    if role in ("turns", "angle") and role not in columns:
-        return "the log also states the other one of u_turns and u_angle"
+    if role in ("turns", "angle"):
+        timing = timing_column(columns).role.replace("_", " ")
+        if timing != "time":
+            return f"the log contains the {timing}, so no angle is sighted"
+        if measured.whole_turns.all():
+            return "whole turns end where they began, so no mark is sighted"
+        if role not in columns:
+            return "the log also states the other one of u_turns and u_angle"
     if role not in columns:
         return f"there is no {role} in this log"
     if role == "transverse_inertia" and "pitch" not in columns:
@@ -268,23 +268,37 @@ def _find_copies(
     readings: Readings, measured: Measurements, timing: Column
 ) -> Iterator[Diagnostic]:
     """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    columns = [column for column in readings.columns.values() if column is not timing]
-    settings = list(zip(*[column.values for column in columns], strict=True))
-    # A line can contain several runs: repeats of one setting.
-    rows: dict[int, list[Any]] = {}
-    for run in zip(measured.lines, settings, timing.values, strict=True):
-        rows.setdefault(run[0], []).append(run[1:])
+    rows = _rows(readings, measured, timing)
     lines_of: dict[object, list[int]] = {}
     for line, row in rows.items():
-        lines_of.setdefault(tuple(row), []).append(line)
+        lines_of.setdefault(row, []).append(line)
     if measured.timed and len(lines_of) < len(rows):
-        alike = Counter(
-            [tuple([setting for setting, _ in row]) for row in rows.values()]
-        )
+        alike = Counter([settings for settings, _ in rows.values()])
         pairs = sum([math.comb(count, 2) for count in alike.values()])
         chance = _chance_of_equal_times(measured, timing)
         if _is_no_accident(len(rows) - len(lines_of), pairs, chance):
             yield _say_copied(readings, lines_of.values())
+
+
+Row = tuple[tuple[Any, ...], tuple[float | None, ...]]
+"""The settings of all runs of a line, and their times."""
+
+
+def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[int, Row]:
+    """Return the settings and times by line: it may contain repeats of one setting."""
+    columns = readings.columns.values()
+    others = [column.values for column in columns if column is not timing]
+    settings = list(zip(*others, strict=True))
+    runs_of: dict[int, list[int]] = {}
+    for run, line in enumerate(measured.lines):
+        runs_of.setdefault(line, []).append(run)
+    return {
+        line: (
+            tuple([settings[run] for run in runs]),
+            tuple([timing.values[run] for run in runs]),
+        )
+        for line, runs in runs_of.items()
+    }
 
 
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:

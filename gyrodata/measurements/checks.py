@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -40,21 +40,22 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 
 # --- derived columns ---
 
-DERIVED = (
-    "mass",
-    "position",
-    "torque",
-    "force",
-    "spin",
-    "spin_period",
-    "time",
-    "turns",
-    "angle",
-    "precession_period",
-    "precession_rate",
-    "inertia",
-)
-"""Roles of columns that can also be computed from other readings."""
+DERIVED: Mapping[str, Callable[[Measurements], Any]] = {
+    "mass": lambda runs: runs.mass,
+    "position": lambda runs: runs.position,
+    "torque": lambda runs: runs.torque,
+    "force": lambda runs: runs.torque / runs.position,
+    "spin": lambda runs: runs.spin,
+    "spin_period": lambda runs: 2 * np.pi / runs.spin,
+    "time": lambda runs: runs.time,
+    "turns": lambda runs: runs.turns,
+    "angle": lambda runs: 2 * np.pi * runs.turns,
+    "precession_period": lambda runs: runs.time / runs.turns,
+    "precession_rate": lambda runs: 2 * np.pi * runs.turns / runs.time,
+    "inertia": lambda runs: runs.torque / runs.product,
+}
+"""Columns that also follow from other readings: their values [SI unit of the role],
+shape (n,)."""
 
 
 def _find_contradictions(
@@ -79,7 +80,8 @@ def _compare(
     readings: Readings, measured: Measurements, column: Column
 ) -> Iterator[Diagnostic]:
     """Compare a column with the value that follows from the readings."""
-    meant = np.abs(_expected(measured)[column.role])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        meant = np.abs(DERIVED[column.role](measured))
     runs = _runs_that_disagree(column, meant)
     if not runs:
         return
@@ -101,27 +103,6 @@ def _compare(
         runs=f"run{'s' if len(runs) > 1 else ''} {names}{more}",
         hint=hint,
     )
-
-
-def _expected(measured: Measurements) -> dict[str, Floats]:
-    """Compute the values of derived columns by role [SI unit of the role], shape (n,)."""
-    arm = np.abs(measured.position)
-    angle = 2 * np.pi * measured.turns
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return {
-            "mass": measured.mass,
-            "position": arm,
-            "torque": measured.torque,
-            "force": measured.torque / arm,
-            "spin": measured.spin,
-            "spin_period": 2 * np.pi / measured.spin,
-            "time": measured.time,
-            "turns": measured.turns,
-            "angle": angle,
-            "precession_period": measured.time / measured.turns,
-            "precession_rate": angle / measured.time,
-            "inertia": measured.torque / measured.product,
-        }
 
 
 def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
@@ -174,6 +155,8 @@ def _find_unheard(readings: Readings, measured: Measurements) -> Iterator[Diagno
 def _used_of_whole_log(readings: Readings, measured: Measurements) -> set[str]:
     """Return the keys that are used, of a source of error or of something else."""
     used = {f"u_{source.name}" for source in measured.sources} | {"u_imbalance"}
+    if "mass" in readings.columns:
+        used.add("u_g")
     if measured.timed:
         used.add("u_time_bias")
     if {"ball_mass", "ball_diameter"} <= readings.constants.keys():
@@ -207,18 +190,11 @@ def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
 def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
     """Return the reason why a stated uncertainty has no effect."""
     role, columns = key.removeprefix("u_"), readings.columns
-    if key in roles.SHARED_UNCERTAINTIES:
-        return _why_not_shared(key, readings)
-    if role == "inertia":
-        return "I_zz is the result, and so is its uncertainty"
+    why = _why_not_shared(key, readings)
     if role in ("turns", "angle"):
-        timing = timing_column(columns).role.replace("_", " ")
-        if timing != "time":
-            return f"the log contains the {timing}, so no angle is sighted"
-        if measured.whole_turns.all():
-            return "whole turns end where they began, so no mark is sighted"
-        if role not in columns:
-            return "the log also states the other one of u_turns and u_angle"
+        why = _why_no_angle(role, readings, measured)
+    if why:
+        return why
     if role not in columns:
         return f"there is no {role} in this log"
     if role == "transverse_inertia" and "pitch" not in columns:
@@ -228,20 +204,32 @@ def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
     return f"every {role} has an uncertainty of its own"
 
 
+def _why_no_angle(role: str, readings: Readings, measured: Measurements) -> str:
+    """Return the reason why an angle is not sighted, "" if it is."""
+    timing = timing_column(readings.columns).role.replace("_", " ")
+    if timing != "time":
+        return f"the log contains the {timing}, so no angle is sighted"
+    if measured.whole_turns.all():
+        return "whole turns end where they began, so no mark is sighted"
+    if role not in readings.columns:
+        return "the log also states the other one of u_turns and u_angle"
+    return ""
+
+
 def _why_not_shared(key: str, readings: Readings) -> str:
-    """Return the reason why an uncertainty of the whole log has no effect."""
+    """Return the reason why the source of error of a key does not exist, or ""."""
     load, spins = parts.load_role(readings.columns), spin_columns(readings)
-    no_position = "no position is read"
-    no_mass = no_position if load == "mass" else f"the {load} is given, and no mass"
+    no_mass = f"the {load} is given, and no mass"
     no_ball = "ball_mass and ball_diameter are not both given"
     no_delay = "one spin is given for the whole log"
     if len(spins) > 1:
         no_delay = "the spin is read more than once in each run"
     reasons = {
+        "u_inertia": "I_zz is the result, and so is its uncertainty",
         "u_time_bias": "rates are given, not times of a stopwatch",
         "u_mass_scale": no_mass,
         "u_g": no_mass,
-        "u_position_zero": no_position,
+        "u_position_zero": "no position is read",
         "u_position_set": 'the log does not say "# position_set: each run"',
         "u_screw_angle": "no run covers a part of a turn between two screws",
         "u_spin_delay": no_delay,
@@ -251,7 +239,7 @@ def _why_not_shared(key: str, readings: Readings) -> str:
         "u_ball_diameter": no_ball,
         "u_rod_length": "no position counts from the tip of the rod",
     }
-    return reasons[key]
+    return reasons.get(key, "")
 
 
 # --- copies ---
@@ -460,11 +448,6 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
             odd = np.flatnonzero((sizes > 0) & ~((low <= sizes) & (sizes <= high)))
             if len(odd):
                 found.append(_say_size(readings, size, column, odd.tolist()))
-    diameter = readings.constants.get("ball_diameter", 0.1)
-    if not 0.01 <= diameter <= 0.5:
-        value = f"{100 * diameter:.4g} cm"
-        words = {"value": value, "low": "1 cm", "high": "50 cm"}
-        found.append(readings.say("size_unusual", role="ball_diameter", **words))
     return found
 
 

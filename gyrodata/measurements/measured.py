@@ -389,21 +389,25 @@ def total_spin_excess(
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     """Select some of the runs, with the errors that they share."""
-    index = np.asarray(kept, dtype=int)
-    records: list[Any] = []
-    for record in (*measurements.sources, measurements):
-        fields = asdict(record)
-        for name, value in fields.items():
-            if isinstance(value, np.ndarray):
-                fields[name] = value[index]
-        records.append(type(record)(**fields))
-    *sources, some = records
-    lines = np.array(measurements.lines)[index].tolist()
-    runs = np.array(measurements.runs, dtype=object)[index].tolist()
+    sources = [_taken(source, kept) for source in measurements.sources]
     return cast(
         Measurements,
-        replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)),
+        replace(
+            _taken(measurements, kept),
+            sources=tuple(sources),
+            runs=tuple([measurements.runs[i] for i in kept]),
+            lines=tuple([measurements.lines[i] for i in kept]),
+        ),
     )
+
+
+def _taken(record: Any, kept: Sequence[int]) -> Any:
+    """Return a record with some of the elements of its arrays."""
+    index, fields = np.asarray(kept, dtype=int), asdict(record)
+    for name, value in fields.items():
+        if isinstance(value, np.ndarray):
+            fields[name] = value[index]
+    return type(record)(**fields)
 
 
 class Spins(Struct, frozen=True):
@@ -430,14 +434,13 @@ def _spins(
     spins = list(map(as_spin, used))
     start, end = spins[0], spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
-        percent = 100 * (end[i] / start[i] - 1)
-        diagnostics.append(
-            readings.say(
-                "spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent
-            )
-        )
+        percent, cell = 100 * (end[i] / start[i] - 1), used[-1].cell(i)
+        run = readings.runs[i]
+        diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
+    if len(spins) == 3:
+        return Spins(physics.simpson_mean_spin(*spins), start, end)
     exponent = physics.VISCOUS if drag is None else drag.exponent
-    return Spins(parts.mean_spin(spins, exponent), start, end)
+    return Spins(physics.harmonic_mean_spin(start, end, exponent), start, end)
 
 
 def _spins_read_once(
@@ -522,31 +525,21 @@ def _torque_unseen(
 
     The rod is the unloaded rod of the runs `still`.
     """
-    counts, time = (
-        still.columns.get("turns") or still.columns["angle"],
-        values_of(still.columns["time"]),
-    )
-    usual, turn = (
-        SOURCES["angle"].default.absolute,
-        1.0 if counts.role == "turns" else 2 * math.pi,
-    )
-    sighted = [
-        one.u.absolute / turn if one.u and one.u.absolute else usual
-        for one in counts.readings
-    ]
+    counts = still.columns.get("turns") or still.columns["angle"]
+    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
+    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
+    for i, u in counts.stated:
+        sighted[i] = u.absolute / per_turn or sighted[i]
+    time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = (
-        2
-        * math.pi
-        * np.array(sighted)
-        / time
-        * _spins(still, diagnostics, time, None).mean
-    )
+    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
     best = int(unseen.argmin())
-    values = {
-        "run": still.runs[best],
-        "time": time[best],
-        "degrees": 360 * sighted[best],
-    }
-    diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))
+    note = readings.say(
+        "rod_stayed",
+        counts.place(best),
+        run=still.runs[best],
+        time=time[best],
+        degrees=360 * sighted[best],
+    )
+    diagnostics.append(note)
     return float(unseen[best])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -95,7 +95,7 @@ def list_sources(readings: Readings, measured: Measurements) -> Iterator[Source]
     """List all sources of error of a log, in the order of the table."""
     columns = readings.columns
     yield from _timing_sources(readings, measured)
-    if "time" in columns and ("turns" in columns or "angle" in columns):
+    if timing_column(columns).role == "time":
         yield from _angle_sources(readings, measured)
     yield from _spin_sources(readings)
     yield from _falling_spin_sources(readings, measured)
@@ -314,16 +314,22 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
     absolute, relative, default = _reading_errors(timing, time, "time")
-    for column in told_by_period(readings.columns, timing):
+    if timing.role == "time" and not timing.stated:
         # The uncertainty of a period or rate beside the time, as in a log with the
         # columns t, N, T = t/N and σ_T. A rate has the same relative error as its
         # period.
-        is_period = column.role == "precession_period"
-        size = time / turns if is_period else 2 * np.pi * turns / time
-        stated = np.array([[u.absolute, u.relative] for _, u in column.stated])
-        if default and np.all((stated.sum(axis=1) > 0) & np.isfinite(size)):
-            absolute, relative = stated[:, 0] / size * time, stated[:, 1]
-            default = False
+        sizes = {
+            "precession_period": time / turns,
+            "precession_rate": 2 * np.pi * turns / time,
+        }
+        for role in [role for role in sizes if role in readings.columns]:
+            stated = np.zeros((len(time), 2))
+            for i, u in readings.columns[role].stated:
+                stated[i] = u.absolute, u.relative
+            is_known = (stated.sum(axis=1) > 0) & np.isfinite(sizes[role])
+            if default and is_known.all():
+                absolute, relative = stated[:, 0] / sizes[role] * time, stated[:, 1]
+                default = False
     yield _source("time", own, absolute, relative, default)
 
 
@@ -520,18 +526,6 @@ def _reading_errors(
     return absolute, relative, len(column.stated) < len(values)
 
 
-def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Column]:
-    """List the columns of periods or rates that state an uncertainty for every run.
-
-    They are listed only if the times do not state an uncertainty.
-    """
-    if timing.role != "time" or timing.stated:
-        return
-    for role in ("precession_period", "precession_rate"):
-        if role in columns and len(columns[role].stated) == len(columns[role].readings):
-            yield columns[role]
-
-
 def values_of(column: Column) -> Floats:
     """Return the values of a column [SI], shape (n,); NaN for a blank cell."""
     return np.array(column.values, dtype=float)
@@ -640,19 +634,12 @@ def _usual_u_of_spin(readings: Readings) -> float:
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
     """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
     columns = readings.columns
+    complete = {role for role in columns if None not in columns[role].values}
     for unit in ("spin", "spin_period"):
-        for names in (
-            (f"{unit}_start", unit, f"{unit}_end"),
-            (unit,),
-            (f"{unit}_start", f"{unit}_end"),
-        ):
-            used = [
-                columns[name]
-                for name in names
-                if name in columns and None not in columns[name].values
-            ]
-            if len(used) == len(names):
-                return tuple(used)
+        start, end = f"{unit}_start", f"{unit}_end"
+        for names in ((start, unit, end), (unit,), (start, end)):
+            if complete.issuperset(names):
+                return tuple([columns[name] for name in names])
     if "spin_time" in columns and "spin_turns" in columns:
         return (_time_of_one(columns["spin_time"], columns["spin_turns"]),)
     raise KeyError("spin")
@@ -676,13 +663,3 @@ def as_spin(column: Column) -> Floats:
     values = np.abs(values_of(column))
     is_period = column.role.startswith(("spin_period", "spin_time"))
     return 2 * np.pi / values if is_period else values
-
-
-def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
-    """Compute the harmonic mean in time of a spin [rad/s], shape (n,).
-
-    The spin was read at start and end, or three times.
-    """
-    if len(spins) == 3:
-        return cast(Floats, physics.simpson_mean_spin(*spins))
-    return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))

@@ -496,7 +496,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
         inside = (step >= low) & (step <= high) | (np.abs(off) < ROUNDING)
         point = np.where(inside, step, 0.5 * (low + high))
         # The error after such a step is about the square of the step.
-        if (inside & (np.abs(off) <= 1e-2 * tails)).all():
+        if (inside & (np.abs(off) <= 1e-4 * tails)).all():
             break
     return point
 

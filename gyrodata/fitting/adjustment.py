@@ -28,28 +28,28 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
-from gyrodata.physics import Floats, Integers
+from gyrodata.physics import Floats
 
-QUANTITIES = (
-    "time",
-    "spin",
-    "turns",
-    "mass",
-    "position",
-    "force",
-    "torque",
-    "g",
-    "pitch",
-    "transverse",
-    "added",
-    "balance",
-)
-TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(
-    len(QUANTITIES) - 1
-)
-BALANCE = len(QUANTITIES) - 1
-"""Row of each quantity in an array of shape (12, n). The balance is the difference of a
-weight's M0 from that of the log [N*m]; nobody reads it, so it is zero."""
+ROWS = {
+    "time": 0,
+    "spin": 1,
+    "turns": 2,
+    "mass": 3,
+    "force": 3,
+    "torque": 3,
+    "position": 4,
+    "g": 5,
+    "pitch": 6,
+    "transverse": 7,
+    "added": 8,
+    "balance": 9,
+}
+"""Row of each quantity in an array of shape (10, n). The torque is load × position × g: a
+log has masses, forces (then g counts as 1) or torques (then the position does, too).
+The balance is the difference of a weight's M0 from that of the log [N*m]; nobody reads
+it, so it is zero."""
+
+TIME, SPIN, TURNS, LOAD, POSITION, G, PITCH, TRANSVERSE, ADDED, BALANCE = range(10)
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1].
@@ -75,7 +75,7 @@ class Linear(Struct, frozen=True):
     """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
 
     values: Floats
-    """Adjusted value of each quantity, shape (12, n)."""
+    """Adjusted value of each quantity, shape (10, n)."""
     torque: Floats
     """Adjusted torque of each weight, with its balance [N*m], shape (n,)."""
     misclosure: Floats
@@ -93,7 +93,7 @@ class Linear(Struct, frozen=True):
 class Problem:
     """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
 
-    `observed` contains the readings, shape (12, n). `member` contains the number of the
+    `observed` contains the readings, shape (10, n). `member` contains the number of the
     shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
     `to_column` list the same pairs.
     """
@@ -106,62 +106,39 @@ class Problem:
         self.measured = measured
         self.count = count
         self.tilted = tilted
-        # The angle that steady precession would have swept in the same time.
-        turns = (
-            measured.turns
-            if measured.slowing is None
-            else measured.turns * measured.slowing
+        self.observed = _observed(measured, tilted)
+        sources = [*measured.sources, measured.balance_source(level)]
+        if not tilted:
+            sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
+        sources = [s for s in sources if s.absolute.any() or s.relative.any()]
+        self.sources = sources
+        shape = len(sources), count
+        self.absolute = np.reshape([s.absolute for s in sources], shape)
+        self.relative = np.reshape([s.relative for s in sources], shape)
+        self.quantity = np.array([ROWS[s.quantity] for s in sources], int)
+        self.onto = (np.arange(len(self.observed))[:, None] == self.quantity).astype(
+            float
         )
-        pitch, transverse = (
-            (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
-        )
-        self.observed = np.empty((len(QUANTITIES), count))
-        loads = (
-            measured.mass,
-            measured.position,
-            measured.force,
-            measured.given_torque,
-            measured.g,
-        )
-        spin = measured.corrected_spin
-        for row, values in enumerate(
-            (measured.time, spin, turns, *loads, pitch, transverse, measured.added, 0.0)
-        ):
-            self.observed[row] = values
-        some = [
-            one
-            for one in (*measured.sources, measured.balance_source(level))
-            if tilted or one.quantity not in ("pitch", "transverse")
-        ]
-        sizes = np.array(
-            [[one.absolute for one in some], [one.relative for one in some]]
-        ).reshape(2, -1, count)
-        used: list[bool] = np.logical_or.reduce(sizes, axis=(0, 2)).tolist()
-        self.sources = [one for one, is_used in zip(some, used, strict=True) if is_used]
-        self.quantity = np.array(
-            [QUANTITIES.index(one.quantity) for one in self.sources], dtype=int
-        )
-        self.absolute, self.relative = sizes[:, used]
-        self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
-        self.by_weight = not np.isnan(measured.mass).all()
-        self.by_force = not np.isnan(measured.force).all()
-        # Number the shared errors, in the order of sources and groups: one bin for each
-        # group of each source.
-        self.groups: Integers = np.array(
-            [one.groups for one in self.sources], dtype=int
-        ).reshape(-1, count)
-        width = int(self.groups.max(initial=0)) + 1
-        touched = self.groups >= 0
-        bins = self.groups + width * np.arange(len(self.groups))[:, None]
-        sizes = np.bincount(bins[touched], minlength=width * len(self.groups))
+        self._number_shared_errors()
+
+    def _number_shared_errors(self) -> None:
+        """Number the shared errors, in the order of sources and groups."""
+        shape = len(self.sources), self.count
+        groups = np.reshape([source.groups for source in self.sources], shape)
+        groups = groups.astype(int)
+        # One bin for each group of each source.
+        width = int(groups.max(initial=0)) + 1
+        touched = groups >= 0
+        bins = groups + width * np.arange(len(groups))[:, None]
+        sizes = np.bincount(bins[touched], minlength=width * len(groups))
         # A weight with a single run has a balance too, which does not scatter with the
         # run's own errors.
         of_balance = (self.quantity == BALANCE)[:, None]
-        sizes[bins[touched & of_balance]] = count
+        sizes[bins[touched & of_balance]] = self.count
         size = np.where(touched, sizes[bins], 0)
         self.independent = (size == 1).astype(float)
-        column = (sizes > 1).cumsum() - 1
-        self.shared_count = int(column[-1]) + 1 if len(column) else 0
+        column = np.cumsum(sizes > 1) - 1
+        self.shared_count = int(np.sum(sizes > 1))
         self.member = np.where(size > 1, column[bins], -1)
         self.from_source, self.from_run = (size > 1).nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
@@ -192,48 +169,28 @@ class Problem:
         np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
-        # Derivatives with respect to each quantity, (12, n), and to I_zz, M0 and b, (n,
-        # 3).
-        to = np.zeros(values.shape)
-        time, spin = values[TIME] - bias, values[SPIN]
-        signed, minus_angle = sense * time, -2 * np.pi * values[TURNS]
-        if self.by_weight:
-            mass, position, g = values[MASS], values[POSITION], values[G]
-            torque = mass * g * position
-            to[MASS], to[POSITION], to[G] = (
-                signed * (position * g),
-                signed * (mass * g),
-                signed * (mass * position),
-            )
-        elif self.by_force:
-            torque = values[FORCE] * values[POSITION]
-            to[FORCE], to[POSITION] = signed * values[POSITION], signed * values[FORCE]
-        else:
-            torque, to[TORQUE] = values[TORQUE], signed
-        torque, to[BALANCE] = torque + values[BALANCE], signed
-        push = sense * (torque + residual_torque)
+        time, spin, minus_angle = (
+            values[TIME] - bias,
+            values[SPIN],
+            -2 * np.pi * values[TURNS],
+        )
+        load, position, g = values[LOAD], values[POSITION], values[G]
+        torque = load * g * position + values[BALANCE]
+        signed, push = sense * time, sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
         spin_term = minus_angle * moment
         misclosure = push * time + spin_term
-        to[TIME], to[SPIN], to[TURNS], to[ADDED] = (
-            push,
-            minus_angle * whole,
-            -2 * np.pi * moment,
-            minus_angle * spin,
-        )
-        to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
+        # Derivatives with respect to each quantity.
+        to = np.zeros(values.shape)
+        to[TIME], to[SPIN], to[TURNS] = push, minus_angle * whole, -2 * np.pi * moment
+        to[LOAD], to[POSITION] = signed * (position * g), signed * (load * g)
+        to[G], to[BALANCE] = signed * (load * position), signed
+        to[ADDED] = minus_angle * spin
         if self.tilted:
-            pitch, difference = values[PITCH], whole - values[TRANSVERSE]
-            square = sense * minus_angle**2 / time
-            tilt = square * np.sin(pitch)
-            misclosure -= difference * tilt
-            to_unknowns[:, 0] -= tilt
-            to[TIME] += difference * tilt / time
-            to[TURNS] += 4 * np.pi * difference * tilt / minus_angle
-            to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
-            to[ADDED] -= tilt
-        to_unknowns[:, 2] = -to[TIME]
+            misclosure += _add_tilt(to, values, whole, time, sense)
+        # A larger I_zz is like an inertia of the weight, and b shortens the time.
+        to_unknowns = np.array([to[ADDED], signed, -to[TIME]]).T
         by_error = (
             self.relative * values[self.quantity] / factors
             + self.absolute / scale[self.quantity]
@@ -246,6 +203,43 @@ class Problem:
         return Linear(
             values, torque, misclosure, to_unknowns, slopes, independent, variance
         )
+
+
+def _add_tilt(
+    to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
+) -> Floats:
+    """Return the term of a tilted rod in each condition, and add its derivatives to `to`."""
+    angle, pitch, difference = (
+        2 * np.pi * values[TURNS],
+        values[PITCH],
+        whole - values[TRANSVERSE],
+    )
+    square = sense * angle**2 / time
+    tilt = square * np.sin(pitch)
+    to[TIME] += difference * tilt / time
+    to[TURNS] -= 4 * np.pi * difference * tilt / angle
+    to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
+    to[ADDED] -= tilt
+    return cast(Floats, -difference * tilt)
+
+
+def _observed(measured: Measurements, tilted: bool) -> Floats:
+    """Return the readings, shape (10, n)."""
+    observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
+    # The angle that steady precession would have swept in the same time.
+    slowing = 1.0 if measured.slowing is None else measured.slowing
+    observed[TIME], observed[TURNS] = measured.time, measured.turns * slowing
+    observed[SPIN], observed[ADDED] = measured.corrected_spin, measured.added
+    is_torque = not np.isnan(measured.given_torque).all()
+    observed[LOAD] = measured.load
+    observed[POSITION] = 1.0 if is_torque else measured.position
+    observed[G] = 1.0 if np.isnan(measured.mass).all() else measured.g
+    if tilted:
+        observed[PITCH], observed[TRANSVERSE] = (
+            measured.pitch,
+            transverse_inertia(measured),
+        )
+    return observed
 
 
 def torques_differ(torque: Floats) -> bool:
@@ -291,11 +285,11 @@ def median(values: Floats) -> float:
 
 
 class Start(Struct, frozen=True):
-    """Rough values of the unknowns."""
+    """Rough values of the unknowns, or arrays of them."""
 
-    inertia: float
+    inertia: Any
     """[kg*m^2]"""
-    residual_torque: float
+    residual_torque: Any
     """M0 [N*m]"""
 
 
@@ -306,7 +300,7 @@ _SAMPLE = 150
 """Number of runs that is enough for a start."""
 
 _ODD = 5.0
-"""Misfit above which all runs count the same in the choice of a start."""
+"""Misfit of a run that is far from a start; larger ones count the same."""
 
 
 def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
@@ -314,34 +308,20 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     index = sample(measured, kept)
     torque = measured.torque[index]
     if torques_differ(torque):
-        # s M T = I_zz 2π f ψ̇ − M0 s T; the error of the time counts as much as the
-        # torque that multiplies it.
-        weight = 1 / np.maximum(np.abs(torque), 0.1 * np.abs(torque).max())
-        plain = 2 * np.pi * measured.turns[index] * measured.spin[index]
-        lever, swing = plain * weight, sense[index] * measured.time[index] * weight
-        effort = swing * torque
-        products = (
-            lever * lever,
-            lever * swing,
-            swing * swing,
-            lever * effort,
-            swing * effort,
-        )
-        aa, ab, bb, ae, be = np.add.reduce(products, axis=1)
-        determinant = aa * bb - ab * ab
+        # M = I_zz φ̇ψ̇ − M0. The error of the time counts as much as the torque that
+        # multiplies it.
+        product = sense[index] * np.abs(measured.product[index])
+        size = np.abs(torque)
+        weight = (measured.time[index] / np.maximum(size, 0.1 * size.max())) ** 2
+        weight /= np.add.reduce(weight)
+        middle = weight @ product
+        away = product - middle
         # Equal runs do not determine a line.
         with np.errstate(divide="ignore", invalid="ignore"):
-            inertia, imbalance = (
-                (ae * bb - be * ab) / determinant,
-                (ae * ab - be * aa) / determinant,
-            )
-        total = np.abs(torque + imbalance)
-        if (
-            0 < inertia < np.inf
-            and total.all()
-            and rough_misfit(measured, inertia * plain / total, index).max() < 5
-        ):
-            return Start(float(inertia), float(imbalance))
+            inertia = weight @ (away * torque) / (weight @ away**2)
+        start = Start(float(inertia), float(inertia * middle - weight @ torque))
+        if 0 < inertia < np.inf and misfits(measured, start, index).max() < _ODD:
+            return start
     return robust_start(measured, sense, kept)
 
 
@@ -365,50 +345,38 @@ def sample(measured: Measurements, kept: Floats) -> Any:
     )
 
 
+@np.errstate(divide="ignore", invalid="ignore")
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     """Solve many pairs of runs for (I_zz, M0), and return the pair that agrees with most runs.
 
-    With b = 0 and a level rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
+    With b = 0 and a level rod the runs are on the line M = I_zz φ̇ψ̇ − M0.
     """
     index = sample(measured, kept)
-    if not torques_differ(measured.torque[index]):
-        return Start(rough_inertia(measured), 0.0)
-    lever, swing = (
-        2 * np.pi * measured.turns[index] * measured.spin[index],
-        sense[index] * measured.time[index],
+    torque, product = (
+        measured.torque[index],
+        sense[index] * np.abs(measured.product[index]),
     )
-    effort = swing * measured.torque[index]
+    rough = Start(rough_inertia(measured), 0.0)
+    if not torques_differ(torque):
+        return rough
     first, second = _pairs(len(index))
-    # Two runs: lever·I − swing·M0 = effort for each.
-    determinant = lever[second] * swing[first] - lever[first] * swing[second]
-    usable = np.abs(determinant) > 1e-3 * np.abs(lever[first] * swing[second])
-    first, second, determinant = first[usable], second[usable], determinant[usable]
-    inertia = (
-        effort[second] * swing[first] - effort[first] * swing[second]
-    ) / determinant
-    imbalance = (
-        lever[first] * effort[second] - lever[second] * effort[first]
-    ) / determinant
-    largest = np.abs(measured.torque[index]).max()
-    plausible = (inertia > 0) & (np.abs(imbalance) < 3 * largest)
-    if not plausible.any():
-        return Start(rough_inertia(measured), 0.0)
-    inertia, imbalance = inertia[plausible], imbalance[plausible]
-    total = np.maximum(
-        np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest
-    )
-    off = rough_misfit(measured, inertia[:, None] * lever / total, index)
+    apart = product[second] - product[first]
+    inertia = (torque[second] - torque[first]) / apart
+    imbalance = inertia * product[first] - torque[first]
+    usable = np.abs(apart) > 1e-3 * np.abs(product[second])
+    usable &= (inertia > 0) & (np.abs(imbalance) < 3 * np.abs(torque).max())
+    if not usable.any():
+        return rough
+    lines = Start(inertia[usable, None], imbalance[usable, None])
+    off = misfits(measured, lines, index)
     # All outliers count the same, so that the pair with the fewest outliers wins; of
     # equal pairs the smaller M0 wins.
     middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
     scatter = max(1.0, MAD_TO_SD * float(middle.min()))
-    loads = np.abs(measured.torque[measured.torque != 0])
-    cost = (
-        np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1)
-        + (imbalance / loads.min()) ** 2
-    )
-    best = int(np.argmin(cost))
-    return Start(float(inertia[best]), float(imbalance[best]))
+    cost = np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1)
+    cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
+    best = cost.argmin()
+    return Start(float(lines.inertia[best, 0]), float(lines.residual_torque[best, 0]))
 
 
 @lru_cache(maxsize=32)
@@ -419,31 +387,25 @@ def _pairs(count: int) -> tuple[Any, Any]:
     return first[::step], second[::step]
 
 
-def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
-    """Compute the root mean square of the kept runs' misfits to a start.
-
-    The misfits are in units of `rough_misfit`.
-    """
-    index = np.flatnonzero(kept > 0)
-    total = np.abs(measured.torque[index] + start.residual_torque)
-    with np.errstate(divide="ignore"):
-        lever = 2 * np.pi * measured.turns[index] * measured.spin[index]
-        off = rough_misfit(measured, start.inertia * lever / total, index)
-    return float(np.sqrt(np.mean(off**2)))
+def lightest_torque(measured: Measurements, kept: Floats) -> float:
+    """Return the smallest torque of the kept runs that is not zero [N*m]."""
+    sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
+    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def rough_misfit(
-    measured: Measurements, predicted: Floats, index: Any = slice(None)
-) -> Floats:
-    """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
+def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
+    """Compare times with those of a start, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
-    bounded = np.where(np.isfinite(predicted), predicted, time)
+    with np.errstate(divide="ignore"):
+        product = (measured.torque[index] + start.residual_torque) / start.inertia
+        predicted = time * np.abs(measured.product[index] / product)
+    predicted = np.where(np.isfinite(predicted), predicted, time)
     u = np.zeros(len(measured.time))
     for source in measured.sources:
         if source.quantity == "time":
             u = source.absolute + source.relative * measured.time
             break
-    return cast(Floats, np.abs(time - bounded) / np.hypot(u[index], 0.01 * bounded))
+    return cast(Floats, np.abs(time - predicted) / np.hypot(u[index], 0.01 * predicted))
 
 
 def assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:
@@ -553,24 +515,15 @@ def adjust(
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
     # The places of the derivatives to the shared errors, in `plain` and in the slopes.
-    into, out_of = (
-        problem.from_run * width + 3 + problem.to_column,
-        problem.from_source * count + problem.from_run,
-    )
+    into = problem.from_run * width + 3 + problem.to_column
+    out_of = problem.from_source * count + problem.from_run
     upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:
-            # After a large step, move the errors of single runs back onto their
-            # conditions: only there the derivative is exact, and a common shrinking of
-            # I_zz and all torques gains nothing. A run without a weight may be beyond
-            # the pole M0 = 0, and keeps its reading.
-            close = np.abs(at.misclosure) < 0.5 * np.abs(
-                at.to_unknowns[:, 0] * (unknowns[0] * scale[0])
-            )
-            single = -at.independent * (close * at.misclosure / at.independent_variance)
+            single = _onto_conditions(at, unknowns[0] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain[:, :3] = at.to_unknowns * scale
         plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
@@ -586,12 +539,9 @@ def adjust(
             raise NoFit("these runs do not determine the unknowns separately")
         step = np.linalg.solve(triangle, whole[:, -1])
         # One step at most halves or doubles I_zz.
-        limit, size = 0.5 * abs(unknowns[0]), abs(step[0])
-        if size > limit:
-            step *= limit / size
-        if turn >= FULL_STEPS:
-            # Full steps can oscillate if errors are as large as the readings.
-            step *= 0.5 ** (turn // FULL_STEPS)
+        step *= min(1.0, 0.5 * abs(unknowns[0]) / abs(step[0]))
+        # Full steps can oscillate if errors are as large as the readings.
+        step *= 0.5 ** (turn // FULL_STEPS)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # The prediction for a run that is left out is also linear only on its
@@ -602,28 +552,19 @@ def adjust(
         if not LOST < unknowns[0] < 1 / LOST:
             break
         sizes = np.abs(step)
-        last, moved, jumped = (
-            moved,
-            float(np.maximum.reduce(sizes)),
-            float(max(sizes[:2])),
-        )
+        last, moved, jumped = moved, float(sizes.max()), float(sizes[:2].max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
-        converged = moved < 1e-11 or moved * moved < 1e-8 * min(
-            last, 1.0 if turn else 0.0
-        )
+        converged = moved < 1e-11 or (turn > 0 and moved**2 < 1e-8 * min(last, 1.0))
         converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
         if converged:
             break
-    # Covariance, deleted residuals and influence at the end.
     inverse = np.linalg.inv(triangle)
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
     own = at.independent_variance
-    variance = np.where(
-        kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1)
-    )
+    outside = own + np.add.reduce((plain @ inverse) ** 2, axis=1)
     gain = q @ inverse[0] * scale[0]
     adjusted = Adjusted(
         problem=problem,
@@ -637,13 +578,24 @@ def adjust(
         kept=kept,
         weighted=weighted,
         independent_variance=own,
-        deviations=sense * closed / np.sqrt(variance),
+        deviations=sense * closed / np.sqrt(np.where(kept > 0, own * rest, outside)),
         influence=gain[:count] * weighted / rest,
         chi2=chi2,
         converged=bool(converged),
     )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
+
+
+def _onto_conditions(at: Linear, inertia: float) -> Floats:
+    """Move the errors of single runs back onto their conditions after a large step.
+
+    Only there the derivative is exact, and a common shrinking of I_zz and all torques
+    gains nothing. A run without a weight may be beyond the pole M0 = 0, and keeps its
+    reading.
+    """
+    close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * inertia)
+    return -at.independent * (close * at.misclosure / at.independent_variance)
 
 
 FACTOR = 3.0
@@ -656,9 +608,7 @@ MOVED, MOVED_U = 0.2, 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more
 than this many standard uncertainties, contradicts the log."""
 
-MEASURED = np.array(
-    [quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES]
-)
+MEASURED = [TIME, SPIN, LOAD, POSITION, G, ADDED, BALANCE]
 """Which quantities are measured: a pitch of 0 may change by more than itself, and I is
 often assumed."""
 
@@ -670,10 +620,8 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     together at little cost. So a solution must converge, be positive, and keep the
     readings.
     """
-    inertia = float(adjusted.unknowns[0])
-    if not (
-        np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()
-    ):
+    inertia, numbers = float(adjusted.unknowns[0]), adjusted.covariance
+    if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(numbers).all()):
         raise NoFit("the fit gives numbers that are not finite")
     if not adjusted.converged:
         raise NoFit("the fit does not converge")
@@ -683,14 +631,18 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²"
         )
+    if (np.abs(adjusted.shared) > MOVED_U).any():
+        _insist_on_readings(adjusted)
+
+
+def _insist_on_readings(adjusted: Adjusted) -> None:
+    """Raise `NoFit` if the fit moves a reading that runs share by too much."""
     problem = adjusted.problem
-    if not (np.abs(adjusted.shared) > MOVED_U).any():
-        return
     error = np.abs(adjusted.shared[problem.to_column])
     source, run = problem.from_source, problem.from_run
     read = np.abs(problem.observed[problem.quantity[source], run])
     size = problem.absolute[source, run] + problem.relative[source, run] * read
-    far = MEASURED[problem.quantity[source]] & (adjusted.kept[run] > 0)
+    far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)
     far &= (error > MOVED_U) & (error * size > MOVED * read)
     if far.any():
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))

@@ -144,26 +144,14 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     the stated ones, and are not scaled by chi-square.
     """
 
-    inertia: Estimate
-    """I_zz [kg*m^2]."""
-    residual_torque: Estimate
-    """M0 [N*m]: the torque is M + M0."""
-    timing_bias: Estimate
-    """b [s]: a clock reading is the true time plus b."""
-    covariance: Floats
-    """Covariance of (I_zz, M0, b), shape (3, 3)."""
     chi2: float
     dof: int
-    deviations: Floats
-    """Time minus the prediction of the *other* runs, over the standard uncertainty of
-    this difference, shape (n,)."""
     widths: Widths
     """Widths with which the runs were adjusted."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
-    budget: tuple[Share, ...] = ()
     contradicted_balance: float | None = None
     """Width of M0 according to a balance test that the runs contradict [N*m], else
     None."""
@@ -176,6 +164,45 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     as_stated: FitResult | None = None
     """The fit at the stated widths, from which the others were found; None for a fit at
     fixed widths."""
+
+    @cached_property
+    def inertia(self) -> Estimate:
+        """I_zz [kg*m^2]."""
+        return self._estimate(0)
+
+    @cached_property
+    def residual_torque(self) -> Estimate:
+        """M0 [N*m]: the torque is M + M0."""
+        return self._estimate(1)
+
+    @cached_property
+    def timing_bias(self) -> Estimate:
+        """The bias b [s]: a clock reading is the true time plus b."""
+        return self._estimate(2)
+
+    def _estimate(self, number: int) -> Estimate:
+        """Return an unknown: with a posterior its median, and half the 68.3 % interval."""
+        if self.posterior is None:
+            u = math.sqrt(self.covariance[number, number])
+            return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
+        quantiles = self.posterior.quantiles(number).tolist()
+        low, below, middle, above, high = quantiles
+        return Estimate(middle, (above - below) / 2, UNITS[number], (low, high))
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of (I_zz, M0, b) at these widths, shape (3, 3)."""
+        return self.adjusted.covariance
+
+    @property
+    def deviations(self) -> Floats:
+        """Time minus the prediction of the other runs, see `Adjusted`, shape (n,)."""
+        return self.adjusted.deviations
+
+    @cached_property
+    def budget(self) -> tuple[Share, ...]:
+        """The sources of u(I_zz), the largest first; empty for a fit at fixed widths."""
+        return () if self.posterior is None else _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
@@ -302,7 +329,12 @@ def fit(
     begun = _fits_at_widths(measured, tilted, left_out, widths or AS_STATED)
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
-    return _with_late_runs(measured, _integrated(measured, begun))
+    result = _integrated(measured, begun)
+    stated = result.as_stated or result
+    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
+    if is_likely or not measured.timed or result.two_signs:
+        return result
+    return _with_late_runs(measured, result)
 
 
 def _fits_at_widths(
@@ -361,37 +393,19 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
             replace(first, two_signs=True),
             posterior.mixed([answer, found[1][2]]),
         )
-    contradicted = None
+    stated = min(begun, key=attrgetter("chi2"))
+    first = replace(first, as_stated=stated)
     if measured.balance_test is not None:
-        allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(first, tested=False).quantiles(2)[1]
-        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
-            contradicted = allowed
-    first = replace(
-        first,
-        contradicted_balance=contradicted,
-        as_stated=min(begun, key=attrgetter("chi2")),
-    )
-    return _answered(first, answer)
+        first = _with_contradiction(first, measured.balance_test(first.inertia.value))
+    return replace(first, posterior=answer)
 
 
-def _answered(result: FitResult, answer: Posterior) -> FitResult:
-    """Return a fit with the values and uncertainties of a posterior."""
-    estimates = []
-    for (low, below, middle, above, high), unit in zip(
-        answer.quantiles(3).tolist(), UNITS, strict=True
-    ):
-        # The median, half the 68.3 % interval, and the 95 % interval.
-        estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
-    inertia, residual_torque, bias = estimates
-    return replace(
-        result,
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        posterior=answer,
-        budget=_budget(result, inertia.u or 0.0),
-    )
+def _with_contradiction(result: FitResult, allowed: float) -> FitResult:
+    """Note the width of M0 of a balance test [N*m] if the runs contradict it."""
+    _, below, m0, above, _ = _integrate_at(result, tested=False).quantiles(1)
+    u = (above - below) / 2
+    is_contradicted = abs(m0) > CONTRADICTED * math.hypot(allowed, u)
+    return replace(result, contradicted_balance=allowed if is_contradicted else None)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -400,10 +414,6 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     A hand can be late by seconds, and never early. So a late run says nothing but its
     lateness, which has the same density from zero to `LATEST`.
     """
-    stated = result.as_stated or result
-    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
-    if is_likely or not measured.timed or result.two_signs:
-        return result
     fits = [result, *_without_late_runs(measured, result)]
     answers = []
     for late, other in enumerate(fits):
@@ -420,7 +430,7 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
     answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
-    return _answered(result, answer)
+    return replace(result, posterior=answer)
 
 
 def _without_late_runs(
@@ -448,18 +458,12 @@ def _without_late_runs(
         yield result
 
 
-def lightest_torque(measured: Measurements, kept: Floats) -> float:
-    """Return the smallest torque of the kept runs that is not zero [N*m]."""
-    sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
-    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
-
-
 def _at_widths(
     measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
 ) -> FitResult:
     """Adjust the runs at fixed widths."""
     factor, width = widths.scatter, widths.residual_torque
-    width = lightest_torque(measured, kept) if width is None else width
+    width = adjustment.lightest_torque(measured, kept) if width is None else width
     problem = Problem(measured, tilted, widths.level)
     start = adjustment.first_guess(measured, sense, kept)
     start = replace(
@@ -474,7 +478,8 @@ def _at_widths(
         # infinite, because their errors are proportional, or that M0 cancels all
         # torques. Larger errors of single runs and a small M0 prevent this.
         start = adjustment.robust_start(measured, sense, kept)
-        factor = max(factor, adjustment.misfit(measured, start, kept))
+        off = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(factor, float(np.sqrt(np.mean(off**2))))
         if factor > widths.scatter:
             width = 0.1 * width
         adjusted = adjustment.adjust(
@@ -492,21 +497,12 @@ def _result(
     adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
 ) -> FitResult:
     """Create the result of a fit at fixed widths."""
-    u = np.sqrt(adjusted.covariance.diagonal())
-    inertia, residual_torque, bias = map(
-        Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS
-    )
     differ = adjustment.torques_differ(
         adjusted.problem.measured.torque[adjusted.kept > 0]
     )
     return FitResult(
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        covariance=adjusted.covariance,
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(differ),
-        deviations=adjusted.deviations,
         widths=widths,
         sense=sense,
         adjusted=adjusted,
@@ -523,15 +519,16 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         result.inertia.value,
         result.adjusted.problem.measured,
     )
-    lightest = lightest_torque(measured, adjusted.kept)
+    lightest = adjustment.lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     groups = measured.balance_groups
-    several = np.unique(groups[(adjusted.kept > 0) & (groups >= 0)])
-    levels = rows[:, 1:2] * (groups[:, None] == several)
+    # `np.unique` would import numpy.ma, which takes as long as the fit.
+    several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})
+    levels = rows[:, 1:2] * (groups[:, None] == np.array(several))
     problem = adjusted.problem
     names = [problem.sources[owner].name for owner in problem.owners]
     is_balance = np.array([name == BALANCE_CHANGE for name in names], dtype=bool)
@@ -593,30 +590,25 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
-    excess, variances = float((variances - stated).sum()), stated
-    owners = problem.owners
-    np.add.at(variances, owners, gain[count + 2 :] ** 2)
-    shared = set(owners.tolist())
+    excess = max(0.0, float((variances - stated).sum()))
+    np.add.at(stated, problem.owners, gain[count + 2 :] ** 2)
+    of_m0, of_bias = np.abs(gain[count : count + 2]).tolist()
+    by_bias = SOURCES["time_bias"].shared_by
+    shared = {problem.sources[number].name for number in problem.owners}
     parts = [
-        (math.sqrt(variance), source.name, s in shared, source.shared_by)
-        for s, (source, variance) in enumerate(
-            zip(problem.sources, variances.tolist(), strict=True)
-        )
+        (size, source.name, source.name in shared, source.shared_by)
+        for source, size in zip(problem.sources, np.sqrt(stated).tolist(), strict=True)
     ]
-    for row, name, words in (
-        (0, "residual_torque", "all runs"),
-        (1, "time_bias", SOURCES["time_bias"].shared_by),
-    ):
-        parts.append((abs(float(gain[count + row])), name, True, words))
-    parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
+    parts.append((of_m0, "residual_torque", True, "all runs"))
+    parts.append((of_bias, "time_bias", True, by_bias))
+    parts.append((math.sqrt(excess), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
-    sizes, *_ = zip(*parts, strict=True)
-    total = math.fsum(np.square(sizes).tolist())
+    total = math.fsum([size**2 for size, *_ in parts])
     factor = u / math.sqrt(total or 1.0)
     return tuple(
-        Share(name, several, by, factor * own, own**2 / total)
-        for own, name, several, by in parts
-        if own
+        Share(name, several, by, factor * size, size**2 / total)
+        for size, name, several, by in parts
+        if size
     )
 
 

@@ -113,7 +113,35 @@ def fit_line(
     observed ones.
     """
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    count, stated = xs.size, any(cov is not None for cov in (cov_x, cov_y, cov_xy))
+    stated = any(cov is not None for cov in (cov_x, cov_y, cov_xy))
+    _insist_on_points(xs, ys, intercept, stated)
+    factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, xs.size)
+    # Relative to the mean of x, slope and intercept are nearly independent, and no
+    # digits are lost.
+    middle = np.longdouble(xs.mean() if intercept else 0.0)
+    unknowns, step = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
+    # Zeros for an intercept that is not fitted.
+    spread = np.zeros((2, step.spread.shape[1]))
+    spread[: len(step.spread)] = step.spread
+    spread[1] -= float(middle) * spread[0]
+    chi2, dof = float(np.sum(step.errors**2)), step.dof
+    covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
+    u_slope, u_intercept = np.sqrt(np.diag(covariance)).tolist()
+    return LineFit(
+        slope=float(unknowns[0]),
+        intercept=float(unknowns[1:].sum() - unknowns[0] * middle),
+        u_slope=u_slope,
+        u_intercept=u_intercept if intercept else None,
+        covariance=covariance,
+        chi2=chi2,
+        dof=dof,
+        p=chi2_tail(chi2, dof) if stated and dof > 0 else None,
+        convention=STATED if stated else SCATTER,
+    )
+
+
+def _insist_on_points(xs: Floats, ys: Floats, intercept: bool, stated: bool) -> None:
+    """Raise ValueError if points do not determine a line and its uncertainty."""
     if xs.ndim != 1 or xs.shape != ys.shape:
         raise ValueError(
             f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length"
@@ -122,9 +150,10 @@ def fit_line(
         raise ValueError(
             "x or y contains a value that is not finite; leave out incomplete points"
         )
-    if count < 1 + intercept:
+    if xs.size < 1 + intercept:
         raise ValueError(
-            f"{count} points do not determine a line; pass two or more, or one with intercept=False"
+            f"{xs.size} points do not determine a line; pass two or more, or one with "
+            f"intercept=False"
         )
     if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
         raise ValueError(
@@ -135,31 +164,11 @@ def fit_line(
         raise ValueError(
             "all x are zero, so there is no slope; pass points with other x"
         )
-    if not stated and count == 1 + intercept:
+    if not stated and xs.size == 1 + intercept:
         raise ValueError(
-            f"{count} points have no residuals, so there is no uncertainty; pass "
+            f"{xs.size} points have no residuals, so there is no uncertainty; pass "
             f"cov_y, or more points"
         )
-    factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
-    # Relative to the mean of x, slope and intercept are nearly independent, and no
-    # digits are lost.
-    middle = np.longdouble(xs.mean() if intercept else 0.0)
-    unknowns, (_, errors, parts, dof, _) = _iterate(
-        xs - middle, ys.astype(np.longdouble), factors, intercept
-    )
-    # Zeros for an intercept that is not fitted.
-    spread = np.vstack([parts, np.zeros_like(parts)])[:2]
-    spread[1] -= float(middle) * spread[0]
-    chi2 = float(np.sum(errors**2))
-    covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
-    u_slope, u_intercept = (math.sqrt(variance) for variance in np.diag(covariance))
-    slope, constant = (
-        float(unknowns[0]),
-        float(unknowns[1:].sum() - unknowns[0] * middle),
-    )
-    p = chi2_tail(chi2, dof) if stated and dof > 0 else None
-    told = covariance, chi2, dof, p, STATED if stated else SCATTER
-    return LineFit(slope, constant, u_slope, u_intercept if intercept else None, *told)
 
 
 Extended = NDArray[np.longdouble]
@@ -282,66 +291,71 @@ def _factorise(
     count: int,
 ) -> Factors:
     """Check the covariance U of n points (x, y), and factorise it: U = B Bᵀ."""
-    parts = []
-    for name, value in (("cov_x", cov_x), ("cov_y", cov_y), ("cov_xy", cov_xy)):
-        part = np.asarray(0.0 if value is None else value, dtype=float)
-        part = np.full(count, part) if part.ndim == 0 else part
-        if part.shape not in ((count,), (count, count)):
-            wanted = f"pass a number, {count} variances, or a {count} × {count} matrix"
-            raise ValueError(f"{name} has shape {part.shape}; {wanted}")
-        if not np.isfinite(part).all():
-            raise ValueError(
-                f"{name} contains a value that is not finite; pass 0 for exact values"
-            )
-        if name != "cov_xy":
-            variances = part if part.ndim == 1 else np.diag(part)
-            if (variances < 0).any():
-                raise ValueError(
-                    f"{name} contains a negative variance; pass variances u²"
-                )
-            if part.ndim == 2 and not np.allclose(
-                part, part.T, rtol=1e-9, atol=1e-12 * variances.max()
-            ):
-                raise ValueError(
-                    f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]"
-                )
-        parts.append(part)
-    if not any(part.any() for part in parts):
+    x, y = _covariance("cov_x", cov_x, count), _covariance("cov_y", cov_y, count)
+    xy = _covariance("cov_xy", cov_xy, count)
+    for name, part in (("cov_x", x), ("cov_y", y)):
+        _insist_on_variances(name, part)
+    if not (x.any() or y.any() or xy.any()):
         raise ValueError(
             "all covariances are zero; leave them out to get the uncertainties from the scatter"
         )
-    if any(part.ndim == 2 for part in parts):
-        x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in parts)
-        factor = _root(np.block([[x, xy], [xy.T, y]]))
-        return factor[:count], factor[count:], False
-    x, y, xy = parts
-    if (xy**2 > x * y * (1 + 1e-12)).any():
+    by_row = x.ndim == y.ndim == xy.ndim == 1
+    if by_row:
+        root = _root(np.array([[x, xy], [xy, y]]).T)
+        return root[:, 0], root[:, 1], by_row
+    x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in (x, y, xy))
+    root = _root(np.block([[x, xy], [xy.T, y]]))
+    return root[:count], root[count:], by_row
+
+
+def _covariance(name: str, value: ArrayLike | None, count: int) -> Floats:
+    """Return a covariance of n points as an array of shape (n,) or (n, n)."""
+    part = np.asarray(0.0 if value is None else value, dtype=float)
+    if part.ndim == 0:
+        part = np.full(count, part)
+    if part.shape not in ((count,), (count, count)):
+        wanted = f"pass a number, {count} variances, or a {count} × {count} matrix"
+        raise ValueError(f"{name} has shape {part.shape}; {wanted}")
+    if not np.isfinite(part).all():
         raise ValueError(
-            "cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance"
+            f"{name} contains a value that is not finite; pass 0 for exact values"
         )
-    # Cholesky factor of each row's 2 × 2 matrix.
-    root, nothing = np.sqrt(x), np.zeros(count)
-    along = np.divide(xy, root, out=nothing.copy(), where=root > 0)
-    across = np.sqrt(np.maximum(y - along**2, 0.0))
-    return np.column_stack([root, nothing]), np.column_stack([along, across]), True
+    return part
+
+
+def _insist_on_variances(name: str, part: Floats) -> None:
+    """Raise ValueError if a covariance of one variable is not a possible one."""
+    variances = part if part.ndim == 1 else np.diag(part)
+    if (variances < 0).any():
+        raise ValueError(f"{name} contains a negative variance; pass variances u²")
+    close = 1e-12 * variances.max()
+    if part.ndim == 2 and not np.allclose(part, part.T, rtol=1e-9, atol=close):
+        raise ValueError(
+            f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]"
+        )
 
 
 def _root(matrix: Floats) -> Floats:
-    """Find B with U = B Bᵀ, shape (2n, m).
+    """Find B with U = B Bᵀ, of one covariance matrix or of many, shape (…, m, m).
 
     B is computed from the correlations, so that small variances keep their digits.
     """
-    scale = np.sqrt(np.diag(matrix))
+    scale = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
     divisor = np.where(scale > 0, scale, 1.0)
-    correlation = (matrix + matrix.T) / 2 / np.outer(divisor, divisor)
+    symmetric = (matrix + np.swapaxes(matrix, -2, -1)) / 2
+    correlation = symmetric / (divisor[..., None] * divisor[..., None, :])
     if correlation[scale == 0].any():
         raise ValueError(
             "an error with variance 0 has a covariance with another; pass 0 for both"
         )
     values, vectors = np.linalg.eigh(correlation)
-    if values[0] < -1e-9 * values[-1]:
-        signs = "check the signs and sizes of the off-diagonal elements"
-        raise ValueError(f"the covariance matrix has a negative eigenvalue; {signs}")
+    largest = values[..., -1:]
+    if (values < -1e-9 * largest).any():
+        raise ValueError(
+            "the covariance matrix has a negative eigenvalue: a covariance is larger than "
+            "the variances allow; check the signs and sizes of the off-diagonal elements"
+        )
     # A rounded zero must not become an uncertainty of 1e-8.
-    kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
-    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+    limit = 8 * values.shape[-1] * np.finfo(float).eps * largest
+    sizes = np.sqrt(np.where(values > limit, values, 0.0))
+    return np.asarray(scale[..., None] * vectors * sizes[..., None, :])

@@ -31,7 +31,6 @@ from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
@@ -73,8 +72,6 @@ STEPS = 14
 
 ENDS = np.log([0.25, 20.0])
 """Logarithms of the smallest and the largest factor s in the first round."""
-
-EVENLY = np.linspace(0.0, 1.0, STEPS)
 
 FINE = 0.8
 """Smallest standard deviation of ln s over the difference of two logarithms: a sum over
@@ -155,12 +152,9 @@ class Posterior(Struct, frozen=True):
     evidence: float
     """Logarithm of the likelihood of the whole model, up to a constant."""
 
-    def quantiles(self, unknowns: int = 1) -> Floats:
-        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b.
-
-        Shape (unknowns, 5).
-        """
-        return _quantiles(self.weight, self.mean[:unknowns], self.u[:unknowns])
+    def quantiles(self, number: int = 0) -> Floats:
+        """Compute the quantiles at `LEVELS` of I_zz, M0 or b, shape (5,)."""
+        return _quantiles(self.weight, self.mean[number], self.u[number])
 
     def typical_widths(self) -> tuple[float, float, float]:
         """Return a typical s, and the v and the width of M0 that represent all of them.
@@ -176,17 +170,12 @@ class Posterior(Struct, frozen=True):
         mean_u = np.maximum.accumulate(mean_u)
         level = float(np.interp(weight @ u / np.add.reduce(weight), mean_u, levels))
         nearest = self._nearest(of_factor, self.level, level)
-        weight, u = self.weight[nearest], self.u[:1, nearest]
-        part = replace(
-            self,
-            weight=weight / np.add.reduce(weight),
-            mean=self.mean[:1, nearest],
-            u=u,
-        )
-        _, below, _, above, _ = part.quantiles()[0]
-        order = u[0].argsort()
+        weight, u = self.weight[nearest], self.u[0, nearest]
+        weight = weight / np.add.reduce(weight)
+        _, below, _, above, _ = _quantiles(weight, self.mean[0, nearest], u)
+        order = u.argsort()
         widths = np.log(self.width[nearest][order])
-        width = np.interp((above - below) / 2, u[0, order], widths)
+        width = np.interp((above - below) / 2, u[order], widths)
         return factor, level, float(np.exp(width))
 
     def chance_of_one_balance(self) -> float:
@@ -227,75 +216,110 @@ def integrate(
     levels, chance = level_prior(untouched if conditions.levels.shape[1] else 1.0)
     prior = chance[:, None, None] + prior
     shared, rows, slope = _rotate(conditions, levels)
-    # Products of the columns I, M0, b and misclosure, in each row.
-    products = (rows[..., :, None] * rows[..., None, :]).reshape(*shared.shape, 16)
-    narrow, (ended, at, _) = 1 / widths**2, conditions.ended
     low, high = ENDS
-    for turn in range(MAX_SPREADS):
-        logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
+    for _round in range(MAX_SPREADS):
+        logarithm, spacing = np.linspace(low, high, STEPS, retstep=True)
         factor = np.exp(logarithm)
-        variance = factor[:, None] ** 2 + shared[:, None] ** 2
-        sums = np.moveaxis((1 / variance) @ products, -1, 0)[..., None]
-        ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[
-            [0, 1, 2, 3, 5, 6, 7, 10, 11, 15]
-        ]
-        # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (V, S, W) from
-        # here on.
-        mm, m_w = mm + narrow, m_left - at * narrow
-        # By rounding the difference can be zero or negative.
-        determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
-        both = (mm * i_left - im * m_w) / determinant
-        residual_torque = (ii * m_w - im * i_left) / determinant
-        misfit = chi2 + at * at * narrow - both * i_left - residual_torque * m_w
-        # Rows without information have the variance s².
-        spread = -0.5 * np.add.reduce(np.log(variance), axis=-1) - (
-            conditions.runs - rows.shape[1]
-        ) * np.log(factor)
-        whole = spread[..., None] - 0.5 * (np.log(determinant / narrow) + misfit)
-        whole += prior
-        whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
+        solution = _solve(conditions, widths, factor, shared, rows)
+        of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
+        whole = solution.log_likelihood + prior + of_factor[:, None]
         top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)
         total = np.add.reduce(weight, axis=None)
         weight /= total
-        of_factor = np.add.reduce(weight, axis=(0, 2))
-        centre = of_factor @ logarithm
-        sd = math.sqrt(of_factor @ (logarithm - centre) ** 2)
-        # With many runs the steps can be too wide for s; with very bad runs s can be
-        # above the range.
-        too_wide = sd < FINE * spacing
-        if turn == MAX_SPREADS - 1 or not (too_wide or of_factor[-1] > 1e-3):
-            break
-        if too_wide:
+        weight_of_factor = np.add.reduce(weight, axis=(0, 2))
+        centre = weight_of_factor @ logarithm
+        sd = math.sqrt(weight_of_factor @ (logarithm - centre) ** 2)
+        if sd < FINE * spacing:
+            # With many runs the steps can be too wide for s.
             half = max(sd, 0.5 * spacing)
             low, high = centre - 6 * half, centre + 6 * half
+        elif weight_of_factor[-1] > 1e-3:
+            # With very bad runs s can be above the range.
+            high += 4.0
         else:
-            high = high + 4.0
-    # b follows from its prior and the rows, for given I_zz and M0.
-    bias = b_left - ib * both - mb * residual_torque
-    both_var, m_var, cov = mm / determinant, ii / determinant, -im / determinant
-    b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
-    i_var = both_var - 2 * slope * cov + slope**2 * m_var
-    mean = np.array(
-        [ended + both - slope * residual_torque, at + residual_torque, bias]
-    )
-    u = np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
+            break
     # One part for each s, v and w, without those of no weight.
     heavy = weight > LIGHT / weight.size
-    factor, level, width = np.broadcast_arrays(
-        factor[:, None],
-        levels[:, None, None] * conditions.unit[1],
-        widths * conditions.unit[1],
-    )
+    mean, u = solution.of_unknowns(slope)
     unit = conditions.unit[:, None]
+    start = np.array([conditions.ended[0], conditions.ended[1], 0.0])[:, None]
+    factor, level, width = np.broadcast_arrays(
+        factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
+    )
     return Posterior(
         weight[heavy] / np.add.reduce(weight[heavy]),
-        mean[:, heavy] * unit,
+        (start + mean[:, heavy]) * unit,
         u[:, heavy] * unit,
         factor[heavy],
         width[heavy],
         level[heavy],
         float(top + math.log(total)),
+    )
+
+
+class _Solution(Struct, frozen=True):
+    """The solution for each v, s and w: arrays of shape (V, S, W), or (V, S, 1).
+
+    The unknowns are `both` = I_zz + slope M0, and M0; b follows from them.
+    """
+
+    log_likelihood: Floats
+    both: Floats
+    """Mean."""
+    m0: Floats
+    """Mean."""
+    covariance: tuple[Floats, Floats, Floats]
+    """Variance of `both`, covariance of both unknowns, variance of M0."""
+    of_bias: tuple[Floats, ...]
+    """Sums of the products of b with `both`, M0, b and the misclosure."""
+
+    def of_unknowns(self, slope: Floats) -> tuple[Floats, Floats]:
+        """Return the means of I_zz, M0 and b, and their standard deviations."""
+        both_var, cov, m_var = self.covariance
+        ib, mb, bb, b_left = self.of_bias
+        # b follows from its prior and the rows, for given I_zz and M0.
+        bias = b_left - ib * self.both - mb * self.m0
+        b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+        i_var = both_var - 2 * slope * cov + slope**2 * m_var
+        mean = np.array([self.both - slope * self.m0, self.m0, bias])
+        return mean, np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
+
+
+def _solve(
+    conditions: Conditions,
+    widths: Floats,
+    factor: Floats,
+    shared: Floats,
+    rows: Floats,
+) -> _Solution:
+    """Solve the rotated conditions for `both` and M0, for each v, s and w.
+
+    `rows` contains the derivatives to `both`, M0 and b, and the misclosure, as from
+    `_rotate`. The page "statistics" derives the sums.
+    """
+    variance = factor[:, None] ** 2 + shared[:, None] ** 2
+    products = (rows[..., :, None] * rows[..., None, :]).reshape(*shared.shape, 16)
+    sums = ((1 / variance) @ products)[..., None]
+    (ii, im, ib, i_left), (_, mm, mb, m_left), (_, _, bb, b_left), (*_, chi2) = (
+        np.moveaxis(sums, 2, 0).reshape(4, 4, *sums[:, :, 0].shape)
+    )
+    narrow, at = 1 / widths**2, conditions.ended[1]
+    mm, m_left = mm + narrow, m_left - at * narrow
+    # By rounding the difference can be zero or negative.
+    determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
+    both = (mm * i_left - im * m_left) / determinant
+    m0 = (ii * m_left - im * i_left) / determinant
+    misfit = chi2 + at**2 * narrow - both * i_left - m0 * m_left
+    # Rows without information have the variance s².
+    empty = conditions.runs - rows.shape[1]
+    ln_det = np.add.reduce(np.log(variance), axis=-1) + 2 * empty * np.log(factor)
+    return _Solution(
+        -0.5 * (ln_det[..., None] + np.log(determinant / narrow) + misfit),
+        both,
+        m0,
+        (mm / determinant, -im / determinant, ii / determinant),
+        (ib, mb, bb, b_left),
     )
 
 
@@ -387,29 +411,31 @@ def balance_prior(
     tails : bool
         Whether M0 can be much larger than its scale.
     """
-    widths = scale * WIDTHS
-    if tested is None:
-        some = slice(None) if tails else WIDTHS < NOT_FALSE
-        return widths[some], CHANCES[some]
-    # The test is a Cauchy distribution too: a mixture of normal distributions,
-    # multiplied with that of the prior.
+    if tested is not None:
+        return _tested_prior(scale * WIDTHS, max(tested, NEGLIGIBLE) * FALSE_WIDTHS)
+    some = slice(None) if tails else WIDTHS < NOT_FALSE
+    return scale * WIDTHS[some], CHANCES[some]
+
+
+def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
+    """Multiply the prior of M0 with the evidence of a balance test.
+
+    The test is a Cauchy distribution too, a mixture of normal distributions. The
+    product of two normal distributions is normal: all products are represented by fewer
+    widths.
+    """
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    squares = widths[:, None] ** 2, (max(tested, NEGLIGIBLE) * FALSE_WIDTHS) ** 2
-    both = (squares[0] * squares[1] / (squares[0] + squares[1])).reshape(-1)
-    weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(
-        -1
-    )
-    # The product of two normal distributions is normal: represent all products by fewer
-    # widths.
-    count = len(TESTED_WIDTHS)
+    prior, test = widths[:, None] ** 2, tested**2
+    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(prior + test)
+    mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
+    width = np.sqrt(prior * test / (prior + test)).reshape(-1)
     grid = widths[-1] * TESTED_WIDTHS
-    place = np.maximum(np.log(np.sqrt(both) / grid[0]) / STEP, 0.0)
-    lower = np.minimum(place.astype(int), count - 2)
-    mass = np.exp(weight - weight.max())
-    onto = np.bincount(lower, mass * (lower + 1 - place), count)
-    onto += np.bincount(lower + 1, mass * (place - lower), count)
+    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, len(grid) - 1)
+    lower = np.minimum(place.astype(int), len(grid) - 2)
+    onto = np.bincount(lower, mass * (lower + 1 - place), len(grid))
+    onto += np.bincount(lower + 1, mass * (place - lower), len(grid))
     with np.errstate(divide="ignore"):
         return grid, np.log(onto)
 
@@ -445,38 +471,32 @@ NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
-    """Compute the quantiles at `LEVELS` of mixtures of N normal distributions.
+    """Compute the quantiles at `LEVELS` of a mixture of N normal distributions.
 
-    Newton's method with brackets.
-
-    Parameters
-    ----------
-    weight : ndarray, shape (N,)
-    mean, u : ndarray, shape (unknowns, N)
+    Newton's method with brackets; `weight`, `mean` and `u` have the shape (N,).
     """
-    centre = (mean @ weight)[:, None]
-    sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
+    centre = mean @ weight
+    sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)
+    tails = np.minimum(LEVELS, 1 - LEVELS)
     # Cantelli's inequality limits the distance of a quantile from the mean for every
     # distribution.
-    reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
-    low, high = centre - reach, centre + reach
+    low, high = centre - sd / np.sqrt(tails), centre + sd / np.sqrt(tails)
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
-    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
-    close = 1e-2 * np.minimum(LEVELS, 1 - LEVELS)
-    steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
+    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)
+    steep = weight / (size * math.sqrt(2 * math.pi))
     for _turn in range(40):
         # Far away the density is zero; the limit avoids an overflow of the square.
-        away = np.clip((point[..., None] - centres) / size, -40.0, 40.0)
+        away = np.clip((point[:, None] - mean) / size, -40.0, 40.0)
         square = np.exp(-0.5 * away * away)
         off = _normal_below(away, square) @ weight - LEVELS
-        np.copyto(low, point, where=off < 0)
-        np.copyto(high, point, where=off > 0)
-        step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
+        low = np.where(off < 0, point, low)
+        high = np.where(off > 0, point, high)
+        step = point - off / np.maximum(square @ steep, 1e-300)
         inside = (step >= low) & (step <= high) | (np.abs(off) < ROUNDING)
         point = np.where(inside, step, 0.5 * (low + high))
         # The error after such a step is about the square of the step.
-        if (inside & (np.abs(off) <= close)).all():
+        if (inside & (np.abs(off) <= 1e-4 * tails)).all():
             break
     return point
 
@@ -536,15 +556,7 @@ def chi2_tail(chi2: float, dof: int) -> float:
 
 
 def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Compute the probability of a chi-square at most this large, with all digits (DLMF 8.11.4)."""
-    if chi2 <= 0:
-        return 0.0
-    half, order = chi2 / 2, dof / 2
-    term, total, step = 1.0, 1.0, order
-    while term > 1e-16 * total:
-        step += 1
-        term *= half / step
-        total += term
-    return min(
-        1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total
-    )
+    """Compute the probability of a chi-square at most this large, with all digits."""
+    from scipy.special import chdtr
+
+    return float(chdtr(dof, chi2))

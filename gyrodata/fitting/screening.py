@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -94,10 +94,7 @@ def _far_runs(measured: Measurements) -> set[int]:
     start = adjustment.first_guess(
         measured, adjustment.assume_sense(measured, 1.0), every
     )
-    with np.errstate(divide="ignore"):
-        total = np.abs(measured.torque + start.residual_torque)
-        predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
-    off = adjustment.rough_misfit(measured, predicted)
+    off = adjustment.misfits(measured, start)
     off[measured.torque == 0] = 0.0
     limit = OUTLIER * max(1.0, MAD_TO_SD * median(off))
     return set(np.flatnonzero(off > limit).tolist())
@@ -202,84 +199,83 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
         `by_torque`, and its revolutions. Empty if the torques agree without a
         correction, or if there is no correction.
     """
-    numbers = [
-        k for k, group in enumerate(measured.by_torque) if measured.torque[group[0]]
+    loaded = [
+        k for k, runs in enumerate(measured.by_torque) if measured.torque[runs[0]]
     ]
-    if not 2 <= len(numbers) <= MOST_TORQUES:
+    if not 2 <= len(loaded) <= MOST_TORQUES:
         return []
-    groups = [measured.by_torque[k] for k in numbers]
-    torque = np.array([measured.torque[group[0]] for group in groups])
-    product = np.sign(torque) * [
-        median(np.abs(measured.product[group])) for group in groups
-    ]
-    # If runs of one torque have different counts, the counts are not a common mistake.
-    written = [np.unique(measured.turns[group]) for group in groups]
-    factors = [
-        np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])])
-        for w in written
-    ]
-    inertia, residual_torque = _lines(torque, product, factors)
-    total = torque + residual_torque[:, None]
-    chosen, left = (
-        np.ones((len(inertia), len(torque))),
-        np.empty((len(inertia), len(torque))),
-    )
-    for k, factor in enumerate(factors):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.abs(
-                np.log(inertia[:, None] * product[k] * factor / total[:, k : k + 1])
-            )
-        off[~np.isfinite(off)] = np.inf
-        best = off.argmin(axis=1)
-        chosen[:, k], left[:, k] = factor[best], off[np.arange(len(off)), best]
-    changed = ~np.isclose(chosen, 1.0)
-    agrees = np.sqrt(np.mean(left**2, axis=1)) < AGREES
-    if np.any(agrees & ~changed.any(axis=1)):
+    candidates = [_candidates(measured, measured.by_torque[k]) for k in loaded]
+    torque = np.array([measured.torque[measured.by_torque[k][0]] for k in loaded])
+    products = [product for _, product in candidates]
+    inertia, residual_torque = _lines(torque, products)
+    chosen, off = _nearest(products, (torque[:, None] + residual_torque) / inertia)
+    changed = chosen > 0
+    agrees = np.sqrt(np.mean(off**2, axis=0)) < AGREES
+    if np.any(agrees & ~changed.any(axis=0)):
         return []
-    found = np.flatnonzero(
-        agrees & (np.abs(residual_torque) < MODEST * np.abs(torque).min())
-    )
-    fewest = min(changed[found].sum(axis=1), default=0)
+    agrees &= np.abs(residual_torque) < MODEST * np.abs(torque).min()
+    lines = np.flatnonzero(agrees)
+    sizes = changed[:, lines].sum(axis=0)
     answers: list[dict[int, float]] = []
-    for line in found[changed[found].sum(axis=1) == fewest]:
+    for line in lines[sizes == sizes.min(initial=MOST_TORQUES)]:
         answer = {
-            numbers[k]: float(written[k][0] * chosen[line, k])
-            for k in np.flatnonzero(changed[line])
+            loaded[k]: float(candidates[k][0][chosen[k, line]])
+            for k in np.flatnonzero(changed[:, line])
         }
         if answer not in answers:
             answers.append(answer)
     return answers
 
 
-def _lines(
-    torque: Floats, product: Floats, factors: list[Floats]
-) -> tuple[Floats, Floats]:
+def _nearest(products: list[Floats], expected: Floats) -> tuple[Any, Floats]:
+    """Return the nearest candidate of each torque on each line, shape (torques, lines).
+
+    The second array contains the logarithm of its ratio to the expected φ̇ψ̇.
+    """
+    chosen, off = [], []
+    for product, line in zip(products, expected, strict=True):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = np.abs(np.log(product / line[:, None]))
+        away[~np.isfinite(away)] = np.inf
+        chosen.append(away.argmin(axis=1))
+        off.append(away.min(axis=1))
+    return np.array(chosen), np.array(off)
+
+
+def _candidates(measured: Measurements, runs: list[int]) -> tuple[Floats, Floats]:
+    """List the counts that the runs of one torque can have, the written one first.
+
+    For each the median of φ̇ψ̇ [rad²/s²]. If the runs have different counts, these are
+    not a common mistake.
+    """
+    product = median(np.abs(measured.product[runs])) * np.sign(measured.torque[runs[0]])
+    written = measured.turns[runs[0]]
+    counts = [written]
+    if not np.ptp(measured.turns[runs]):
+        counts += [count for count in USUAL_COUNTS if not math.isclose(count, written)]
+    return np.array(counts), product * np.array(counts) / written
+
+
+def _lines(torque: Floats, products: list[Floats]) -> tuple[Floats, Floats]:
     """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques.
 
     Lines through one torque with M0 = 0 are returned as well.
     """
-    slopes = [
-        m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)
-    ]
-    constants = [np.zeros(len(factor)) for factor in factors]
+    # The origin counts as another torque, the first one.
+    number = np.repeat(np.arange(len(torque) + 1), [1, *map(len, products)])
+    x = np.concatenate([[0.0], *products])
+    y = np.append(0.0, torque)[number]
+    first, second = np.triu_indices(len(x), 1)
     # If there are only two torques, a line through both is not evidence.
-    pairs = [*combinations(range(len(torque)), 2)] if len(torque) > 2 else []
-    for a, b in pairs:
-        first, second = (
-            x.ravel()
-            for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b])
-        )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope = (torque[a] - torque[b]) / (first - second)
-        slopes.append(slope)
-        constants.append(slope * first - torque[a])
-    inertia, residual_torque = np.concatenate(slopes), np.concatenate(constants)
-    sane = (
-        np.isfinite(inertia)
-        & (inertia > 0)
-        & (np.abs(residual_torque) < 3 * np.abs(torque).max())
-    )
-    return inertia[sane], residual_torque[sane]
+    is_line = number[first] != number[second]
+    is_line &= (first == 0) | (len(torque) > 2)
+    first, second = first[is_line], second[is_line]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inertia = (y[second] - y[first]) / (x[second] - x[first])
+        residual_torque = inertia * x[first] - y[first]
+    usable = np.isfinite(inertia) & (inertia > 0)
+    usable &= np.abs(residual_torque) < 3 * np.abs(torque).max()
+    return inertia[usable], residual_torque[usable]
 
 
 # --- the fits of the textbook ---
@@ -359,18 +355,15 @@ def insist_on_lines(
     if tilted:
         # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
         height = np.sin(measured.pitch[index])
-        torque = (
-            torque + adjustment.transverse_inertia(measured)[index] * rate**2 * height
-        )
+        transverse = adjustment.transverse_inertia(measured)[index]
+        torque = torque + transverse * rate**2 * height
         spin = spin + rate * height
     found = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
         slope = float(ordinary_line(rate * spin, torque, intercept)[0])
-        if (
-            slope > 0
-            and 1 / adjustment.FACTOR < fit.inertia.value / slope < adjustment.FACTOR
-        ):
+        ratio = fit.inertia.value / slope if slope else 0.0
+        if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
             return
         if not math.isnan(slope):
             found.append(f"{slope:.2g} kg·m²")

@@ -6,20 +6,243 @@ The checks are about contradictions, copies, sizes, and stated errors without an
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from operator import attrgetter
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
-from gyrodata.measurements.measured import Measurements, timing_column, without_loads
-from gyrodata.measurements.sources import spin_columns, values_of
+from gyrodata.measurements.measured import Measurements, without_loads
+from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities.error_sources import WHOLE
 from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
+
+SHOWN = 6
+"""Largest number of runs or groups of lines that a message lists."""
+
+
+def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Make every check of the readings of a log."""
+    readings = without_loads(readings)
+    timing = timing_column(readings.columns)
+    return [
+        *_find_contradictions(readings, measured, timing),
+        *_find_fast_precession(readings, measured),
+        *_find_unheard(readings, measured),
+        *_find_copies(readings, measured, timing),
+    ]
+
+
+# --- derived columns ---
+
+DERIVED: Mapping[str, Callable[[Measurements], Any]] = {
+    "mass": lambda runs: runs.mass,
+    "position": lambda runs: runs.position,
+    "torque": lambda runs: runs.torque,
+    "force": lambda runs: runs.torque / runs.position,
+    "spin": lambda runs: runs.spin,
+    "spin_period": lambda runs: 2 * np.pi / runs.spin,
+    "time": lambda runs: runs.time,
+    "turns": lambda runs: runs.turns,
+    "angle": lambda runs: 2 * np.pi * runs.turns,
+    "precession_period": lambda runs: runs.time / runs.turns,
+    "precession_rate": lambda runs: 2 * np.pi * runs.turns / runs.time,
+    "inertia": lambda runs: runs.torque / runs.product,
+}
+"""Columns that also follow from other readings: their values [SI unit of the role],
+shape (n,)."""
+
+
+def _find_contradictions(
+    readings: Readings, measured: Measurements, timing: Column
+) -> Iterator[Diagnostic]:
+    """Name the rows in which a column beside the readings disagrees with them.
+
+    Such a column is a period, rate, torque, inertia or second spin.
+    """
+    measured_roles = {"mass", "position", "time"}
+    if timing.role == "time":
+        measured_roles.add("turns")
+    used = [readings.columns.get(role) for role in measured_roles]
+    used += spin_columns(readings)
+    for column in (*readings.columns.values(), *readings.others):
+        is_used = any(column is each for each in used)
+        if column.role in DERIVED and not is_used:
+            yield from _compare(readings, measured, column)
+
+
+def _compare(
+    readings: Readings, measured: Measurements, column: Column
+) -> Iterator[Diagnostic]:
+    """Compare a column with the value that follows from the readings."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        meant = np.abs(DERIVED[column.role](measured))
+    runs = _runs_that_disagree(column, meant)
+    if not runs:
+        return
+    hint = "check the turns, the units and the arithmetic of this column"
+    used = readings.columns.get(column.role)
+    if used is not None and used.header != column.header:
+        hint = (
+            f'if this column is the {column.role}, and not "{used.header}": --map '
+            f'{column.role}="{column.header}"'
+        )
+    names = ", ".join([readings.runs[run] for run in runs[:SHOWN]])
+    more = ", …" if len(runs) > SHOWN else ""
+    first = runs[0]
+    yield readings.say(
+        "derived_column_disagrees",
+        column.cell(first),
+        header=column.header,
+        ratio=abs(column.readings[first].value or math.nan) / meant[first],
+        runs=f"run{'s' if len(runs) > 1 else ''} {names}{more}",
+        hint=hint,
+    )
+
+
+def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
+    """List the runs that deviate by more than 5 % and two last digits.
+
+    A reading that is used for several runs is compared once.
+    """
+    with np.errstate(invalid="ignore"):
+        gap = np.abs(np.abs(values_of(column)) - meant)
+        wrong = gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))
+    compared = np.flatnonzero(np.isfinite(gap))
+    _, first = np.unique(np.array(column.spots)[compared], return_index=True)
+    once = np.sort(compared[first])
+    runs: list[int] = once[wrong[once] & (meant[once] > 0)].tolist()
+    return runs
+
+
+def _find_fast_precession(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
+    """Report most runs precessing faster than they spin: columns or units are wrong."""
+    fast = np.flatnonzero(np.abs(measured.product) > measured.spin**2)
+    if 2 * len(fast) > len(measured.runs):
+        column = spin_columns(readings)[0]
+        yield readings.say(
+            "precession_faster_than_spin",
+            column.cell(int(fast[0])),
+            header=column.header,
+            fast=len(fast),
+            runs=len(measured.runs),
+        )
+
+
+# --- uncertainties without an effect ---
+
+
+def _find_unheard(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+    """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
+    of_whole_log = _used_of_whole_log(readings, measured)
+    for key, place in readings.stated_at.items():
+        if key in roles.SHARED_UNCERTAINTIES:
+            is_used = key in of_whole_log
+        else:
+            is_used = _changes_errors(key, readings, measured)
+        if not is_used and readings.uncertainties[key] != Uncertainty():
+            why = _why_not_used(key, readings, measured)
+            yield readings.say("uncertainty_not_used", place, key=key, why=why)
+
+
+def _used_of_whole_log(readings: Readings, measured: Measurements) -> set[str]:
+    """Return the keys that are used, of a source of error or of something else."""
+    used = {f"u_{source.name}" for source in measured.sources} | {"u_imbalance"}
+    if "mass" in readings.columns:
+        used.add("u_g")
+    if measured.timed:
+        used.add("u_time_bias")
+    if {"ball_mass", "ball_diameter"} <= readings.constants.keys():
+        used |= {"u_ball_mass", "u_ball_diameter"}
+    if readings.position_from in roles.ORIGIN_LENGTHS:
+        length, *_ = roles.ORIGIN_LENGTHS[readings.position_from]
+        used.add(f"u_{length}")
+    return used
+
+
+def _changes_errors(key: str, readings: Readings, measured: Measurements) -> bool:
+    """Return whether a log without the uncertainty of some readings has other errors."""
+    columns = dict(readings.columns)
+    for role, column in readings.columns.items():
+        if key in roles.u_keys(role):
+            u = roles.as_u_of(role, key, readings.uncertainties[key])
+            cells = [replace(r, u=None) if r.u == u else r for r in column.readings]
+            columns[role] = replace(column, readings=tuple(cells))
+    others = parts.list_sources(replace(readings, columns=columns), measured)
+    return _sizes_of_errors(others) != _sizes_of_errors(measured.sources)
+
+
+def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
+    """Return the sizes of the errors of a log by their names, for a comparison."""
+    return {
+        source.name: (source.default, *source.absolute, *source.relative)
+        for source in sources
+    }
+
+
+def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
+    """Return the reason why a stated uncertainty has no effect."""
+    role, columns = key.removeprefix("u_"), readings.columns
+    why = _why_not_shared(key, readings)
+    if role in ("turns", "angle"):
+        why = _why_no_angle(role, readings, measured)
+    if why:
+        return why
+    if role not in columns:
+        return f"there is no {role} in this log"
+    if role == "transverse_inertia" and "pitch" not in columns:
+        return "the rod is level and steady, so the transverse inertia does not matter"
+    if len(columns[role].stated) < len(readings.runs):
+        return f"{role} is only compared with the readings"
+    return f"every {role} has an uncertainty of its own"
+
+
+def _why_no_angle(role: str, readings: Readings, measured: Measurements) -> str:
+    """Return the reason why an angle is not sighted, "" if it is."""
+    timing = timing_column(readings.columns).role.replace("_", " ")
+    if timing != "time":
+        return f"the log contains the {timing}, so no angle is sighted"
+    if measured.whole_turns.all():
+        return "whole turns end where they began, so no mark is sighted"
+    if role not in readings.columns:
+        return "the log also states the other one of u_turns and u_angle"
+    return ""
+
+
+def _why_not_shared(key: str, readings: Readings) -> str:
+    """Return the reason why the source of error of a key does not exist, or ""."""
+    load, spins = parts.load_role(readings.columns), spin_columns(readings)
+    no_mass = f"the {load} is given, and no mass"
+    no_ball = "ball_mass and ball_diameter are not both given"
+    no_delay = "one spin is given for the whole log"
+    if len(spins) > 1:
+        no_delay = "the spin is read more than once in each run"
+    reasons = {
+        "u_inertia": "I_zz is the result, and so is its uncertainty",
+        "u_time_bias": "rates are given, not times of a stopwatch",
+        "u_mass_scale": no_mass,
+        "u_g": no_mass,
+        "u_position_zero": "no position is read",
+        "u_position_set": 'the log does not say "# position_set: each run"',
+        "u_screw_angle": "no run covers a part of a turn between two screws",
+        "u_spin_delay": no_delay,
+        "u_decay_exponent": "the log does not show how the spin falls, or the spin is "
+        "read three times in each run",
+        "u_ball_mass": no_ball,
+        "u_ball_diameter": no_ball,
+        "u_rod_length": "no position counts from the tip of the rod",
+    }
+    return reasons.get(key, "")
+
+
+# --- copies ---
 
 STEADIEST = 0.06
 """Standard uncertainty of a time that the steadiest hand stops [s]."""
@@ -29,268 +252,75 @@ NO_ACCIDENT = 0.05, 0.005
 one pair, or several."""
 
 
-def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Make every check of the readings of a log."""
-    readings = without_loads(readings)
-    timing = timing_column(readings.columns)
-    return [
-        *_find_contradictions(readings, measured),
-        *_find_unheard(readings, measured, timing),
-        *_find_copies(readings, measured, timing),
-    ]
-
-
-def _find_contradictions(
-    readings: Readings, measured: Measurements
-) -> Iterator[Diagnostic]:
-    """Name the rows in which a derived column disagrees.
-
-    A derived column is a period, rate, torque, inertia or second spin.
-
-    If most runs precess faster than they spin, two columns are exchanged, or a unit is
-    wrong.
-    """
-    torque = np.abs(measured.torque)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        rate = 2 * np.pi * measured.turns / measured.time
-        expected = {
-            "mass": measured.mass,
-            "position": np.abs(measured.position),
-            "torque": torque,
-            "spin": measured.spin,
-            "force": torque / np.abs(measured.position),
-            "time": measured.time,
-            "turns": measured.turns,
-            "angle": 2 * np.pi * measured.turns,
-            "precession_period": measured.time / measured.turns,
-            "precession_rate": rate,
-            "spin_period": 2 * np.pi / measured.spin,
-            "inertia": torque / (rate * measured.spin),
-        }
-    for column in (*readings.columns.values(), *readings.others):
-        # These columns are always the readings themselves, unless there are two of
-        # them.
-        of_runs = column.role in (
-            "mass",
-            "position",
-            "time",
-        ) and column is readings.columns.get(column.role)
-        if of_runs or column.role not in expected:
-            continue
-        # A row disagrees if it deviates by more than 5 % and two last digits.
-        meant = np.abs(expected[column.role])
-        with np.errstate(invalid="ignore"):
-            gap = np.abs(np.abs(values_of(column)) - meant)
-            wrong = (gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))) & (
-                meant > 0
-            )
-        if not wrong.any():
-            continue
-        # A reading that is used for several runs is compared once.
-        there = np.flatnonzero(np.isfinite(gap))
-        _, at = np.unique(np.array(column.spots)[there], return_index=True)
-        once = np.sort(there[at])
-        off = once[wrong[once]].tolist()
-        if not off:
-            continue
-        ratio = abs(column.readings[off[0]].value or math.nan) / meant[off[0]]
-        hint = "check the turns, the units and the arithmetic of this column"
-        used = readings.columns.get(column.role)
-        if used is not None and used.header != column.header:
-            hint = (
-                f'if this column is the {column.role}, and not "{used.header}": --map '
-                f'{column.role}="{column.header}"'
-            )
-        names = ", ".join([readings.runs[i] for i in off[:6]]) + (
-            ", …" if len(off) > 6 else ""
-        )
-        values = {
-            "header": column.header,
-            "ratio": ratio,
-            "runs": f"run{'s' if len(off) > 1 else ''} {names}",
-        }
-        yield readings.say(
-            "derived_column_disagrees", column.cell(off[0]), **values, hint=hint
-        )
-    fast = np.flatnonzero(np.abs(rate) > measured.spin)
-    if 2 * len(fast) > len(measured.runs):
-        column = spin_columns(readings)[0]
-        values = {
-            "header": column.header,
-            "fast": len(fast),
-            "runs": len(measured.runs),
-        }
-        yield readings.say(
-            "precession_faster_than_spin", column.cell(int(fast[0])), **values
-        )
-
-
-def _find_unheard(
-    readings: Readings, measured: Measurements, timing: Column
-) -> list[Diagnostic]:
-    """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
-    columns, load, spins = (
-        readings.columns,
-        parts.load_role(readings.columns),
-        spin_columns(readings),
-    )
-    no_mass = None if load == "mass" else f"the {load} is given, and no mass"
-    no_law = "the log does not show how the spin falls, or the spin is read three times in each run"
-    shows_law = len(spins) == 2 or (
-        parts.read_once(spins) and measured.drag is not None
-    )
-    if parts.read_once(spins):
-        no_delay = None
-    elif len(spins) > 1:
-        no_delay = "the spin is read more than once in each run"
-    else:
-        no_delay = "one spin is given for the whole log"
-    has_ball = (
-        "ball_mass" in readings.constants and "ball_diameter" in readings.constants
-    )
-    no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
-    silent = {
-        **_without_shared_runs(measured),
-        "u_time_bias": "rates are given, not times of a stopwatch"
-        if timing.role == "precession_rate"
-        else None,
-        "u_mass_scale": no_mass,
-        "u_g": no_mass,
-        "u_position_zero": None
-        if load != "torque" and "position" in columns
-        else "no position is read",
-        "u_spin_delay": no_delay,
-        "u_decay_exponent": None if shows_law else no_law,
-        "u_ball_mass": no_ball,
-        "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
-        "u_rod_length": None
-        if readings.position_from == "tip"
-        else "no position counts from the tip of the rod",
-    }
-    of_runs = *spins, *parts.told_by_period(columns, timing)
-    read = {load, timing.role, "pitch", *map(attrgetter("role"), of_runs)}
-    read |= {"position"} if load != "torque" else set()
-    if timing.role == "time":
-        read.add("turns" if "turns" in columns else "angle")
-    read |= {"weight_diameter"} if load == "mass" else set()
-    read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
-    if "pitch" in columns or readings.motion == "released":
-        read |= {
-            "transverse_inertia"
-            if "transverse_inertia" in columns
-            else "nutation_period"
-        }
-    read &= set(columns)
-    whole_turns, found = (
-        not (np.abs(measured.turns - np.round(measured.turns)) > WHOLE).any(),
-        [],
-    )
-    for key, place in readings.stated_at.items():
-        u = readings.uncertainties[key]
-        base = key.removeprefix("u_")
-        whole, is_read = timing.role == "time" and whole_turns and not u.relative, False
-        for role in read:
-            is_read |= (
-                key in roles.u_keys(role)
-                and roles.as_u_of(role, key, u) in dict(columns[role].stated).values()
-            )
-        if key in roles.SHARED_UNCERTAINTIES:
-            why = silent.get(key)
-        elif base in ("turns", "angle") and whole:
-            why = "whole turns end where they began, so no mark is sighted"
-        elif is_read:
-            why = None
-        elif base in read:
-            why = f"every {base} has an uncertainty of its own"
-        else:
-            why = _why_not_read(base, columns, timing)
-        if why is not None and u != Uncertainty():
-            found.append(readings.say("uncertainty_not_used", place, key=key, why=why))
-    return found
-
-
-def _without_shared_runs(measured: Measurements) -> dict[str, str]:
-    """Return why an error that runs share has no effect, if the log has no such runs."""
-    reasons = {
-        "position_set": 'the log does not say "# position_set: each run"',
-        "screw_angle": "no run covers a part of a turn between two screws",
-    }
-    used = {source.name for source in measured.sources}
-    return {f"u_{name}": why for name, why in reasons.items() if name not in used}
-
-
 def _find_copies(
     readings: Readings, measured: Measurements, timing: Column
-) -> list[Diagnostic]:
+) -> Iterator[Diagnostic]:
     """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    settings = list(
-        zip(
-            *[
-                column.values
-                for column in readings.columns.values()
-                if column is not timing
-            ],
-            strict=True,
-        )
-    )
-    if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(
-        settings
-    ):
-        return []
+    rows = _rows(readings, measured, timing)
+    lines_of: dict[object, list[int]] = {}
+    for line, row in rows.items():
+        lines_of.setdefault(row, []).append(line)
+    if measured.timed and len(lines_of) < len(rows):
+        alike = Counter([settings for settings, _ in rows.values()])
+        pairs = sum([math.comb(count, 2) for count in alike.values()])
+        chance = _chance_of_equal_times(measured, timing)
+        if _is_no_accident(len(rows) - len(lines_of), pairs, chance):
+            yield _say_copied(readings, lines_of.values())
+
+
+Row = tuple[tuple[Any, ...], tuple[float | None, ...]]
+"""The settings of all runs of a line, and their times."""
+
+
+def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[int, Row]:
+    """Return the settings and times by line: it may contain repeats of one setting."""
+    columns = readings.columns.values()
+    others = [column.values for column in columns if column is not timing]
+    settings = list(zip(*others, strict=True))
     runs_of: dict[int, list[int]] = {}
     for run, line in enumerate(measured.lines):
         runs_of.setdefault(line, []).append(run)
-    alike: dict[object, dict[object, list[int]]] = {}
-    for line, runs in runs_of.items():
-        times = alike.setdefault(tuple(settings[run] for run in runs), {})
-        times.setdefault(tuple(timing.values[run] for run in runs), []).append(line)
-    copied = [
-        lines for times in alike.values() for lines in times.values() if len(lines) > 1
-    ]
-    rows = [sum(map(len, times.values())) for times in alike.values()]
-    copies, pairs = (
-        sum(len(lines) - 1 for lines in copied),
-        sum(n * (n - 1) // 2 for n in rows),
-    )
-    # Two readings of one time agree in their last digit with this chance, by the
-    # steadiest hand.
+    return {
+        line: (
+            tuple([settings[run] for run in runs]),
+            tuple([timing.values[run] for run in runs]),
+        )
+        for line, runs in runs_of.items()
+    }
+
+
+def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
+    """Name the lines of identical rows."""
+    copied = [lines for lines in groups if len(lines) > 1]
+    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied[:SHOWN]]
+    if len(copied) > SHOWN:
+        shown.append("…")
+    place = Place(copied[0][1], 1)
+    return readings.say("rows_identical", place, lines="; ".join(shown))
+
+
+def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
+    """Return the chance that two readings of one time by a steady hand are equal [1]."""
     step = float(np.median(timing.steps))
-    u = next(
-        float(np.median(source.absolute))
-        for source in measured.sources
-        if source.name == "time"
-    )
-    chance = step / (
-        2 * math.sqrt(math.pi) * math.hypot(min(u, STEADIEST), step / math.sqrt(12))
-        or 1.0
-    )
-    if not step or copies <= pairs * chance or chance >= 1:
-        return []
-    # Chernoff's bound of the probability of this many among these pairs.
+    [stated] = [each for each in measured.sources if each.name == "time"]
+    u = min(float(np.median(stated.absolute)), STEADIEST)
+    spread = math.hypot(u, step / math.sqrt(12))
+    # Without digits nobody knows how coarse the times are: they may all be equal.
+    return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0
+
+
+def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
+    """Return whether as many equal pairs are improbable if each is so with a chance.
+
+    The probability is limited by Chernoff's bound.
+    """
+    if chance >= 1 or copies <= pairs * chance:
+        return False
     others = pairs - copies
     power = copies * math.log(copies / (pairs * chance))
-    power += others * math.log(others / (pairs * (1 - chance))) if others else 0.0
-    if math.exp(-power) > NO_ACCIDENT[pairs > 1]:
-        return []
-    shown = "; ".join(
-        f"lines {' and '.join(map(str, lines))}" for lines in copied[:6]
-    ) + "; …" * (len(copied) > 6)
-    return [readings.say("rows_identical", Place(copied[0][1], 1), lines=shown)]
-
-
-def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:
-    """Return the reason why the readings of a role, or their uncertainties, are not used."""
-    if role == "inertia":
-        return "I_zz is the result, and so is its uncertainty"
-    if role in ("turns", "angle"):
-        if timing.role != "time":
-            return f"the log contains the {timing.role.replace('_', ' ')}, so no angle is sighted"
-        return "the log also states the other one of u_turns and u_angle"
-    if role == "transverse_inertia" and role in columns:
-        return "the rod is level and steady, so the transverse inertia does not matter"
-    if role in columns:
-        return f"{role} is only compared with the readings"
-    return f"there is no {role} in this log"
+    if others:
+        power += others * math.log(others / (pairs * (1 - chance)))
+    return math.exp(-power) <= NO_ACCIDENT[pairs > 1]
 
 
 # --- the sizes of this lab ---
@@ -315,13 +345,10 @@ SPIN = Size(
     ("rpm", "Hz", "rad/s", "deg/s"),
 )
 TIME = Size("time", (0.3, 1800.0), (1.0, 600.0), ("s", "min", "ms"))
-SIZES = (
-    Size("mass", (8e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg", "oz")),
-    Size("force", (8e-3, 20.0), (0.01, 10.0), ("N", "mN")),
-    Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m")),
-    SPIN,
-    TIME,
-)
+MASS = Size("mass", (8e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg", "oz"))
+FORCE = Size("force", (8e-3, 20.0), (0.01, 10.0), ("N", "mN"))
+POSITION = Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m"))
+SIZES = (MASS, FORCE, POSITION, SPIN, TIME)
 
 
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
@@ -366,27 +393,32 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
 def exchanged(readings: Readings, measured: Measurements) -> bool:
     """Return whether spin and time are possible only if the two columns are exchanged."""
     spins, times = readings.columns.get("spin"), readings.columns.get("time")
-    if (
-        spins is None
-        or times is None
-        or spins.unit != "rpm"
-        or times.unit != "s"
-        or not measured.torque.any()
-    ):
+    if spins is None or times is None or (spins.unit, times.unit) != ("rpm", "s"):
         return False
-    if min(spins.spots) < 0 or min(times.spots) < 0:
-        return False
+    # A value of the whole log is in no column.
+    is_stated = min(*spins.spots, *times.spots) < 0
     spin, time = np.abs(values_of(spins)), np.abs(values_of(times))
-    for size, values in ((SPIN, RPM * time), (TIME, 1 / RPM * spin)):
-        if not ((size.usual[0] <= values) & (values <= size.usual[1])).all():
-            return False
+    is_usual = _are_within(RPM * time, SPIN.usual) and _are_within(
+        spin / RPM, TIME.usual
+    )
+    return is_usual and not is_stated and _agree_better(measured, spin)
+
+
+def _agree_better(measured: Measurements, spin: Floats) -> bool:
+    """Return whether the runs agree better if spin [rad/s] and time are exchanged."""
     loaded = measured.torque != 0
+    if not loaded.any():
+        return False
     each = np.abs(measured.torque / measured.product)[loaded]
     other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
-    odd = np.sum((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])) > 1
-    return spread(other) < (
-        spread(each) + SCATTERS if odd else min(spread(each) / 4, 2 * SCATTERS)
-    )
+    limit = min(spread(each) / 4, 2 * SCATTERS)
+    if np.sum((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])) > 1:
+        limit = spread(each) + SCATTERS
+    return spread(other) < limit
+
+
+def _are_within(values: Floats, limits: tuple[float, float]) -> bool:
+    return bool(((limits[0] <= values) & (values <= limits[1])).all())
 
 
 INSIDE = 0.04
@@ -406,77 +438,76 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
     if exchanged(readings, measured):
         spin, time = readings.columns["spin"], readings.columns["time"]
-        told = {
-            "first": spin.header,
-            "second": time.header,
-            "one": "spin [rpm]",
-            "other": "time [s]",
-        }
-        return [readings.say("columns_exchanged", spin.place(0), **told)]
+        return [_say_exchanged(readings, spin.place(0), spin, time)]
     found = []
     for size in SIZES:
-        column, kind = readings.columns.get(size.role), roles.kind_of_role(size.role)
-        values = np.abs(values_of(column)) if column else np.zeros(0)
-        odd = np.flatnonzero(
-            (values > 0)
-            & ~((size.possible[0] <= values) & (values <= size.possible[1]))
-        )
-        if column is None or not len(odd):
-            continue
-        run, mass = int(odd[0]), readings.columns.get("mass")
-        if size.role == "position" and mass and (mass.unit, column.unit) == ("g", "cm"):
-            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none
-            # is inside the ball.
-            swapped = (
-                (SIZES[0].usual, 0.1 * values),
-                (size.usual, 10 * np.abs(values_of(mass))),
-            )
-            possible = all(
-                ((low <= each) & (each <= high)).all() for (low, high), each in swapped
-            )
-            if possible and len(odd) > 1 and values.min() < 10 * INSIDE:
-                names = {
-                    "first": mass.header,
-                    "second": column.header,
-                    "one": "mass [g]",
-                    "other": "position [cm]",
-                }
-                found.append(
-                    readings.say("columns_exchanged", column.cell(run), **names)
-                )
-                continue
-        unit = unit_within(readings, size.role, size.usual)
-        own = column.unit or roles.to_display(1.0, size.role)[1]
-        meant, there = (
-            (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
-        )
-        sizes = float(values[run]), *size.possible, there
-        value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in sizes]
-        words = {
-            "role": size.role,
-            "value": value,
-            "low": low,
-            "high": high,
-            "unit": meant,
-            "there": near,
-        }
-        if unit:
-            name = "size_of_column"
-        elif meant:
-            name = "size_of_cell"
-        else:
-            name = "size_unusual"
-        found.append(readings.say(name, column.cell(run), **words))
-    if not 0.01 <= (diameter := readings.constants.get("ball_diameter", 0.1)) <= 0.5:
-        words = {
-            "role": "ball_diameter",
-            "value": f"{100 * diameter:.4g} cm",
-            "low": "1 cm",
-            "high": "50 cm",
-        }
-        found.append(
-            readings.say(
-                "size_unusual", readings.stated_at.get("ball_diameter"), **words
-            )
-        )
+        column = readings.columns.get(size.role)
+        if column is not None:
+            sizes = np.abs(values_of(column))
+            low, high = size.possible
+            odd = np.flatnonzero((sizes > 0) & ~((low <= sizes) & (sizes <= high)))
+            if len(odd):
+                found.append(_say_size(readings, size, column, odd.tolist()))
     return found
+
+
+def _say_exchanged(
+    readings: Readings, place: Any, first: Column, second: Column
+) -> Diagnostic:
+    """Say that two columns are exchanged; their headers have usual units."""
+    return readings.say(
+        "columns_exchanged",
+        place,
+        first=first.header,
+        second=second.header,
+        one=f"{first.role} [{first.unit}]",
+        other=f"{second.role} [{second.unit}]",
+    )
+
+
+def _say_size(
+    readings: Readings, size: Size, column: Column, odd: list[int]
+) -> Diagnostic:
+    """Say that some readings of a column are impossible, and propose another unit."""
+    run = odd[0]
+    if size.role == "position" and len(odd) > 1 and _is_mass(readings, column):
+        mass = readings.columns["mass"]
+        return _say_exchanged(readings, column.cell(run), mass, column)
+    name, meant, there = "size_unusual", "", 0.0
+    unit = unit_within(readings, size.role, size.usual)
+    if unit:
+        name, meant = "size_of_column", unit
+    elif in_unit := meant_in(readings, size, run):
+        name = "size_of_cell"
+        meant, there = in_unit
+    kind = roles.kind_of_role(size.role)
+    own = column.unit or roles.to_display(1.0, size.role)[1]
+    values = abs(column.values[run] or 0.0), *size.possible, there
+    value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in values]
+    return readings.say(
+        name,
+        column.cell(run),
+        role=size.role,
+        value=value,
+        low=low,
+        high=high,
+        unit=meant,
+        there=near,
+    )
+
+
+def _is_mass(readings: Readings, positions: Column) -> bool:
+    """Return whether positions [cm] and masses [g] are possible if they are exchanged.
+
+    1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside
+    the ball.
+    """
+    masses = readings.columns.get("mass")
+    if masses is None or (masses.unit, positions.unit) != ("g", "cm"):
+        return False
+    mass, position = np.abs(values_of(masses)), np.abs(values_of(positions))
+    return (
+        _are_within(0.1 * position, MASS.usual)
+        and _are_within(10 * mass, POSITION.usual)
+        and position.min() < 10 * INSIDE
+    )

@@ -20,10 +20,11 @@ from gyrodata.measurements.sources import (
     as_spin,
     find_drag,
     spin_columns,
+    timing_column,
     values_of,
 )
 from gyrodata.physics import Floats, Integers
-from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
+from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
 from gyrodata.readings import Column, Readings
 
 BALANCE_CHANGE = "balance_change"
@@ -125,17 +126,20 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
 
+    @property
+    def load(self) -> Floats:
+        """The mass [kg], force [N] or torque [N*m] that the log contains, shape (n,)."""
+        for load in (self.mass, self.force):
+            if not np.isnan(load).all():
+                return load
+        return self.given_torque
+
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque, in the order of the log."""
-        loads = np.where(
-            np.isnan(self.mass),
-            np.where(np.isnan(self.force), self.given_torque, self.force),
-            self.mass,
-        )
         groups: dict[tuple[str, str, str], list[int]] = {}
         each = zip(
-            loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
+            self.load.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
         )
         for i, (load, position, sense) in enumerate(each):
             words = (
@@ -205,6 +209,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         sign = np.where(self.sense == 0, 1.0, self.sense)
         return sign * 2 * np.pi * self.turns / self.time * self.spin
 
+    @cached_property
+    def whole_turns(self) -> Any:
+        """Whether each run covers whole turns, which end where they began, shape (n,)."""
+        return np.abs(self.turns - np.round(self.turns)) <= WHOLE
+
     @property
     def corrected_spin(self) -> Floats:
         """Mean spin of each run, corrected for the delay of its reading [rad/s], shape (n,)."""
@@ -240,109 +249,120 @@ def measure(readings: Readings) -> Measurements:
     """Compute the measured values of a log and their uncertainty components."""
     readings = without_loads(readings)
     diagnostics: list[Diagnostic] = []
-    columns, count = readings.columns, len(readings.runs)
-    nothing, values = (
-        np.full(count, np.nan),
-        {role: values_of(column) for role, column in columns.items()},
+    values = {role: values_of(column) for role, column in readings.columns.items()}
+    loads = _loads(readings, values, diagnostics)
+    time, turns = _timing(values)
+    drag = find_drag(readings, time)
+    spins = _spins(readings, diagnostics, time, drag)
+    sense = _sense(readings, loads["torque"], diagnostics)
+    pitch = np.nan_to_num(values.get("pitch", np.zeros(len(time))))
+    spin = spins.mean
+    if readings.tachometer == "still":
+        spin = spin - total_spin_excess(sense, turns, time, pitch)
+    timed = timing_column(readings.columns).role != "precession_rate"
+    bias, _ = parts.stated_or_default(readings, "time_bias")
+    balance_test, balance_test_from = None, ""
+    is_stated = "u_imbalance" in readings.uncertainties
+    if is_stated or readings.balance_tilt or readings.balance_drift:
+        balance_test, balance_test_from = _balance_test(readings)
+    torque_unseen = None
+    if readings.unmoved is not None:
+        torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
+    transverse, nutation = (
+        values.get("transverse_inertia"),
+        values.get("nutation_period"),
     )
+    nutation_ratio = None
+    if nutation is not None and transverse is None:
+        nutation_ratio = spin * nutation / (2 * np.pi)
+    direction = values.get("precession_sense")
+    measured = Measurements(
+        **loads,
+        runs=readings.runs,
+        lines=readings.lines,
+        time=time,
+        turns=turns,
+        spin=spin,
+        sense=sense,
+        pitch=pitch,
+        transverse_inertia=transverse,
+        spin_start=spins.start,
+        spin_end=spins.end,
+        timed=timed,
+        timing_bias_u=bias.absolute if timed else 0.0,
+        balance_test=balance_test,
+        balance_test_from=balance_test_from,
+        sources=(),
+        spin_readings=len(spin_columns(readings)),
+        motion=readings.motion,
+        tachometer=readings.tachometer,
+        precession_sense=None if direction is None else np.nan_to_num(direction),
+        balanced=readings.balanced,
+        balance=readings.balance,
+        latitude=readings.constants.get("latitude"),
+        torque_unseen=torque_unseen,
+        nutation_ratio=nutation_ratio,
+        drag=drag,
+        delay_factor=spins.delay_factor,
+        metadata=readings.metadata,
+        diagnostics=tuple(diagnostics),
+    )
+    sources = tuple(parts.list_sources(readings, measured))
+    return replace(measured, sources=sources)
 
-    latitude = readings.constants.get("latitude")
-    usual_g = (
-        physics.STANDARD_GRAVITY
-        if latitude is None
-        else float(physics.normal_gravity(latitude))
-    )
-    g = readings.constants.get("g", usual_g)
-    kind = parts.load_role(columns)
-    if kind == "mass" and latitude is None and "g" not in readings.constants:
-        diagnostics.append(
-            readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY)
-        )
-    load = values[kind]
-    position, torque, added = nothing, load, np.zeros(count)
+
+def _loads(
+    readings: Readings, values: Mapping[str, Floats], diagnostics: list[Diagnostic]
+) -> dict[str, Any]:
+    """Compute the torque of each run, and what the log says of its weight."""
+    columns, kind = readings.columns, parts.load_role(readings.columns)
+    load, nothing = values[kind], np.full(len(readings.runs), np.nan)
+    g = _gravity(readings, diagnostics)
+    position, torque, added = nothing, load, np.zeros(len(load))
     if kind != "torque":
         position = np.where(load == 0, 0.0, values.get("position", nothing))
         torque = physics.torque(load, position, g if kind == "mass" else 1.0)
     if kind == "mass" and "weight_diameter" in columns:
         # Half of m r², as of a disk.
         added = np.nan_to_num(0.5 * load * (values["weight_diameter"] / 2) ** 2)
+    steps = {role: np.array(columns[role].steps) for role in columns}
+    return {
+        "g": g,
+        "mass": load if kind == "mass" else nothing,
+        "force": load if kind == "force" else nothing,
+        "given_torque": load if kind == "torque" else nothing,
+        "position": position,
+        "torque": torque,
+        "added": added,
+        "mass_step": steps.get("mass", np.zeros(len(load))),
+        "position_step": steps.get("position", np.zeros(len(load))),
+    }
 
-    timing = timing_column(columns)
-    time, turns = values[timing.role], np.ones(count)
-    if timing.role == "time":
-        turns = np.abs(
-            values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi)
-        )
-    elif timing.role == "precession_rate":
-        time = 2 * np.pi / np.abs(time)
-    drag = find_drag(readings, time)
-    spins = _spins(readings, diagnostics, time, drag)
-    spin = spins.mean
-    sense = _sense(readings, torque, diagnostics)
-    pitch = np.nan_to_num(values["pitch"]) if "pitch" in values else np.zeros(count)
-    if readings.tachometer == "still":
-        spin = spin - total_spin_excess(sense, turns, time, pitch)
-    transverse, nutation = (
-        values.get("transverse_inertia"),
-        values.get("nutation_period"),
-    )
-    directions = values.get("precession_sense")
-    timed, (bias, _) = (
-        timing.role != "precession_rate",
-        parts.stated_or_default(readings, "time_bias"),
-    )
-    (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
-    return Measurements(
-        runs=readings.runs,
-        lines=readings.lines,
-        time=time,
-        turns=turns,
-        spin=spin,
-        mass=load if kind == "mass" else nothing,
-        position=position,
-        force=load if kind == "force" else nothing,
-        given_torque=load if kind == "torque" else nothing,
-        torque=torque,
-        sense=sense,
-        pitch=pitch,
-        transverse_inertia=transverse,
-        spin_start=spins.start,
-        spin_end=spins.end,
-        g=g,
-        timed=timed,
-        timing_bias_u=bias.absolute if timed else 0.0,
-        balance_test=balance_test,
-        balance_test_from=balance_test_from,
-        sources=tuple(
-            parts.list_sources(
-                readings, timing, time, turns, spin, position, pitch, drag
-            )
-        ),
-        spin_readings=len(spin_columns(readings)),
-        motion=readings.motion,
-        tachometer=readings.tachometer,
-        precession_sense=None if directions is None else np.nan_to_num(directions),
-        balanced=readings.balanced,
-        balance=readings.balance,
-        added=added,
-        latitude=latitude,
-        mass_step=np.array(columns["mass"].steps)
-        if kind == "mass"
-        else np.zeros(count),
-        position_step=np.array(columns["position"].steps)
-        if "position" in columns
-        else np.zeros(count),
-        torque_unseen=None
-        if still is None
-        else _torque_unseen(readings, still, diagnostics),
-        nutation_ratio=spin * nutation / (2 * np.pi)
-        if nutation is not None and transverse is None
-        else None,
-        drag=drag,
-        delay_factor=spins.delay_factor,
-        metadata=readings.metadata,
-        diagnostics=tuple(diagnostics),
-    )
+
+def _gravity(readings: Readings, diagnostics: list[Diagnostic]) -> float:
+    """Return g of a log [m/s^2], or its usual value."""
+    constants = readings.constants
+    if "g" in constants:
+        return constants["g"]
+    if "latitude" in constants:
+        return float(physics.normal_gravity(constants["latitude"]))
+    if "mass" in readings.columns:
+        note = readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY)
+        diagnostics.append(note)
+    return physics.STANDARD_GRAVITY
+
+
+def _timing(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the time [s] and the turns [1] of each run; one turn if a period is given."""
+    if "time" in values and "turns" in values:
+        return values["time"], np.abs(values["turns"])
+    if "time" in values and "angle" in values:
+        return values["time"], np.abs(values["angle"]) / (2 * np.pi)
+    if "precession_period" in values:
+        period = values["precession_period"]
+    else:
+        period = 2 * np.pi / np.abs(values["precession_rate"])
+    return period, np.ones(len(period))
 
 
 def without_loads(readings: Readings) -> Readings:
@@ -372,36 +392,25 @@ def total_spin_excess(
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     """Select some of the runs, with the errors that they share."""
-    index = np.asarray(kept, dtype=int)
-    records: list[Any] = []
-    for record in (*measurements.sources, measurements):
-        fields = asdict(record)
-        for name, value in fields.items():
-            if isinstance(value, np.ndarray):
-                fields[name] = value[index]
-        records.append(type(record)(**fields))
-    *sources, some = records
-    lines = np.array(measurements.lines)[index].tolist()
-    runs = np.array(measurements.runs, dtype=object)[index].tolist()
+    sources = [_taken(source, kept) for source in measurements.sources]
     return cast(
         Measurements,
-        replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)),
+        replace(
+            _taken(measurements, kept),
+            sources=tuple(sources),
+            runs=tuple([measurements.runs[i] for i in kept]),
+            lines=tuple([measurements.lines[i] for i in kept]),
+        ),
     )
 
 
-def timing_column(table: Mapping[str, Column]) -> Column:
-    """Return the column of the timing.
-
-    It contains times if there are turns or angles, else periods, else rates of
-    precession.
-    """
-    if "time" in table and ("turns" in table or "angle" in table):
-        return table["time"]
-    return (
-        table["precession_period"]
-        if "precession_period" in table
-        else table["precession_rate"]
-    )
+def _taken(record: Any, kept: Sequence[int]) -> Any:
+    """Return a record with some of the elements of its arrays."""
+    index, fields = np.asarray(kept, dtype=int), asdict(record)
+    for name, value in fields.items():
+        if isinstance(value, np.ndarray):
+            fields[name] = value[index]
+    return type(record)(**fields)
 
 
 class Spins(Struct, frozen=True):
@@ -428,14 +437,13 @@ def _spins(
     spins = list(map(as_spin, used))
     start, end = spins[0], spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
-        percent = 100 * (end[i] / start[i] - 1)
-        diagnostics.append(
-            readings.say(
-                "spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent
-            )
-        )
+        percent, cell = 100 * (end[i] / start[i] - 1), used[-1].cell(i)
+        run = readings.runs[i]
+        diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
+    if len(spins) == 3:
+        return Spins(physics.simpson_mean_spin(*spins), start, end)
     exponent = physics.VISCOUS if drag is None else drag.exponent
-    return Spins(parts.mean_spin(spins, exponent), start, end)
+    return Spins(physics.harmonic_mean_spin(start, end, exponent), start, end)
 
 
 def _spins_read_once(
@@ -491,32 +499,26 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(told, written, sign))
 
 
-def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
-    """Return the prior width of M0 from the balance test of a log.
+def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
+    """Return the prior width of M0 from the balance test of a log, and the key of the test.
 
     The most direct statement first.
     """
-    stated = readings.uncertainties.get("u_imbalance")
-    if stated is not None:
-        width = stated.absolute
+    if "u_imbalance" in readings.uncertainties:
+        width = readings.uncertainties["u_imbalance"].absolute
         return (lambda inertia: width), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
-        column = readings.columns.get("transverse_inertia")
-        transverse = float(np.nanmean(values_of(column))) if column else None
         # From rest under a constant torque the angle is M0 t²/(2 I).
-        return (
-            lambda inertia: (
-                2
-                * (transverse or DEFAULT_TRANSVERSE_RATIO * inertia)
-                * abs(angle)
-                / seconds**2
-            )
-        ), "balance_tilt"
-    if readings.balance_drift is not None:
-        angle, seconds, spin = readings.balance_drift
-        return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
-    return None, ""
+        shift = 2 * abs(angle) / seconds**2
+        column = readings.columns.get("transverse_inertia")
+        if column is not None:
+            width = float(np.nanmean(values_of(column))) * shift
+            return (lambda inertia: width), "balance_tilt"
+        return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
+    assert readings.balance_drift is not None
+    angle, seconds, spin = readings.balance_drift
+    return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
 
 
 def _torque_unseen(
@@ -526,31 +528,21 @@ def _torque_unseen(
 
     The rod is the unloaded rod of the runs `still`.
     """
-    counts, time = (
-        still.columns.get("turns") or still.columns["angle"],
-        values_of(still.columns["time"]),
-    )
-    usual, turn = (
-        SOURCES["angle"].default.absolute,
-        1.0 if counts.role == "turns" else 2 * math.pi,
-    )
-    sighted = [
-        one.u.absolute / turn if one.u and one.u.absolute else usual
-        for one in counts.readings
-    ]
+    counts = still.columns.get("turns") or still.columns["angle"]
+    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
+    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
+    for i, u in counts.stated:
+        sighted[i] = u.absolute / per_turn or sighted[i]
+    time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = (
-        2
-        * math.pi
-        * np.array(sighted)
-        / time
-        * _spins(still, diagnostics, time, None).mean
-    )
+    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
     best = int(unseen.argmin())
-    values = {
-        "run": still.runs[best],
-        "time": time[best],
-        "degrees": 360 * sighted[best],
-    }
-    diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))
+    note = readings.say(
+        "rod_stayed",
+        counts.place(best),
+        run=still.runs[best],
+        time=time[best],
+        degrees=360 * sighted[best],
+    )
+    diagnostics.append(note)
     return float(unseen[best])

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, cast
+from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -29,6 +30,9 @@ from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.roles import stated_u
+
+if TYPE_CHECKING:
+    from gyrodata.measurements.measured import Measurements
 
 
 class Source(Struct, frozen=True):
@@ -72,77 +76,101 @@ def load_role(columns: Mapping[str, Column]) -> str:
     return "force" if "force" in columns else "torque"
 
 
-def list_sources(
-    readings: Readings,
-    timing: Column,
-    time: Floats,
-    turns: Floats,
-    spin: Floats,
-    position: Floats,
-    pitch: Floats,
-    drag: Drag | None,
-) -> Iterator[Source]:
-    """List all sources of error of a log, in the order of the table."""
-    columns, load = readings.columns, load_role(readings.columns)
-    yield from _timing_sources(readings, timing, time, turns)
-    yield from _spin_sources(readings, spin, time, drag)
-    values = values_of(columns[load])
-    yield _by_value(load, columns[load], values, values != 0)
-    if load == "mass":
-        yield _of_whole_log(readings, "mass_scale")
-    # Without a position not one run has a weight.
-    if load != "torque" and "position" in columns:
-        yield _by_value("position", columns["position"], position, values != 0)
-        zero = _of_whole_log(readings, "position_zero")
-        # The length added to every position is only as well known as the ball's
-        # diameter or the rod's length.
-        yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
-        yield from _position_set_sources(readings, values)
-        if load == "mass":
-            known: tuple[Uncertainty | None, str | None] = None, None
-            if "g" in readings.constants:
-                known = Uncertainty(), "0"
-            elif "latitude" in readings.constants:
-                known = NORMAL_GRAVITY_U, "0.01 %, from the latitude"
-            yield _of_whole_log(readings, "g", *known)
-            if "weight_diameter" in columns and columns["weight_diameter"].stated:
-                yield _diameter_source(columns["weight_diameter"], values)
-    # The pitch, and I of a tilted or a released rod.
-    if "pitch" in columns:
-        errors = _reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
-        yield _source("pitch", np.arange(len(pitch)), *errors)
-    elif readings.motion != "released":
-        return
-    size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    column = columns.get("transverse_inertia") or columns.get("nutation_period")
-    if column is not None:
-        usual, of_source = (
-            SOURCES["transverse_inertia"].usual,
-            SOURCES["transverse_inertia"].default.relative,
-        )
-        stated = [
-            u.at(value) / value for i, u in column.stated if (value := column.values[i])
-        ]
-        default, size = not stated, max(stated, default=of_source)
-    yield _source(
-        "transverse_inertia", np.zeros(len(pitch), dtype=int), 0.0, size, default, usual
+def timing_column(table: Mapping[str, Column]) -> Column:
+    """Return the column of the timing.
+
+    It contains times if there are turns or angles, else periods, else rates of
+    precession.
+    """
+    if "time" in table and ("turns" in table or "angle" in table):
+        return table["time"]
+    return (
+        table["precession_period"]
+        if "precession_period" in table
+        else table["precession_rate"]
     )
 
 
-def _position_set_sources(readings: Readings, load: Floats) -> Iterator[Source]:
-    """List the error of a weight that was put at its mark again.
+def list_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
+    """List all sources of error of a log, in the order of the table."""
+    columns = readings.columns
+    yield from _timing_sources(readings, measured)
+    if timing_column(columns).role == "time":
+        yield from _angle_sources(readings, measured)
+    yield from _spin_sources(readings)
+    yield from _falling_spin_sources(readings, measured)
+    yield from _load_sources(readings, measured)
+    if "pitch" in columns:
+        errors = _reading_errors(columns["pitch"], measured.pitch, "pitch")
+        yield _source("pitch", np.arange(len(measured.pitch)), *errors)
+    if "pitch" in columns or readings.motion == "released":
+        yield _transverse_source(readings)
+
+
+def _load_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
+    """List the errors of the weights, or of forces or torques, and of their positions."""
+    columns, load = readings.columns, load_role(readings.columns)
+    values = values_of(columns[load])
+    yield _by_value(columns[load], values, values != 0)
+    if load == "mass":
+        yield _of_whole_log(readings, "mass_scale")
+    # Without a position not one run has a weight.
+    if load == "torque" or "position" not in columns:
+        return
+    yield _by_value(columns["position"], measured.position, values != 0)
+    zero = _of_whole_log(readings, "position_zero")
+    # The length added to every position is only as well known as the ball's diameter or
+    # the rod's length.
+    yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
+    if readings.position_set in ("each weight", "each run"):
+        yield _position_set_source(readings, values)
+    if load == "mass":
+        yield _gravity_source(readings)
+        if "weight_diameter" in columns and columns["weight_diameter"].stated:
+            yield _diameter_source(columns["weight_diameter"], values)
+
+
+def _gravity_source(readings: Readings) -> Source:
+    """Return the error of g: none if it is given, little if the latitude is."""
+    if "g" in readings.constants:
+        return _of_whole_log(readings, "g", Uncertainty(), "0")
+    if "latitude" in readings.constants:
+        words = "0.01 %, from the latitude"
+        return _of_whole_log(readings, "g", NORMAL_GRAVITY_U, words)
+    return _of_whole_log(readings, "g")
+
+
+def _transverse_source(readings: Readings) -> Source:
+    """Return the error of I, which counts if the rod is tilted or released."""
+    columns = readings.columns
+    size, usual, stated = TRANSVERSE_U, f"{100 * TRANSVERSE_U:g} %", []
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is not None:
+        kind = SOURCES["transverse_inertia"]
+        size, usual = kind.default.relative, kind.usual
+        stated = _stated_shares(column)
+    every = np.zeros(len(readings.runs), dtype=int)
+    largest = max(stated, default=size)
+    return _source("transverse_inertia", every, 0.0, largest, not stated, usual)
+
+
+def _stated_shares(column: Column) -> list[float]:
+    """List the relative uncertainties that a column states [1]."""
+    values = column.values
+    return [u.at(value) / abs(value) for i, u in column.stated if (value := values[i])]
+
+
+def _position_set_source(readings: Readings, load: Floats) -> Source:
+    """Return the error of a weight that was put at its mark again.
 
     Runs of one weight share it, unless the weight was moved for each run.
     """
-    size, default = stated_or_default(readings, "position_set")
-    if readings.position_set == "each weight":
-        groups, shared_by = _numbered(load, load), "runs with the same weight"
-    elif readings.position_set == "each run":
+    groups, shared_by = _numbered(load, load), "runs with the same weight"
+    if readings.position_set == "each run":
         groups, shared_by = np.where(load, np.arange(len(load)), -1), ""
-    else:
-        return
+    size, default = stated_or_default(readings, "position_set")
     source = _source("position_set", groups, size.absolute, size.relative, default)
-    yield replace(source, shared_by=shared_by)
+    return replace(source, shared_by=shared_by)
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
@@ -198,141 +226,141 @@ def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
     return USUAL_RATE * np.sqrt(by_rate + by_delay)
 
 
-def _spin_sources(
-    readings: Readings, spin: Floats, time: Floats, drag: Drag | None
-) -> Iterator[Source]:
-    """List the errors of the spins, when they were read, and the law by which the spin falls."""
-    used, square, any_default, usual = (
-        spin_columns(readings),
-        np.zeros(len(spin)),
-        False,
-        None,
-    )
-    spins, spots = list(map(as_spin, used)), []
-    # The relative change of the mean spin for a relative change of each reading; the
-    # sum is 1.
-    weights = [np.ones(len(spin))]
-    if len(used) == 2:
-        share = physics.harmonic_mean_spin_share(*spins)
-        weights = [share, 1 - share]
-    elif len(used) == 3:
-        parts = np.array([[1.0], [4.0], [1.0]]) / np.array(spins)
-        weights = list(parts / np.add.reduce(parts))
-    for column, weight in zip(used, weights, strict=True):
-        size = SOURCES["spin"].default
-        if column.role == "spin_time":
-            # Several turns are timed with the stopwatch.
-            usual, counts = SOURCES["time"].usual, readings.columns["spin_turns"]
-            size = Uncertainty(
-                SOURCES["time"].default.absolute / min(filter(None, counts.values))
-            )
-        values = np.abs(values_of(column))
-        absolute, relative, default = _reading_errors(column, values, size)
-        # The same relative uncertainty for a period and for its reciprocal.
-        part = relative + absolute / values
-        if column.role == "spin_time":
-            part = np.hypot(
-                part,
-                [
-                    r.u.at(r.value) / r.value if r.u and r.value else 0.0
-                    for r in counts.readings
-                ],
-            )
-        square, any_default = square + (weight * part) ** 2, any_default or default
-        spots.append(column.spots)
-    groups = _numbered(list(zip(*spots, strict=True)))
+def _spin_sources(readings: Readings) -> Iterator[Source]:
+    """List the errors of the readings of the spin."""
+    used = spin_columns(readings)
+    square, any_default = np.zeros(len(readings.runs)), False
+    for column, share in zip(used, _shares_of_readings(used), strict=True):
+        relative, default = _relative_errors(readings, column)
+        square += (share * relative) ** 2
+        any_default |= default
+    groups = _numbered(list(zip(*[column.spots for column in used], strict=True)))
+    usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
     yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
     yield _of_whole_log(readings, "spin_scale")
-    # The spin falls: it was read late, by a law that is not certain.
-    delay, delay_default = stated_or_default(readings, "spin_delay")
+
+
+def _shares_of_readings(used: tuple[Column, ...]) -> list[Any]:
+    """Return the relative change of the mean spin for one of each reading [1].
+
+    The sum is 1.
+    """
+    spins = [as_spin(column) for column in used]
+    if len(spins) == 1:
+        return [1.0]
+    if len(spins) == 2:
+        share = physics.harmonic_mean_spin_share(*spins)
+        return [share, 1 - share]
+    parts = np.array([[1.0], [4.0], [1.0]]) / np.array(spins)
+    return list(parts / parts.sum(axis=0))
+
+
+def _relative_errors(readings: Readings, column: Column) -> tuple[Floats, bool]:
+    """Return the relative uncertainty of each spin [1], and whether one is the default.
+
+    It is the same for a period and for its reciprocal.
+    """
+    values = np.abs(values_of(column))
+    if column.role != "spin_time":
+        absolute, relative, default = _reading_errors(column, values, "spin")
+        return relative + absolute / values, default
+    # Several turns are timed with the stopwatch.
+    turns = readings.columns["spin_turns"]
+    counts = values_of(turns)
+    usual = Uncertainty(SOURCES["time"].default.absolute / counts.min())
+    absolute, relative, default = _reading_errors(column, values, usual)
+    of_turns = np.zeros(len(counts))
+    for i, u in turns.stated:
+        of_turns[i] = u.at(counts[i]) / counts[i]
+    return np.hypot(relative + absolute / values, of_turns), default
+
+
+def _falling_spin_sources(
+    readings: Readings, measured: Measurements
+) -> Iterator[Source]:
+    """List the errors of a spin that falls: it was read late, by a law that is not certain."""
+    used, spin, drag = spin_columns(readings), measured.spin, measured.drag
     law, law_default = stated_or_default(readings, "decay_exponent")
     every = np.zeros(len(spin), dtype=int)
-    if read_once(used) and drag is None:
-        doubt = usual_fall_u(reading_delay(readings, used, time), delay.absolute)
-        yield _source("spin_delay", every, 0.0, doubt, delay_default)
-    elif read_once(used) and drag is not None:
-        late = np.hypot(reading_delay(readings, used, time), delay.absolute)
-        by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
-        words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
-        yield _source(
-            "spin_delay",
-            every,
-            0.0,
-            delay.absolute * drag.at(spin),
-            delay_default,
-            words,
-        )
-        yield _source("decay_exponent", every, 0.0, by_law, law_default)
-    elif len(used) == 2:
+    if len(used) == 2:
         u = law.at(1.0) if drag is None else drag.u_exponent
-        doubt = u * np.abs(physics.decay_law_doubt(*spins))
+        doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
         yield _source("decay_exponent", every, 0.0, doubt, law_default)
+    if not read_once(used):
+        return
+    size, default = stated_or_default(readings, "spin_delay")
+    delay = reading_delay(readings, used, measured.time)
+    if drag is None:
+        doubt = usual_fall_u(delay, size.absolute)
+        yield _source("spin_delay", every, 0.0, doubt, default)
+        return
+    rate = drag.at(spin)
+    words = (
+        f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
+    )
+    yield _source("spin_delay", every, 0.0, size.absolute * rate, default, words)
+    late = np.hypot(delay, size.absolute)
+    by_law = late * rate * np.log(spin / drag.spin) * drag.u_exponent
+    yield _source("decay_exponent", every, 0.0, by_law, law_default)
 
 
-def _timing_sources(
-    readings: Readings, timing: Column, time: Floats, turns: Floats
-) -> Iterator[Source]:
-    """List the errors of the times, or of rates instead of times, and of the timed angles."""
+def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
+    """List the errors of the times, or of rates instead of times."""
+    timing, time, turns = timing_column(readings.columns), measured.time, measured.turns
     own = np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
-        absolute, relative, default = _reading_errors(
-            timing, rate, SOURCES["precession_rate"].default
-        )
+        absolute, relative, default = _reading_errors(timing, rate, "precession_rate")
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
-    absolute, relative, default = _reading_errors(timing, time, SOURCES["time"].default)
-    # The uncertainty of a period or rate beside the time, as in a log with the columns
-    # t, N, T = t/N and σ_T.
-    for column in told_by_period(readings.columns, timing):
-        # A rate has the same relative error as its period.
-        size = (
-            time / turns
-            if column.role == "precession_period"
-            else 2 * np.pi * turns / time
-        )
-        stated = np.array([[u.absolute, u.relative] for _, u in column.stated])
-        if default and np.all((stated.sum(axis=1) > 0) & np.isfinite(size)):
-            absolute, relative, default = (
-                stated[:, 0] / size * time,
-                stated[:, 1],
-                False,
-            )
+    absolute, relative, default = _reading_errors(timing, time, "time")
+    if timing.role == "time" and not timing.stated:
+        # The uncertainty of a period or rate beside the time, as in a log with the
+        # columns t, N, T = t/N and σ_T. A rate has the same relative error as its
+        # period.
+        sizes = {
+            "precession_period": time / turns,
+            "precession_rate": 2 * np.pi * turns / time,
+        }
+        for role in [role for role in sizes if role in readings.columns]:
+            stated = np.zeros((len(time), 2))
+            for i, u in readings.columns[role].stated:
+                stated[i] = u.absolute, u.relative
+            is_known = (stated.sum(axis=1) > 0) & np.isfinite(sizes[role])
+            if default and is_known.all():
+                absolute, relative = stated[:, 0] / sizes[role] * time, stated[:, 1]
+                default = False
     yield _source("time", own, absolute, relative, default)
-    if timing.role != "time":
-        return
-    # The angle that a time covers: the rod is sighted against a mark at its start and
-    # at its end, unless both are the same mark.
-    column = (
-        readings.columns["turns"]
-        if "turns" in readings.columns
-        else readings.columns["angle"]
-    )
-    per_turn, part = (
-        1.0 if column.role == "turns" else 2 * np.pi,
-        np.abs(turns - np.round(turns)) > WHOLE,
-    )
-    absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
-    relative, by_default = np.zeros(len(turns)), part.copy()
+
+
+def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
+    """List the errors of the timed angles.
+
+    The rod is sighted against a mark at the start and at the end of a time, unless both
+    are the same mark.
+    """
+    column = readings.columns.get("turns") or readings.columns["angle"]
+    per_turn = 1.0 if column.role == "turns" else 2 * np.pi
+    part = ~measured.whole_turns
+    absolute = part * SOURCES["angle"].default.absolute
+    relative, by_default = np.zeros(len(part)), part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
         # A line for the whole log is about one end, as the default; the uncertainty of
         # a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
-        absolute[i], relative[i], by_default[i] = (
-            ends * u.absolute / per_turn,
-            u.relative,
-            False,
-        )
+        absolute[i], relative[i] = ends * u.absolute / per_turn, u.relative
+        by_default[i] = False
     if absolute.any() or relative.any():
+        own = np.arange(len(part))
         yield _source("angle", own, absolute, relative, bool(by_default.any()))
-    yield from _screw_sources(readings, turns, by_default)
+    yield from _screw_sources(readings, measured, by_default)
     if column.role == "turns":
         yield from _rounding_of_turns(column)
 
 
 def _screw_sources(
-    readings: Readings, turns: Floats, by_default: Any
+    readings: Readings, measured: Measurements, by_default: Any
 ) -> Iterator[Source]:
     """List the error of the angle between two screws, a third of a turn apart.
 
@@ -341,9 +369,9 @@ def _screw_sources(
     the log states has no other error.
     """
     size, default = stated_or_default(readings, "screw_angle")
-    thirds = 3 * turns
+    thirds = 3 * measured.turns
     is_third = np.abs(thirds - np.round(thirds)) < 3 * WHOLE
-    between = is_third & (np.abs(turns - np.round(turns)) > WHOLE)
+    between = is_third & ~measured.whole_turns
     if default:
         between &= by_default
     if not between.any() or not size.absolute:
@@ -438,13 +466,14 @@ def _of_whole_log(
     )
 
 
-def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
+def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
     """Return a component with one error for each value: for each weight, not for each run.
 
     If runs of one group state different uncertainties (a column ``u_mass``), the
     largest is used for the group: it is one reading and has one error.
     """
-    absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
+    key = column.role
+    absolute, relative, default = _reading_errors(column, values, key)
     touched = loaded & np.isfinite(values)
     group = _numbered(values, touched)
     if column.stated or len({*column.steps}) > 1:
@@ -455,59 +484,46 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     return _source(key, group, absolute, relative, default)
 
 
-def _numbered(
-    keys: Sequence[object] | Floats, counts: Floats | None = None
-) -> Integers:
+def _numbered(keys: Sequence[object] | Floats, counts: Any = None) -> Integers:
     """Number the keys from 0 in order of appearance.
 
     Equal keys, and values that are equal to 9 digits, have the same number.
 
     With `counts`, shape (n,), a run for which it is zero gets −1.
     """
+    if isinstance(keys, np.ndarray):
+        keys = [f"{key:.9g}" for key in keys]
+    counted = [True] * len(keys) if counts is None else counts
     numbers: dict[object, int] = {}
-    groups = [-1] * len(keys)
-    for i, key in enumerate(keys.tolist() if isinstance(keys, np.ndarray) else keys):
-        if counts is None or counts[i]:
-            groups[i] = numbers.setdefault(
-                f"{key:.9g}" if isinstance(key, float) else key, len(numbers)
-            )
+    groups = [
+        numbers.setdefault(key, len(numbers)) if is_counted else -1
+        for key, is_counted in zip(keys, counted, strict=True)
+    ]
     return np.array(groups, dtype=int)
 
 
 def _reading_errors(
-    column: Column, values: Floats, default: Uncertainty
+    column: Column, values: Floats, usual: Uncertainty | str
 ) -> tuple[Floats, Floats, bool]:
     """Return the uncertainty of each reading of a column.
 
-    It is the stated uncertainty, or the default with the rounding.
+    It is the stated uncertainty, or the default with the rounding. `usual` is the
+    default, or the source that has it.
 
     The absolute [SI] and the relative [1] part have shape (n,); the last value is True
     if a default was used.
     """
+    default = SOURCES[usual].default if isinstance(usual, str) else usual
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array(column.steps) / math.sqrt(12)
     size = np.where(np.isfinite(values), np.abs(values), 0.0)
     whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
-    in_proportion = (size > 0) & (default.relative > 0)
-    a, r = (
-        np.where(in_proportion, 0.0, whole),
-        np.divide(whole, size, out=np.zeros_like(size), where=in_proportion),
-    )
+    is_relative = (size > 0) & (default.relative > 0)
+    absolute = np.where(is_relative, 0.0, whole)
+    relative = np.divide(whole, size, out=np.zeros_like(size), where=is_relative)
     for i, stated in column.stated:
-        a[i], r[i] = stated.absolute, stated.relative
-    return a, r, len(column.stated) < len(values)
-
-
-def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Column]:
-    """List the columns of periods or rates that state an uncertainty for every run.
-
-    They are listed only if the times do not state an uncertainty.
-    """
-    if timing.role != "time" or timing.stated:
-        return
-    for role in ("precession_period", "precession_rate"):
-        if role in columns and len(columns[role].stated) == len(columns[role].readings):
-            yield columns[role]
+        absolute[i], relative[i] = stated.absolute, stated.relative
+    return absolute, relative, len(column.stated) < len(values)
 
 
 def values_of(column: Column) -> Floats:
@@ -567,57 +583,49 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
     """
     used, falls = spin_columns(readings), list(readings.spin_down)
     if len(used) > 1:
-        falls += zip(
-            as_spin(used[0]).tolist(),
-            as_spin(used[-1]).tolist(),
-            time.tolist(),
-            strict=True,
-        )
-    if not falls:
-        return None
-    values = [
-        (u, abs(column.values[i] or 0.0)) for column in used for i, u in column.stated
-    ]
-    # "100 ± 0" says nothing of the other readings.
-    stated = [share for u, value in values if value and (share := u.at(value) / value)]
-    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+        falls += zip(as_spin(used[0]), as_spin(used[-1]), time, strict=True)
+    return _fit_drag(readings, np.array(falls)) if falls else None
+
+
+def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
+    """Fit the law of drag to falls of the spin, shape (falls, 3); see `Fall`."""
     u_exponent = stated_or_default(readings, "decay_exponent")[0].at(1.0)
-    start, end, seconds = np.array(falls).T
+    prior = max(u_exponent, 1e-6)
+    start, end, seconds = falls.T
     spin, fall = np.sqrt(start * end), np.log(start / end)
-    u = math.sqrt(2) * u_spin / seconds
+    u = math.sqrt(2) * _usual_u_of_spin(readings) / seconds
     middle = float(np.exp(np.mean(np.log(spin))))
     distance = np.log(spin / middle)
-    prior = max(u_exponent, 1e-6)
     rate, bend = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2)), 0.0
     # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
     # prior.
     for _step in range(20):
         # The rate at the geometric mean of both spins.
-        found = fall / seconds * physics.sinhc(bend * fall / 2)
+        measured_rate = fall / seconds * physics.sinhc(bend * fall / 2)
         shape = np.exp(bend * distance)
-        rows = np.vstack(
-            [
-                np.column_stack([shape, rate * distance * shape]) / u[:, None],
-                [0.0, 1 / prior],
-            ]
-        )
-        covariance = np.linalg.inv(rows.T @ rows)
-        step = (
-            covariance @ rows.T @ np.append((found - rate * shape) / u, -bend / prior)
-        )
+        left = (measured_rate - rate * shape) / u
+        rows = np.array([shape, rate * distance * shape]) / u
+        covariance = np.linalg.inv(rows @ rows.T + np.diag([0.0, prior**-2]))
+        step = covariance @ (rows @ left - [0.0, bend / prior**2])
         rate, bend = rate + float(step[0]), float(np.clip(bend + step[1], -2.0, 2.0))
-    misfit = float(np.sum(((found - rate * shape) / u) ** 2)) / max(len(u) - 2, 1)
-    u_rate, u_bend = (
-        np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))
-    ).tolist()
-    u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
+    left = (measured_rate - rate * shape) / u
+    misfit = float(left @ left) / max(len(u) - 2, 1)
+    wider = math.sqrt(max(1.0, misfit))
+    u_rate, u_bend = (wider * np.sqrt(np.diag(covariance))).tolist()
+    if rate <= CERTAIN * u_rate:
+        return None
     if misfit > NO_LAW:
-        bend, u_bend = 0.0, u_exponent
-    return (
-        Drag(rate, u_rate, middle, 1 + bend, u_bend)
-        if rate > CERTAIN * u_rate
-        else None
-    )
+        return Drag(rate, u_rate, middle, 1.0, u_exponent)
+    u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
+    return Drag(rate, u_rate, middle, 1 + bend, u_bend)
+
+
+def _usual_u_of_spin(readings: Readings) -> float:
+    """Return the relative uncertainty of a typical reading of the spin [1]."""
+    shares = chain.from_iterable(map(_stated_shares, spin_columns(readings)))
+    # "100 ± 0" says nothing of the other readings.
+    stated = [share for share in shares if share]
+    return float(np.median(stated)) if stated else SOURCES["spin"].default.relative
 
 
 # --- readings of the spin ---
@@ -626,19 +634,12 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
     """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
     columns = readings.columns
+    complete = {role for role in columns if None not in columns[role].values}
     for unit in ("spin", "spin_period"):
-        for names in (
-            (f"{unit}_start", unit, f"{unit}_end"),
-            (unit,),
-            (f"{unit}_start", f"{unit}_end"),
-        ):
-            used = [
-                columns[name]
-                for name in names
-                if name in columns and None not in columns[name].values
-            ]
-            if len(used) == len(names):
-                return tuple(used)
+        start, end = f"{unit}_start", f"{unit}_end"
+        for names in ((start, unit, end), (unit,), (start, end)):
+            if complete.issuperset(names):
+                return tuple([columns[name] for name in names])
     if "spin_time" in columns and "spin_turns" in columns:
         return (_time_of_one(columns["spin_time"], columns["spin_turns"]),)
     raise KeyError("spin")
@@ -647,36 +648,18 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
 def _time_of_one(time: Column, turns: Column) -> Column:
     """Divide the times of several revolutions by their number."""
     readings = []
-    for one, count in zip(time.readings, turns.readings, strict=True):
-        if one.value is None or not count.value:
+    for reading, count in zip(time.readings, turns.values, strict=True):
+        if reading.value is None or not count:
             readings.append(Reading())
             continue
-        u = (
-            None
-            if one.u is None
-            else Uncertainty(one.u.absolute / count.value, one.u.relative)
-        )
-        step = None if one.step is None else one.step / count.value
-        readings.append(Reading(one.value / count.value, step, u, one.text))
+        step = None if reading.step is None else reading.step / count
+        u = reading.u and replace(reading.u, absolute=reading.u.absolute / count)
+        readings.append(replace(reading, value=reading.value / count, step=step, u=u))
     return replace(time, readings=tuple(readings))
 
 
 def as_spin(column: Column) -> Floats:
     """Return the spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
     values = np.abs(values_of(column))
-    return cast(
-        Floats,
-        2 * np.pi / values
-        if column.role.startswith(("spin_period", "spin_time"))
-        else values,
-    )
-
-
-def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
-    """Compute the harmonic mean in time of a spin [rad/s], shape (n,).
-
-    The spin was read at start and end, or three times.
-    """
-    if len(spins) == 3:
-        return cast(Floats, physics.simpson_mean_spin(*spins))
-    return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))
+    is_period = column.role.startswith(("spin_period", "spin_time"))
+    return 2 * np.pi / values if is_period else values

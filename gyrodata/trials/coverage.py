@@ -14,7 +14,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
@@ -302,7 +302,7 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
         with suppress(fitting.NoFit):
             posterior = fitting.fit(lab, tilted=tilted).posterior
             assert posterior is not None
-            return cast(Floats, posterior.quantiles()[0])
+            return posterior.quantiles()
     elif name != "with_constant" or fitting.torques_differ(lab.torque):
         # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
         product = (

@@ -250,11 +250,6 @@ def make_grid(
     lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
-    if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
-        from gyrodata.readings import typesetting
-
-        body = typesetting.without_latex(lines, body)
-        grid = replace(grid, delimiter="&")
     if len(body) - 1 > MAX_ROWS:  # without the header
         raise faults.refuse("too_many_rows", count=len(body) - 1)
     if body and not grid.delimiter:
@@ -318,9 +313,9 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     shares = _shares_of_delimiters(lines, body)
     best_without, best = max(without_decimals.values()), max(shares.values())
     if min(best_without, best) < 1:
-        from gyrodata.readings import typesetting
+        from gyrodata.readings.shapes import aligned
 
-        if typesetting.write_tabs(lines, body, best_without, best):
+        if aligned.write_tabs(lines, body, best_without, best):
             return "\t"
     if best_without > 0.6:
         shares, best = without_decimals, best_without

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings import counts, layout, roles, shapes
+from gyrodata.readings import counts, layout, roles, shapes, sheet
 from gyrodata.readings import source as sources
 from gyrodata.readings.captions import read_notes
 from gyrodata.readings.cells import CellReader, DecimalSigns, fraction_of_date
@@ -95,7 +95,7 @@ def read_log(
     grid = shapes.reshape(grid, faults)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
-    table = layout.find_layout(grid, faults, {*mapping.values(), *optional})
+    table = sheet.find_layout(grid, faults, {*mapping.values(), *optional})
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)

@@ -134,8 +134,7 @@ class Filler:
         """Return whether the value of a row may be that of a row below."""
         if column.role == "position":
             several = sum(value is not None for value in column.values) > 1
-            is_other = several and self.loads.differs(last, row)
-            return not is_other or column.spots[row] in self.table.grid.dittos
+            return not (several and self.loads.differs(last, row))
         if column.role in roles.COUNTS and self.loads.is_without_weight(last):
             return self.loads.is_without_weight(row)  # without a weight it turns less
         return True

@@ -11,7 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, vocabulary
@@ -20,7 +20,6 @@ from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
 from gyrodata.readings.names import reported_key
-from gyrodata.readings.origins import from_centre
 from gyrodata.readings.reported import read_reported
 from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.turns import turns_in
@@ -85,9 +84,6 @@ class Grid(Struct, frozen=True):
     read."""
     sha256: str = ""
     """Hash of the bytes that were read."""
-    dittos: set[int] = field(default_factory=set)
-    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say
-    that the value above is valid."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
@@ -188,7 +184,7 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
 def units_of_row(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
     units = list(map(_without_brackets, texts))
-    known = [_is_unit(_first_word(unit)) for unit in units]
+    known = list(map(_is_unit, units))
     others = [at for at in range(len(texts)) if not known[at]]
     if not any(known):
         return []
@@ -210,15 +206,6 @@ def _without_brackets(text: str) -> str:
 
 def _is_unit(text: str) -> bool:
     return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
-
-
-def _first_word(unit: str) -> str:
-    """Return the unit of "cm from centre" and of "s, one turn"; other texts as they are."""
-    first = unit.replace(",", " ").partition(" ")[0]
-    says_more = from_centre(unit) or turns_in(unit)
-    if first != unit and says_more and kinds_of(first) and not kinds_of(unit):
-        return first
-    return unit
 
 
 def _is_name(text: str) -> bool:
@@ -262,17 +249,11 @@ def make_grid(
 
 
 def _in_usual_signs(text: str) -> str:
-    """Write the digits of all scripts as 0 to 9, and other signs in their usual form."""
+    """Write the digits of all scripts as 0 to 9, and their decimal signs as points."""
+    if text.isascii():
+        return text
     text = re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), text)
-    text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text.replace("٫", "."))
-    # The marks of a quoted mail, and % in front of a remark in LaTeX and MATLAB.
-    text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
-    lines = text.split("\n")
-    return "\n".join(_with_hash(line) if "%" in line else line for line in lines)
-
-
-def _with_hash(line: str) -> str:
-    return re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line)
+    return re.sub(r"(?<=[0-9])[．٫](?=[0-9])", ".", text)
 
 
 def _take_notes(grid: Grid, faults: Faults) -> list[int]:
@@ -344,21 +325,12 @@ _UNSEEN = (
     "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 )
 _WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
-_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
-"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a
-word processor."""
-_FOOTNOTES = "*†‡"
-_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
-"""Marks for "the same as above"; a blank cell means the same."""
-
-
 def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     """Split the lines of a table into cells."""
     until = -1  # last line of a quoted cell that goes over several lines
     for index in body:
         if index <= until:
             continue
-        _write_dittos(grid, index)
         line = grid.lines[index]
         cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
         if max(map(len, cells), default=0) > MAX_CELL:
@@ -373,22 +345,6 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             yield Row(index + 1, texts)
 
 
-def _write_dittos(grid: Grid, index: int) -> None:
-    """Write quotes that are alone in their cells as ditto marks.
-
-    No text in quotes has its quotes alone in the cells of a whole row.
-    """
-    line = grid.lines[index]
-    if '"' not in line:
-        return
-    cells = [
-        cell.replace('"', "〃") if cell.strip(" ") == '"' else cell
-        for cell in line.split(grid.delimiter)
-    ]
-    if not any('"' in cell for cell in cells):
-        grid.lines[index] = grid.delimiter.join(cells)
-
-
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
     """Return the cells of a line, and the index of the last line that they go over."""
     reader = csv.reader(
@@ -399,12 +355,6 @@ def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]
     except csv.Error:
         place = Place(index + 1, grid.lines[index].rfind('"') + 1)
         raise faults.refuse("quote_never_closed", place) from None
-    for at, text in enumerate(texts):
-        if text in _DITTO:
-            grid.dittos.add((index + 1) * MAX_COLUMNS + at)
-            texts[at] = ""
-    if sum(text.startswith("~~") for text in texts) > 1:
-        texts[0] = "#"  # a row that is struck out
     return texts, index + reader.line_num - 1
 
 
@@ -415,15 +365,10 @@ def _lines_from(lines: list[str], index: int) -> Iterator[str]:
 
 
 def _plain(text: str) -> str:
-    """Return a cell without marks of width, emphasis and footnotes."""
-    text = text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
-    if match := _EMPHASIS.fullmatch(text):
-        text = match[2] or match[3]
-    bare = text.rstrip(_FOOTNOTES)
-    if bare != text:
-        bare = bare.removesuffix(" ")
-        return bare if bare[-1:].isdecimal() else text
-    return text
+    """Return a cell without signs that no editor shows, and without blanks around it."""
+    if text.isascii():
+        return text.strip()
+    return text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
 
 
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:

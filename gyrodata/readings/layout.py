@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Collection, Iterable
 from itertools import pairwise
@@ -12,7 +11,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings import captions, roles
+from gyrodata.readings import captions
 from gyrodata.readings.grid import (
     HEADERS_LOOKED_AT,
     Grid,
@@ -21,7 +20,6 @@ from gyrodata.readings.grid import (
     filled_at,
     is_bare,
     is_head,
-    is_number,
 )
 from gyrodata.readings.headers import (
     Header,
@@ -153,8 +151,8 @@ def check_names(columns: list[HeaderCell], faults: Faults) -> None:
     seen = set()
     for cell, header in columns:
         if cell.text and (cell.text, header) in seen:
-            name = "same_spins" if header.roles == ("spin",) else "same_names"
-            raise faults.refuse(name, cell)
+            names = {("spin",): "same_spins", ("time",): "same_times"}
+            raise faults.refuse(names.get(header.roles, "same_names"), cell)
         seen.add((cell.text, header))
 
 

@@ -339,7 +339,7 @@ class _Sheet:
         """Return what the rows of text above a run say of what is lacking in it."""
         given: Given = {}
         lacking = lacking & lacking_roles([], self.grid)
-        used = set(dict(self.faults.sheets))
+        used: set[int] = set()
         for row in self.words:
             said = {
                 role: (text, row.spot(at))
@@ -356,6 +356,7 @@ class _Sheet:
 
     def _leave_out_words(self, used: set[int]) -> None:
         """Leave out the rows of text above a run, without those of some lines."""
+        used = used.union(dict(self.faults.sheets))
         for row in self.words:
             if row.line not in used and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from gyrodata.readings.workbook import MAX_COLUMNS
 
+
 class _Gaps(NamedTuple):
     """A way to align columns with blanks."""
 

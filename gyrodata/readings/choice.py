@@ -8,22 +8,17 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities.numerals import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
-from gyrodata.readings.captions import texts_of
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of
+from gyrodata.readings.chosen import Choice, Chosen, columns_of
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.missing import missing_roles
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import Phrases, squeeze
+from gyrodata.readings.words import squeeze
 
-_PART_OF_TURN = Phrases("parts")
-"""Words for a part of a turn."""
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
 _BALL_TURNS = 5
@@ -46,7 +41,7 @@ def choose(
     columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
     several = _serve_by_name(columns, choice)
     _serve_stating(columns, table, choice)
-    _eliminate(table, several, choice, faults)
+    _eliminate(several, choice, faults)
     unnamed.place_columns(choice, faults)
     _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
@@ -133,12 +128,12 @@ def _with_role(
     column: Chosen, names: Mapping[str, tuple[str, ...]], timed: bool
 ) -> Chosen:
     """Return a column with other roles, if its name, unit and cells show them together."""
-    found = _roles_of_difference(column, names) or _roles_of_many(column)
-    if not found and timed:
-        found = _roles_of_way(column, names)
-    if not found:
+    names_here = _roles_of_difference(column, names)
+    if not names_here and timed:
+        names_here = _roles_of_way(column, names)
+    if not names_here:
         return column
-    return replace(column, header=replace(column.header, roles=found))
+    return replace(column, header=replace(column.header, roles=names_here))
 
 
 def _roles_of_difference(
@@ -150,14 +145,6 @@ def _roles_of_difference(
         return ()
     keys = (f"u_{role}" for role in names.get(name[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
-
-
-def _roles_of_many(column: Chosen) -> tuple[str, ...]:
-    """Return the spin for "n" above numbers that are too large for turns."""
-    if column.header.roles != ("turns",) or _name(column) not in ("n", "N"):
-        return ()
-    numbers = [to_float(text) for text in column.texts if PLAIN.fullmatch(text)]
-    return ("spin",) if min(numbers, default=0) > MOST_TURNS else ()
 
 
 def _roles_of_way(
@@ -280,33 +267,14 @@ def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
     choice.serve(replace(column, role="time", number=repeat, turns=turns))
 
 
-def _is_of_parts(table: layout.Layout) -> bool:
-    """Return whether a note is about a number of turns that is not one.
-
-    An example is "T is the time from one mark to the next".
-    """
-    cells = [text for row in table.grid.rows for text in row.texts]
-    words = [text for text in cells if re.search(r"[^\W\d_]{3}", text)]
-    return any(map(_names_part, (*texts_of(table.grid), *words)))
-
-
-def _names_part(note: str) -> bool:
-    if _PART_OF_TURN.is_in(note):
-        return True
-    return turns_in(note) not in ("", "0", "1")
-
-
 # By elimination
 
 
-def _eliminate(
-    table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults
-) -> None:
+def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
     """Decide headers of several roles if only one role is left.
 
     Ask about the rest if they are needed.
     """
-    several = _without_single_period(table, several, choice, faults)
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         column = decided[0]
         several = [other for other in several if other is not column]
@@ -314,30 +282,6 @@ def _eliminate(
     lacking = _parts_lacking(choice)
     for column in several:
         _ask_or_leave_out(column, lacking, choice, faults)
-
-
-def _without_single_period(
-    table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults
-) -> list[Chosen]:
-    """Use "T" for the time of one turn if nothing says that it covers another number."""
-    left: list[Chosen] = []
-    for column in several:
-        if _is_period_of_one_turn(column, choice) and not _is_of_parts(table):
-            choice.serve(replace(column, role="precession_period"))
-            faults.add("period_of_one_turn", column.cell)
-        else:
-            left.append(column)
-    return left
-
-
-def _is_period_of_one_turn(column: Chosen, choice: Choice) -> bool:
-    known = choice.there & {"time", "precession_period", "angle"}
-    if known or column.header.roles != ("time", "precession_period"):
-        return False
-    counts = choice.used.get("turns", [])
-    if not counts:
-        return "turns" not in choice.there
-    return {text for count in counts for text in count.texts} <= {"", "1"}
 
 
 def _parts_lacking(choice: Choice) -> set[str]:
@@ -418,9 +362,9 @@ def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
     """Return the uncertainty of the role that its symbol has here, "σ_T" next to "T"."""
-    found = column.header.roles
-    bases = tuple(role.removeprefix("u_") for role in found)
-    if bases == found:
+    names = column.header.roles
+    bases = tuple(role.removeprefix("u_") for role in names)
+    if bases == names:
         return ""
     for used in choice.used.values():
         if used[0].header.roles == bases and used[0].role in bases:

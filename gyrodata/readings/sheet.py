@@ -318,7 +318,7 @@ class _Sheet:
         title = " ".join(words)
         if is_of_means(title) and not turns_in(title):
             return True
-        timings = [header for header in self.table.headers if _names_timing(header)]
+        timings = [header for header in self.table.headers if names_timing(header)]
         return bool(timings) and all(header.is_of_means for header in timings)
 
     def _place_of(self, column: HeaderCell) -> int:
@@ -474,12 +474,13 @@ def is_of_means(title: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in words)
 
 
-def _names_timing(header: Header) -> bool:
+def names_timing(header: Header) -> bool:
+    """Return whether a header names the time, the period or the rate of a run."""
     return not set(roles.TIMINGS).isdisjoint(header.roles)
 
 
 def _is_timing(header: Header) -> bool:
-    return _names_timing(header) or header.turns != ""
+    return names_timing(header) or header.turns != ""
 
 
 def _are_same(old: HeaderCell, new: HeaderCell) -> bool:

@@ -22,7 +22,7 @@ from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
-from gyrodata.readings.derived import with_derived_columns
+from gyrodata.readings.derived import with_elapsed_time
 from gyrodata.readings.filling import Filler, Loads
 from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
 from gyrodata.readings.lablog import (
@@ -157,7 +157,8 @@ def _with_runs(
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    table = with_derived_columns(table, faults)
+    if not any(map(sheet.names_timing, table.headers)):
+        table = with_elapsed_time(table, faults)
     choice = choose(table, mapping, given, faults)
     log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():

@@ -325,6 +325,8 @@ _UNSEEN = (
     "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 )
 _WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
+
+
 def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     """Split the lines of a table into cells."""
     until = -1  # last line of a quoted cell that goes over several lines
@@ -449,19 +451,10 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
     if is_column or not re.match(r"[-+(]?[.\d]", value):
         return None
-    return key, _without_remark(value.replace("\t", " "))
+    return key, value.replace("\t", " ")
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))
-
-
-def _without_remark(value: str) -> str:
-    """Return a value without the words behind it: "9,81 m/s² verwendet."."""
-    value = re.split(r"\.\s|\s\([^\d()]*\)$", value)[0]
-    before, _, word = value.rstrip(".").rpartition(" ")
-    if len(word) > 3 and word.isalpha() and not kinds_of(word):
-        return before.rstrip()
-    return value
 
 
 def _check_prose(grid: Grid, faults: Faults) -> None:

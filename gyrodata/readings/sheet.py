@@ -182,6 +182,8 @@ class _Sheet:
             self._leave_out("summary", row)
         elif _is_text(row, table.headers):
             self._take_text(row)
+        elif self.runs and _is_result(row, table):
+            self._leave_out("summary", row)
         else:
             self._take_run(row)
 
@@ -521,6 +523,18 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     text = row.texts[first]
     start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
     return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+
+
+def _is_result(row: Row, table: _Table) -> bool:
+    """Return whether a row begins with a text, and has numbers but no time."""
+    first, *others = filled_at(row)
+    if is_number(row.texts[first]) or row.texts[first] in BLANKS:
+        return False
+    if not any(is_number(row.texts[at]) for at in others):
+        return False
+    timed = {at for at, header in enumerate(table.headers) if names_timing(header)}
+    is_text = first < len(table.headers) and _is_remark(first + 1, table.headers[first])
+    return bool(timed) and timed.isdisjoint(others) and not is_text
 
 
 def _names_inertia(row: Row) -> bool:

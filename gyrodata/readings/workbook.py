@@ -169,7 +169,9 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
     rows = [row for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
-    filled = {at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)}
+    filled = {
+        at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)
+    }
     columns = [column for column in sheet.hidden_columns if column in filled]
     for word, numbers, name in (("row", rows, str), ("column", columns, _letters)):
         if numbers:

@@ -38,14 +38,22 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
+    columns = columns_of(table)
+    if mapping:
+        columns = _serve_mapped(columns, mapping, choice, faults)
+    columns = _with_roles(columns)
     several = _serve_by_name(columns, choice)
-    _serve_stating(columns, table, choice)
-    _eliminate(several, choice, faults)
-    unnamed.place_columns(choice, faults)
-    _name_moment_of_spin(choice, faults)
+    stating = list(filter(_states_turns, columns))
+    if stating:
+        _serve_stating(stating, table, choice)
+    if several:
+        _eliminate(several, choice, faults)
+    if choice.unplaced:
+        unnamed.place_columns(choice, faults)
+    if choice.there & {"spin_start", "spin_end"}:
+        _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
-    if "mass" in choice.there:
+    if choice.unplaced and "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
     choice.unplaced.sort(key=attrgetter("at"))
     for repeats in choice.used.values():
@@ -57,33 +65,31 @@ def choose(
 
 
 def _serve_mapped(
-    table: layout.Layout, mapping: Mapping[str, str], choice: Choice, faults: Faults
+    columns: list[Chosen], mapping: Mapping[str, str], choice: Choice, faults: Faults
 ) -> list[Chosen]:
     """Use the columns that ``--map`` names; return the others."""
     mapped: dict[int, Chosen] = {}
     for key, header in mapping.items():
-        column = _column_called(header, key, table, faults)
+        column = _column_called(header, key, columns, faults)
         if column.at in mapped:
             first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
         mapped[column.at] = _with_mapped_role(column, key)
         choice.serve(mapped[column.at])
-    return [column for column in columns_of(table) if column.at not in mapped]
+    return [column for column in columns if column.at not in mapped]
 
 
 def _column_called(
-    header: str, key: str, table: layout.Layout, faults: Faults
+    header: str, key: str, columns: list[Chosen], faults: Faults
 ) -> Chosen:
     """Return the column with a header as written, or else in other letters."""
-    headed = [column for column in columns_of(table) if column.text]
-    same = [one for one in headed if squeeze(one.text) == squeeze(header)]
-    if not same:
-        headers = listing([f'"{column.text}"' for column in headed], 40)
-        raise faults.refuse(
-            "mapped_header_unknown", role=key, header=header, headers=headers
-        )
-    exact = [column for column in same if column.text == header.strip()]
-    return [*exact, *same][0]
+    exact = [one for one in columns if one.text == header.strip()]
+    same = [one for one in columns if one.text and squeeze(one.text) == squeeze(header)]
+    if same:
+        return [*exact, *same][0]
+    headers = listing([f'"{one.text}"' for one in columns if one.text], 40)
+    values = {"role": key, "header": header, "headers": headers}
+    raise faults.refuse("mapped_header_unknown", **values)
 
 
 def _with_mapped_role(column: Chosen, key: str) -> Chosen:
@@ -128,22 +134,22 @@ def _with_role(
     column: Chosen, names: Mapping[str, tuple[str, ...]], timed: bool
 ) -> Chosen:
     """Return a column with other roles, if its name, unit and cells show them together."""
-    names_here = _roles_of_difference(column, names)
-    if not names_here and timed:
+    header = column.header
+    names_here: tuple[str, ...] = ()
+    if not header.roles and _name(column)[:1] in tuple("Δδσε"):
+        names_here = _roles_of_difference(column, names)
+    elif timed and header.unit is None and "precession_rate" in header.roles:
         names_here = _roles_of_way(column, names)
     if not names_here:
         return column
-    return replace(column, header=replace(column.header, roles=names_here))
+    return replace(column, header=replace(header, roles=names_here))
 
 
 def _roles_of_difference(
     column: Chosen, names: Mapping[str, tuple[str, ...]]
 ) -> tuple[str, ...]:
     """Return the uncertainty of another column: "ΔT" next to "T"."""
-    name = _name(column)
-    if column.header.roles or name[:1] not in tuple("Δδσε"):
-        return ()
-    keys = (f"u_{role}" for role in names.get(name[1:], ()))
+    keys = (f"u_{role}" for role in names.get(_name(column)[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
 
 
@@ -155,11 +161,8 @@ def _roles_of_way(
     Its cells decide: an angle above "120°", and turns above "one third" or "2/3". Small
     numbers may be turns, or the rate of the precession.
     """
-    header = column.header
-    if header.unit is not None or "precession_rate" not in header.roles:
-        return ()
     way = unnamed.way_counted(column)
-    is_open = header.roles == ("precession_rate",) or ("spin",) in names.values()
+    is_open = column.header.roles == ("precession_rate",) or ("spin",) in names.values()
     if way or not is_open or not unnamed.are_small_counts(column):
         return way
     return ("turns", "precession_rate")
@@ -236,7 +239,7 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
     """
     rates = [one for one in table.headers if kinds_of(one.unit or "") == {"rate"}]
     spin_is_known = bool(rates) or choice.gives_spin()
-    for column in filter(_states_turns, _in_order_of_trust(columns)):
+    for column in _in_order_of_trust(columns):
         turns = column.header.turns
         if column.header.is_of_the_spin:
             _serve_time_of_ball(column, turns, choice)

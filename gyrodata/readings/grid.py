@@ -242,9 +242,10 @@ def make_grid(
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
-        if row.texts[0] == "#" or not _take_key(row, grid, faults):
+        if not _may_state_key(row) or not _take_key(row, grid, faults):
             grid.rows.append(row)
-    _check_prose(grid, faults)
+    if sum(map(len, lines)) > MAX_PROSE or len(lines) > MAX_TEXT_ROWS:
+        _check_prose(grid, faults)
     return grid
 
 
@@ -293,7 +294,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     without_decimals = _shares_of_delimiters(lines, body, with_decimals=False)
     shares = _shares_of_delimiters(lines, body)
     best_without, best = max(without_decimals.values()), max(shares.values())
-    if min(best_without, best) < 1:
+    blanks = sum(" " in lines[index].strip() for index in body)
+    if min(best_without, best) < 1 and 2 * blanks > len(body):
         from gyrodata.readings.shapes import aligned
 
         if aligned.write_tabs(lines, body, best_without, best):
@@ -391,6 +393,17 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
 
 
 # --- Keys without the sign #, and limits ---
+
+
+def _may_state_key(row: Row) -> bool:
+    """Return whether a row is short, or contains a name with a number behind it."""
+    texts = row.texts
+    if len(row.filled()) < 4:
+        return texts[0] != "#"
+    return any(
+        text[:1].isalpha() and ("=" in text or ":" in text or is_number(behind))
+        for text, behind in itertools.pairwise([*texts, ""])
+    )
 
 
 def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:

@@ -34,6 +34,8 @@ from gyrodata.readings.words import COUNTER_WORDS, UNSURE_WORDS, Phrases, squeez
 NOT_USED = Phrases("not_used")
 """Words of a note on a run that is not valid."""
 
+_DIGITS = frozenset("0123456789")
+
 HeaderCell = tuple[Text, Header]
 """A cell of the header row, and what it says."""
 
@@ -159,32 +161,48 @@ def check_names(columns: list[HeaderCell], faults: Faults) -> None:
 # --- A table without anything else around it ---
 
 
-def is_plain(grid: Grid, head: Row) -> bool:
-    """Return whether each row below the header at the top is a run of numbers."""
-    if head is not grid.rows[0] or lacking_roles(map(parse_header, head.texts)):
+def is_plain(grid: Grid) -> bool:
+    """Return whether each row below a header at the top is a run of numbers.
+
+    Each header names one quantity in words, and nothing else.
+    """
+    if len(grid.rows) < 2 or not is_head(grid.rows[0]):
         return False
-    if captions.legends_of(grid):
+    names, *runs = grid.rows
+    if len(set(names.texts)) < len(names.texts) or not all(map(_is_name, names.texts)):
         return False
-    return all(_is_run_of_numbers(row, len(head.texts)) for row in grid.rows[1:])
+    if lacking_roles(map(parse_header, names.texts)) or captions.legends_of(grid):
+        return False
+    return all(_is_run_of_numbers(row, len(names.texts)) for row in runs)
+
+
+def _is_name(text: str) -> bool:
+    """Return whether a header is a word of several letters without a number."""
+    header = parse_header(text)
+    words = len(header.name) > 1 and _DIGITS.isdisjoint(text)
+    return words and len(header.roles) == 1 and not header.turns
 
 
 def _is_run_of_numbers(row: Row, width: int) -> bool:
     """Return whether a row begins with three numbers, and no remark says anything of it."""
-    texts = [text for text in row.texts if text]
+    texts = row.filled()
     begins = len(texts) > 2 and all(map(is_bare, texts[:3]))
     return begins and len(row.texts) <= width and not any(map(NOT_USED.is_in, texts))
 
 
-def plain_layout(grid: Grid, head: Row, faults: Faults) -> Layout:
+def plain_layout(grid: Grid) -> Layout:
     """Return a table whose rows are all runs."""
-    columns = columns_of_head(grid, head)
-    check_names(columns, faults)
-    width = len(columns)
+    head, *runs = grid.rows
+    width = len(head.texts)
     rows = [
         replace(row, texts=[*row.texts, *[""] * (width - len(row.texts))])
-        for row in grid.rows[1:]
+        for row in runs
     ]
-    return layout_of(grid, columns, rows, faults)
+    cells = [grid.cell(head, at) for at in range(width)]
+    return Layout(grid, cells, list(map(parse_header, head.texts)), rows)
+
+
+# --- Other tables ---
 
 
 def layout_of(

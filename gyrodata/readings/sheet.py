@@ -36,10 +36,8 @@ from gyrodata.readings.layout import (
     columns_of_head,
     ends_with_means,
     find_head,
-    is_plain,
     lacking_roles,
     layout_of,
-    plain_layout,
 )
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
@@ -60,8 +58,6 @@ def find_layout(
     """
     try:
         head = find_head(grid, faults, decided)
-        if is_plain(grid, head):
-            return plain_layout(grid, head, faults)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, decided, faults)
         first = grid.rows.index(head)

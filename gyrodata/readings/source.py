@@ -168,17 +168,19 @@ def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
-        close = difflib.get_close_matches(path.name, names, n=3)
-        hint = f"did you mean {listing(close)}?" if close else ""
-        raise Faults(shown).refuse(
-            "file_not_found", path=str(path), hint=hint
-        ) from None
+        raise _no_file(path, shown) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", "") or error
         raise Faults(shown).refuse(
             "cannot_be_opened", path=str(path), why=why
         ) from None
+
+
+def _no_file(path: Path, shown: str) -> Exception:
+    names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
+    close = difflib.get_close_matches(path.name, names, n=3)
+    hint = f"did you mean {listing(close)}?" if close else ""
+    return Faults(shown).refuse("file_not_found", path=str(path), hint=hint)
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -191,14 +193,17 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
     try:
         text = data.decode("utf-16" if is_utf16 else "utf-8-sig")
     except UnicodeDecodeError:
-        pages = _CODE_PAGES.split()
-        start = data[:20_000]
-        known = [_known_letters(start.decode(page, "replace")) for page in pages]
-        page = pages[known.index(max(known))]
+        page = _code_page(data[:20_000])
         text = data.decode(page, "replace")
     if "\x00" in text:
         raise faults.refuse("not_text", at=data.index(0) + 1)
     return text, page
+
+
+def _code_page(start: bytes) -> str:
+    """Return the encoding in which the beginning of a text has most known words."""
+    pages = _CODE_PAGES.split()
+    return max(pages, key=lambda page: _known_letters(start.decode(page, "replace")))
 
 
 def _known_letters(text: str) -> int:

@@ -92,10 +92,14 @@ def read_log(
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
-    grid = shapes.reshape(grid, faults)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
-    table = sheet.find_layout(grid, faults, {*mapping.values(), *optional})
+    table: layout.Layout | None
+    if layout.is_plain(grid):
+        table = layout.plain_layout(grid)
+    else:
+        grid = shapes.reshape(grid, faults)
+        table = sheet.find_layout(grid, faults, {*mapping.values(), *optional})
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)
@@ -562,7 +566,8 @@ class TableReader:
 
         Name each uncertainty without a reading.
         """
-        self._report_lonely_uncertainties(columns)
+        if any(key.startswith("u_") for key in self.choice.used):
+            self._report_lonely_uncertainties(columns)
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         used = self._places_read({*columns, *TEXTS})

@@ -52,8 +52,6 @@ its unit."""
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
-    if not choice.unplaced:
-        return
     if not choice.gives_turns() and not any(time.turns for time in choice.times()):
         _place_turns(choice, faults)
     there = choice.there | choice.asked

@@ -38,20 +38,7 @@ SHAPES: tuple[Shape, ...] = (
 
 
 def reshape(grid: Grid, faults: Faults) -> Grid:
-    """Return the table with one row for each run, if its shape is another one.
-
-    Parameters
-    ----------
-    grid : Grid
-        What was read.
-    faults : Faults
-        Receives a note on each change.
-
-    Returns
-    -------
-    Grid
-        The same one if the table has the usual shape.
-    """
+    """Return the table with one row for each run; a note says what was changed."""
     if not grid.rows or _is_usual(grid):
         return grid
     for shape in SHAPES:

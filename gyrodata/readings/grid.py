@@ -183,33 +183,17 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
 
 def units_of_row(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = list(map(_without_brackets, texts))
-    known = list(map(_is_unit, units))
-    others = [at for at in range(len(texts)) if not known[at]]
-    if not any(known):
+    units = [text.strip("[]()").strip() for text in texts]
+    others = [at for at, unit in enumerate(units) if not _is_unit(unit)]
+    if len(others) == len(units):
         return []
-    if all(_is_beside_units(units[at], texts[at]) for at in others):
-        return units
-    # Calculated columns can have units that gyro does not know: "rad²/s²".
-    names_quantity = any(_is_name(texts[at]) for at in others)
-    return units if sum(known) > max(2, len(others)) and not names_quantity else []
-
-
-def _is_beside_units(unit: str, text: str) -> bool:
-    """Return whether a cell may be in a row of units: it is blank, 1 or in brackets."""
-    return unit in BLANKS or unit != text or text == "1"
-
-
-def _without_brackets(text: str) -> str:
-    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
+    # A blank cell, 1, or a unit in brackets that gyro does not know
+    is_row = all(texts[at] in (*BLANKS, "1") or texts[at][0] in "[(" for at in others)
+    return units if is_row else []
 
 
 def _is_unit(text: str) -> bool:
     return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
-
-
-def _is_name(text: str) -> bool:
-    return is_number(text) or bool(set(parse_header(text).roles) - {"run"})
 
 
 # --- From lines to rows ---

@@ -346,9 +346,10 @@ class TableReader:
             column = self._read_column(chosen, strict)
             if column is None:
                 continue
-            if role in roles.FILLED_DOWN and not _is_filled(column):
+            loads = Loads.of(self.columns)
+            if role in roles.FILLED_DOWN and not _is_complete(column, loads):
                 faults = self.faults if strict else Faults("")
-                filler = Filler(self.table, Loads.of(self.columns), is_run, faults)
+                filler = Filler(self.table, loads, is_run, faults)
                 is_constant = role in self.settings.roles
                 column = filler.complete(column, chosen.at, is_constant)
             self.columns[role] = column
@@ -682,8 +683,13 @@ def _are_laps(times: tuple[float | None, ...]) -> bool:
     return all(abs(lap - first) < _LAP * first for lap in laps)
 
 
-def _is_filled(column: Column) -> bool:
-    return all(one.text and one.text not in UNKNOWN for one in column.readings)
+def _is_complete(column: Column, loads: Loads) -> bool:
+    """Return whether each run has its reading; one without a weight needs no load."""
+    lacking = [i for i, one in enumerate(column.readings) if not one.text]
+    if any(one.text in UNKNOWN for one in column.readings):
+        return False
+    is_load = column.role in roles.LOADS
+    return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
 
 
 def _has_value(column: Column) -> bool:

@@ -139,7 +139,10 @@ def _with_role(
     if not header.roles and _name(column)[:1] in tuple("Δδσε"):
         names_here = _roles_of_difference(column, names)
     elif timed and header.unit is None and "precession_rate" in header.roles:
-        names_here = _roles_of_way(column, names)
+        if {("turns",), ("angle",)} & {*names.values()}:
+            return column
+        # It may also count what the time covers: "rotation" above 1/3, or above 120.
+        names_here = ("turns", "angle", *header.roles)
     if not names_here:
         return column
     return replace(column, header=replace(header, roles=names_here))
@@ -151,21 +154,6 @@ def _roles_of_difference(
     """Return the uncertainty of another column: "ΔT" next to "T"."""
     keys = (f"u_{role}" for role in names.get(_name(column)[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
-
-
-def _roles_of_way(
-    column: Chosen, names: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ...]:
-    """Return what a "rotation" or "precession" without a unit counts next to a time.
-
-    Its cells decide: an angle above "120°", and turns above "one third" or "2/3". Small
-    numbers may be turns, or the rate of the precession.
-    """
-    way = unnamed.way_counted(column)
-    is_open = column.header.roles == ("precession_rate",) or ("spin",) in names.values()
-    if way or not is_open or not unnamed.are_small_counts(column):
-        return way
-    return ("turns", "precession_rate")
 
 
 def _states_turns(column: Chosen) -> bool:

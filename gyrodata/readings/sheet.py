@@ -394,7 +394,19 @@ class _Sheet:
             self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = [row for part in parts for row in part]
+        self._check_blank_names(rows)
         return layout_of(self.grid, self.columns, rows, self.faults)
+
+    def _check_blank_names(self, rows: list[Row]) -> None:
+        """Refuse a blank header above numbers, if it is not that of the first column.
+
+        It may be below a merged cell, or above a second row of names.
+        """
+        for at, (cell, header) in enumerate(self.columns):
+            texts = [row.texts[at] for row in rows]
+            if at > 0 and not header.text and any(map(is_number, texts)):
+                number = next(filter(is_number, texts))
+                raise self.faults.refuse("blank_header", cell, number=number)
 
     def _add_given_columns(self) -> None:
         """Add a column for each role that captions give."""

@@ -14,7 +14,6 @@ from gyrodata.readings.lablog import Faults
 from gyrodata.readings.shapes import (
     side_by_side,
     transposed,
-    two_row_header,
 )
 from gyrodata.readings.words import Phrases
 
@@ -31,7 +30,6 @@ class Shape(Protocol):
 
 SHAPES: tuple[Shape, ...] = (
     transposed,
-    two_row_header,
     side_by_side,
 )
 """The forms, in the order in which they are looked for."""

@@ -41,7 +41,7 @@ def choose(
     columns = columns_of(table)
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
-    columns = _with_roles(columns)
+    columns = _with_roles(columns, choice)
     several = _serve_by_name(columns, choice)
     stating = list(filter(_states_turns, columns))
     if stating:
@@ -117,13 +117,17 @@ def _unit_for(role: str, header: Header) -> str | None:
 # By name
 
 
-def _with_roles(columns: list[Chosen]) -> list[Chosen]:
+def _with_roles(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     """Return the columns with the roles that their names have in this table."""
     names = {_name(column): column.header.roles for column in columns}
     timed = any("time" in column.kinds for column in columns) or any(
         column.header.roles == ("time",) for column in columns
     )
-    return [_with_role(column, names, timed) for column in columns]
+    counted = choice.gives_turns() or any(
+        column.header.turns or column.header.roles in (("turns",), ("angle",))
+        for column in columns
+    )
+    return [_with_role(column, names, timed and not counted) for column in columns]
 
 
 def _name(column: Chosen) -> str:
@@ -131,16 +135,14 @@ def _name(column: Chosen) -> str:
 
 
 def _with_role(
-    column: Chosen, names: Mapping[str, tuple[str, ...]], timed: bool
+    column: Chosen, names: Mapping[str, tuple[str, ...]], lacks_count: bool
 ) -> Chosen:
     """Return a column with other roles, if its name, unit and cells show them together."""
     header = column.header
     names_here: tuple[str, ...] = ()
     if not header.roles and _name(column)[:1] in tuple("Δδσε"):
         names_here = _roles_of_difference(column, names)
-    elif timed and header.unit is None and "precession_rate" in header.roles:
-        if {("turns",), ("angle",)} & {*names.values()}:
-            return column
+    elif lacks_count and header.unit is None and "precession_rate" in header.roles:
         # It may also count what the time covers: "rotation" above 1/3, or above 120.
         names_here = ("turns", "angle", *header.roles)
     if not names_here:

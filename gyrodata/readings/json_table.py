@@ -74,7 +74,11 @@ def _columns_of(named: dict[str, Any]) -> _Columns:
     values = list(named.values())
     if len(values) == 1 and isinstance(values[0], dict):
         named = values[0]
-    columns = {name: _cells_of(value) for name, value in named.items()}
+    return _checked({name: _cells_of(value) for name, value in named.items()})
+
+
+def _checked(columns: _Columns) -> _Columns:
+    """Return columns of one length; raise NoTableError for something else."""
     if not all(columns.values()) or len(columns) < 2:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"

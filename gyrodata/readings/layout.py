@@ -20,6 +20,7 @@ from gyrodata.readings.grid import (
     filled_at,
     is_bare,
     is_head,
+    is_number,
 )
 from gyrodata.readings.headers import (
     Header,
@@ -56,11 +57,8 @@ class Layout(Struct, frozen=True):
 # --- The header row ---
 
 
-def find_head(grid: Grid, faults: Faults, decided: Collection[str]) -> Row:
-    """Return the header row of the first table, in which a counter is called run.
-
-    An option gives the roles in `decided`, or names the headers in it.
-    """
+def find_head(grid: Grid, faults: Faults) -> Row:
+    """Return the header row of the first table."""
     if not grid.rows:
         raise faults.refuse("no_table")
     rows = grid.rows[:HEADERS_LOOKED_AT]
@@ -74,9 +72,6 @@ def find_head(grid: Grid, faults: Faults, decided: Collection[str]) -> Row:
     if early:
         lines = {"early": [early.line], "line": [head.line]}
         raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
-    for at, text in enumerate(head.texts):
-        if text not in decided and _numbers_runs(grid, head, at):
-            head.texts[at] = "run"
     return head
 
 
@@ -96,26 +91,36 @@ def _is_of_numbers(row: Row) -> bool:
     return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
 
 
-def _numbers_runs(grid: Grid, head: Row, at: int) -> bool:
-    """Return whether a column such as "Lap" or "N" contains 1, 2, 3, ….
+def name_counters(grid: Grid, head: Row, decided: Collection[str]) -> None:
+    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, ….
 
-    They may repeat if a text states turns.
+    They may repeat if a text states turns. An option gives the roles in `decided`, or
+    names the headers in it.
     """
-    name = head.texts[at]
-    is_lap = at == 0 and _is_lap(head)
-    is_counter = len(name) == 1 or squeeze(name).lower() in {*COUNTER_WORDS, "count"}
-    if not is_lap and not is_counter:
-        return False
-    cells = [
-        row.texts[at]
-        for row in grid.rows
-        if row.line > head.line and row.texts[at:] and count_of_numbers(row.texts) > 1
-    ]
-    cells = list(filter(None, cells))
-    is_once = cells.count("1") == 1
-    if not is_once and not is_lap:
-        is_once = any(map(turns_in, captions.texts_of(grid)))
-    return is_once and _count_up(cells)
+    for at, name in enumerate(head.texts):
+        is_lap = at == 0 and _is_lap(head)
+        if name in decided or not (is_lap or _may_count(name)):
+            continue
+        cells = _cells_below(grid, head, at)
+        is_once = cells.count("1") == 1 or (not is_lap and _state_turns(grid))
+        if is_once and _count_up(cells):
+            head.texts[at] = "run"
+
+
+def _may_count(name: str) -> bool:
+    is_letter = len(name) == 1 and name.isalpha()
+    return is_letter or squeeze(name).lower() in {*COUNTER_WORDS, "count"}
+
+
+def _state_turns(grid: Grid) -> bool:
+    return any(map(turns_in, captions.texts_of(grid)))
+
+
+def _cells_below(grid: Grid, head: Row, at: int) -> list[str]:
+    """Return the filled cells of a column, in rows that may be runs."""
+    rows = [row for row in grid.rows if row.line > head.line]
+    texts = [row.texts[at : at + 1] for row in rows if count_of_numbers(row.texts) > 1]
+    return list(filter(None, map("".join, texts)))
 
 
 def _is_lap(head: Row) -> bool:
@@ -153,8 +158,9 @@ def check_names(columns: list[HeaderCell], faults: Faults) -> None:
     seen = set()
     for cell, header in columns:
         if cell.text and (cell.text, header) in seen:
-            names = {("spin",): "same_spins", ("time",): "same_times"}
-            raise faults.refuse(names.get(header.roles, "same_names"), cell)
+            names = {"spin": "same_spins", "time": "same_times"}
+            role = "".join(header.roles)
+            raise faults.refuse(names.get(role, "same_names"), cell)
         seen.add((cell.text, header))
 
 
@@ -208,20 +214,37 @@ def plain_layout(grid: Grid) -> Layout:
 def layout_of(
     grid: Grid, columns: list[HeaderCell], rows: list[Row], faults: Faults
 ) -> Layout:
-    """Return a table; refuse one without runs, or with a header that a comma splits."""
+    """Return a table; refuse one without runs, or with a wrong header."""
     if not rows:
         raise faults.refuse("no_runs")
-    for at, ((cell, left), (behind, right)) in enumerate(pairwise(columns), 1):
-        # "period [s], 5 turns"
-        may_be_split = right.turns and cell.text and not (left.unit and right.unit)
-        if may_be_split and not any(row.texts[at] for row in rows):
-            values = {"header": cell.text, "turns": right.turns}
-            raise faults.refuse("header_split", behind, **values)
+    _check_header(columns, rows, faults)
     cells = [
         cell if cell.text else replace(cell, text=f"column {number}")
         for number, (cell, _) in enumerate(columns, 1)
     ]
     return Layout(grid, cells, [header for _, header in columns], rows)
+
+
+def _check_header(columns: list[HeaderCell], rows: list[Row], faults: Faults) -> None:
+    """Refuse a blank header above numbers, and one that a comma splits.
+
+    The first column may be that of a program. Others may be below a merged cell, or
+    above a second row of names. An example of the second is "period [s], 5 turns".
+    """
+    for at, (before, (cell, header)) in enumerate(pairwise(columns), 1):
+        texts = [row.texts[at] for row in rows if row.texts[at]]
+        number = next(filter(is_number, texts), "")
+        if number and not header.text:
+            raise faults.refuse("blank_header", cell, number=number)
+        if not texts and _is_split(before, header):
+            values = {"header": before[0].text, "turns": header.turns}
+            raise faults.refuse("header_split", cell, **values)
+
+
+def _is_split(before: HeaderCell, header: Header) -> bool:
+    """Return whether a header may be the end of the one before it."""
+    has_units = before[1].unit and header.unit
+    return bool(header.turns and before[0].text and not has_units)
 
 
 def ends_with_means(rows: list[Row], columns: list[HeaderCell]) -> bool:

@@ -38,6 +38,7 @@ from gyrodata.readings.layout import (
     find_head,
     lacking_roles,
     layout_of,
+    name_counters,
 )
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
@@ -57,7 +58,8 @@ def find_layout(
     An option gives the roles in `decided`, or names the headers in it.
     """
     try:
-        head = find_head(grid, faults, decided)
+        head = find_head(grid, faults)
+        name_counters(grid, head, decided)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, decided, faults)
         first = grid.rows.index(head)
@@ -75,10 +77,7 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
 
     An example is "# each time is for one full turn".
     """
-    heads = list(filter(is_head, grid.rows)) or [head]
-    lacking = lacking_roles(
-        [parse_header(text) for row in heads for text in row.texts], grid
-    )
+    lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
     lines = {row.line for row in grid.rows}
     added = [
         Row(note.place.line, [f"# {note.text}"])
@@ -88,6 +87,12 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
     added = [row for row in added if lacking.intersection(said_in(row))]
     rows = sorted([*grid.rows, *added], key=lambda row: row.line)
     return replace(grid, rows=rows) if added else grid
+
+
+def _headers_in(grid: Grid) -> list[Header]:
+    """Return what the headers of all tables say."""
+    heads = filter(is_head, grid.rows)
+    return [parse_header(text) for row in heads for text in row.texts]
 
 
 class _Run(Struct, frozen=True):
@@ -144,9 +149,7 @@ class _Sheet:
         self.captions: list[tuple[Text, str]] = []
         """Each caption, and what was read of it."""
         self.legends = captions.legends_of(grid)
-        heads = filter(is_head, grid.rows)
-        headers = [parse_header(text) for row in heads for text in row.texts]
-        self.any_timed = any(map(_is_timing, headers))
+        self.any_timed = any(map(_is_timing, _headers_in(grid)))
         """Whether a header of the sheet names a time or turns."""
         self.only_means = False
         """Whether the first table contains means."""
@@ -304,11 +307,15 @@ class _Sheet:
         """Return the name of the note if the rows of a table are not runs; else ""."""
         if self.any_timed and not any(map(_is_timing, self.table.headers)):
             return "untimed_table"
-        titles = [text for row in self.words for text in row.texts if len(text) < 60]
-        is_unused = any(map(_NOT_MEASURED.is_in, titles))
-        if is_unused and sum(map(is_head, self.grid.rows)) > 1:
+        if self._is_not_measured():
             return "table_not_measured"
         return "table_of_means" if means and self.runs and not self.only_means else ""
+
+    def _is_not_measured(self) -> bool:
+        """Return whether the title of one of several tables says that it is not measured."""
+        titles = [text for row in self.words for text in row.texts if len(text) < 60]
+        is_unused = any(map(_NOT_MEASURED.is_in, titles))
+        return is_unused and sum(map(is_head, self.grid.rows)) > 1
 
     def _are_means(self) -> bool:
         """Return whether a table contains means, by its title or its headers."""
@@ -394,19 +401,7 @@ class _Sheet:
             self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = [row for part in parts for row in part]
-        self._check_blank_names(rows)
         return layout_of(self.grid, self.columns, rows, self.faults)
-
-    def _check_blank_names(self, rows: list[Row]) -> None:
-        """Refuse a blank header above numbers, if it is not that of the first column.
-
-        It may be below a merged cell, or above a second row of names.
-        """
-        for at, (cell, header) in enumerate(self.columns):
-            texts = [row.texts[at] for row in rows]
-            if at > 0 and not header.text and any(map(is_number, texts)):
-                number = next(filter(is_number, texts))
-                raise self.faults.refuse("blank_header", cell, number=number)
 
     def _add_given_columns(self) -> None:
         """Add a column for each role that captions give."""

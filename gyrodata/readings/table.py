@@ -157,8 +157,7 @@ def _with_runs(
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    if not any(map(sheet.names_timing, table.headers)):
-        table = with_elapsed_time(table, faults)
+    table = with_elapsed_time(table, faults)
     choice = choose(table, mapping, given, faults)
     log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
@@ -317,16 +316,13 @@ class TableReader:
         """Return whether each row is a timed run; report the others."""
         used = self.choice.used
         timed = times or [used[role][0] for role in roles.ONE_TURN if role in used]
-        texts = [
-            "".join(cells) for cells in zip(*(one.texts for one in timed), strict=True)
+        if not timed:
+            return [True] * len(self.rows)
+        is_run = [
+            any(map(_has_digit, texts))
+            for texts in zip(*(column.texts for column in timed), strict=True)
         ]
-        is_run = [any(map(str.isdigit, text)) for text in texts]
-        is_run = is_run or [True] * len(self.rows)
-        lines = [
-            row.line
-            for row, is_timed in zip(self.rows, is_run, strict=True)
-            if not is_timed
-        ]
+        lines = [self.rows[i].line for i in range(len(is_run)) if not is_run[i]]
         if lines and any(is_run):
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return is_run
@@ -636,6 +632,10 @@ def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
         for time, column in times
         if column.readings[i].text
     ]
+
+
+def _has_digit(text: str) -> bool:
+    return any(map(str.isdigit, text))
 
 
 def _true_at(values: list[bool]) -> list[int]:

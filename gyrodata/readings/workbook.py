@@ -391,6 +391,15 @@ def _scan(text: bytes, sheet: Sheet) -> None:
             element.clear()
 
 
+def _stored_value(part: ElementTree.Element | None, kind: str) -> str | None:
+    """Return the stored value of a formula; None if there is none."""
+    if part is None:
+        return None
+    if kind == "b" and part.text == "0":
+        return "FALSE"  # no 0
+    return part.text or ("" if kind == "str" else None)
+
+
 def _is_hidden(element: ElementTree.Element) -> bool:
     return element.get("hidden") in ("1", "true")
 
@@ -402,10 +411,7 @@ def _add_formula(
     parts = {part.tag.rpartition("}")[2]: part for part in cell}
     if "f" not in parts or row > _ROWS or column > _COLUMNS:
         return
-    value = parts["v"].text if "v" in parts else None
-    if "v" in parts and cell.get("t") in ("str", "b"):
-        # The text of a formula can be blank, and FALSE is no 0.
-        value = "FALSE" if value == "0" else value or ""
+    value = _stored_value(parts.get("v"), cell.get("t", "n"))
     formula = Formula(row, column, "=" + (parts["f"].text or "").lstrip("= "), value)
     sheet.formulas.append(formula)
     sheet.rows += [[] for _ in range(row - len(sheet.rows))]

@@ -48,10 +48,11 @@ def _has_floats(column: Iterable[Any]) -> bool:
 def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
     """Write rows of Python values as tab-separated lines."""
     for row in rows:
-        yield "\t".join(map(_quoted_text, row)).rstrip("\t")
+        yield "\t".join(map(quoted_text, row)).rstrip("\t")
 
 
-def _quoted_text(value: Any) -> str:
+def quoted_text(value: Any) -> str:
+    """Return a cell as text, in quotes if it begins with one."""
     text = re.sub(r"[\t\r\n]", " ", value_text(value))
     return '"' + text.replace('"', '""') + '"' if text[:1] == '"' else text
 

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from gyrodata.readings import conversion
+
 _Columns = Mapping[str, Sequence[Any]]
 """Cells of each column, by its name."""
 
@@ -60,7 +62,7 @@ def _is_cell(value: Any) -> bool:
 
 def _text_of(value: Any) -> str:
     """Return a value of JSON as a cell; what is missing is blank."""
-    return "" if value is None else " ".join(str(value).split())
+    return "" if value is None else conversion.quoted_text(str(value))
 
 
 def _columns_of(named: dict[str, Any]) -> _Columns:

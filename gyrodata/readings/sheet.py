@@ -382,12 +382,26 @@ class _Sheet:
                 self.faults.add("turns_contradict_header", cell, **values)
         return said
 
+    def _compare_with_captions(self) -> None:
+        """Warn of each row below the tables that states other turns than a caption."""
+        above = {run.given["turns"] for run in self.runs if "turns" in run.given}
+        if len(above) != 1 or "turns" in self.decided:
+            return
+        [(turns, spot)] = above
+        header = self.grid.lines[spot // MAX_COLUMNS - 1].strip()
+        for row in self.words:
+            says = said_in(row).get("turns", ("", 0))[0]
+            if says not in ("", turns):
+                cell = self.grid.first_cell(row)
+                values = {"header": header, "turns": turns, "other": cell.text}
+                self.faults.add("turns_contradict_header", cell, says=says, **values)
+
     # --- The whole table ---
 
     def finish(self) -> Layout:
         """Return all runs as one table, with notes on what was left out and on captions."""
-        if self.words:
-            self._read_captions(set())
+        self._compare_with_captions()
+        self._leave_out_words(set())
         self._add_given_columns()
         rows = [self._joined(run) for run in self.runs]
         parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
@@ -537,7 +551,7 @@ def _is_result(row: Row, table: _Table) -> bool:
         return False
     timed = {at for at, header in enumerate(table.headers) if names_timing(header)}
     is_text = first < len(table.headers) and _is_remark(first + 1, table.headers[first])
-    return bool(timed) and timed.isdisjoint(others) and not is_text
+    return bool(timed) and timed.isdisjoint([first, *others]) and not is_text
 
 
 def _names_inertia(row: Row) -> bool:

@@ -120,7 +120,10 @@ def _table_of_json(text: str, faults: Faults) -> str:
         raise faults.refuse("json_key_twice", key=str(error)) from None
     except json_table.NoTableError as error:
         raise faults.refuse("json_no_table", why=str(error)) from None
-    except (ValueError, RecursionError):
+    except RecursionError:
+        why = "it contains too many brackets inside of brackets"
+        raise faults.refuse("json_no_table", why=why) from None
+    except ValueError:
         raise faults.refuse("other_kind", kind="JSON") from None
 
 

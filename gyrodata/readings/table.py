@@ -242,7 +242,7 @@ class TableReader:
         if self.without_unit:
             self._ask_for_units()
         runs = _runs_of(times, len(self.rows))
-        rows = [run.row for run in runs] if times else _true_at(is_run)
+        rows = [run.row for run in runs] if times else _at(True, is_run)
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
@@ -322,8 +322,8 @@ class TableReader:
             any(map(_has_digit, texts))
             for texts in zip(*(column.texts for column in timed), strict=True)
         ]
-        lines = [self.rows[i].line for i in range(len(is_run)) if not is_run[i]]
-        if lines and any(is_run):
+        if any(is_run) and not all(is_run):
+            lines = [self.rows[i].line for i in _at(False, is_run)]
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return is_run
 
@@ -638,8 +638,8 @@ def _has_digit(text: str) -> bool:
     return any(map(str.isdigit, text))
 
 
-def _true_at(values: list[bool]) -> list[int]:
-    return [i for i, value in enumerate(values) if value]
+def _at(wanted: bool, values: list[bool]) -> list[int]:
+    return [i for i, value in enumerate(values) if value is wanted]
 
 
 def _loads_first(names: Collection[str]) -> list[str]:

@@ -97,6 +97,8 @@ def _read_text(data: bytes, shown: str) -> Faults:
         text = _table_of_json(text, Faults(shown))
     elif _LIST_OF_PROGRAM.search(text):
         raise Faults(shown).refuse("other_kind", kind="a program")
+    elif text.count("\\\\") > 2 and text.count("&") > 2:
+        raise Faults(shown).refuse("other_kind", kind="a table in LaTeX")
     faults = Faults(shown, text)
     if page:
         faults.add("code_page", page=page)

@@ -337,8 +337,8 @@ FORMS = {
 ASKED = {
     "spin at start and end": "G203",
     "ten turns of the disk": "G301",
-    "LaTeX": "G210",
-    "LaTeX with {,}": "G202",
+    "LaTeX": "G104",
+    "LaTeX with {,}": "G104",
     "letters for weights": "G203",
     "turns in the second row": "G209",
     "two partners": "G301",

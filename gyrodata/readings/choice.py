@@ -8,22 +8,17 @@ from operator import attrgetter
 
 from msgspec.structs import replace
 
-from gyrodata.quantities.numerals import PLAIN, to_float
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
-from gyrodata.readings.captions import texts_of
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen, columns_of
+from gyrodata.readings.chosen import Choice, Chosen, columns_of
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.missing import missing_roles
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import Phrases, squeeze
+from gyrodata.readings.words import squeeze
 
-_PART_OF_TURN = Phrases("parts")
-"""Words for a part of a turn."""
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
 _BALL_TURNS = 5
@@ -43,14 +38,22 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    columns = _with_roles(_serve_mapped(table, mapping, choice, faults))
+    columns = columns_of(table)
+    if mapping:
+        columns = _serve_mapped(columns, mapping, choice, faults)
+    columns = _with_roles(columns, choice)
     several = _serve_by_name(columns, choice)
-    _serve_stating(columns, table, choice)
-    _eliminate(table, several, choice, faults)
-    unnamed.place_columns(choice, faults)
-    _name_moment_of_spin(choice, faults)
+    stating = list(filter(_states_turns, columns))
+    if stating:
+        _serve_stating(stating, table, choice)
+    if several:
+        _eliminate(several, choice, faults)
+    if choice.unplaced:
+        unnamed.place_columns(choice, faults)
+    if choice.there & {"spin_start", "spin_end"}:
+        _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
-    if "mass" in choice.there:
+    if choice.unplaced and "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
     choice.unplaced.sort(key=attrgetter("at"))
     for repeats in choice.used.values():
@@ -62,33 +65,31 @@ def choose(
 
 
 def _serve_mapped(
-    table: layout.Layout, mapping: Mapping[str, str], choice: Choice, faults: Faults
+    columns: list[Chosen], mapping: Mapping[str, str], choice: Choice, faults: Faults
 ) -> list[Chosen]:
     """Use the columns that ``--map`` names; return the others."""
     mapped: dict[int, Chosen] = {}
     for key, header in mapping.items():
-        column = _column_called(header, key, table, faults)
+        column = _column_called(header, key, columns, faults)
         if column.at in mapped:
             first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
         mapped[column.at] = _with_mapped_role(column, key)
         choice.serve(mapped[column.at])
-    return [column for column in columns_of(table) if column.at not in mapped]
+    return [column for column in columns if column.at not in mapped]
 
 
 def _column_called(
-    header: str, key: str, table: layout.Layout, faults: Faults
+    header: str, key: str, columns: list[Chosen], faults: Faults
 ) -> Chosen:
     """Return the column with a header as written, or else in other letters."""
-    headed = [column for column in columns_of(table) if column.text]
-    same = [one for one in headed if squeeze(one.text) == squeeze(header)]
-    if not same:
-        headers = listing([f'"{column.text}"' for column in headed], 40)
-        raise faults.refuse(
-            "mapped_header_unknown", role=key, header=header, headers=headers
-        )
-    exact = [column for column in same if column.text == header.strip()]
-    return [*exact, *same][0]
+    exact = [one for one in columns if one.text == header.strip()]
+    same = [one for one in columns if one.text and squeeze(one.text) == squeeze(header)]
+    if same:
+        return [*exact, *same][0]
+    headers = listing([f'"{one.text}"' for one in columns if one.text], 40)
+    values = {"role": key, "header": header, "headers": headers}
+    raise faults.refuse("mapped_header_unknown", **values)
 
 
 def _with_mapped_role(column: Chosen, key: str) -> Chosen:
@@ -116,13 +117,17 @@ def _unit_for(role: str, header: Header) -> str | None:
 # By name
 
 
-def _with_roles(columns: list[Chosen]) -> list[Chosen]:
+def _with_roles(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     """Return the columns with the roles that their names have in this table."""
     names = {_name(column): column.header.roles for column in columns}
     timed = any("time" in column.kinds for column in columns) or any(
         column.header.roles == ("time",) for column in columns
     )
-    return [_with_role(column, names, timed) for column in columns]
+    counted = choice.gives_turns() or any(
+        column.header.turns or column.header.roles in (("turns",), ("angle",))
+        for column in columns
+    )
+    return [_with_role(column, names, timed and not counted) for column in columns]
 
 
 def _name(column: Chosen) -> str:
@@ -130,52 +135,27 @@ def _name(column: Chosen) -> str:
 
 
 def _with_role(
-    column: Chosen, names: Mapping[str, tuple[str, ...]], timed: bool
+    column: Chosen, names: Mapping[str, tuple[str, ...]], lacks_count: bool
 ) -> Chosen:
     """Return a column with other roles, if its name, unit and cells show them together."""
-    found = _roles_of_difference(column, names) or _roles_of_many(column)
-    if not found and timed:
-        found = _roles_of_way(column, names)
-    if not found:
+    header = column.header
+    names_here: tuple[str, ...] = ()
+    if not header.roles and _name(column)[:1] in tuple("Δδσε"):
+        names_here = _roles_of_difference(column, names)
+    elif lacks_count and header.unit is None and "precession_rate" in header.roles:
+        # It may also count what the time covers: "rotation" above 1/3, or above 120.
+        names_here = ("turns", "angle", *header.roles)
+    if not names_here:
         return column
-    return replace(column, header=replace(column.header, roles=found))
+    return replace(column, header=replace(header, roles=names_here))
 
 
 def _roles_of_difference(
     column: Chosen, names: Mapping[str, tuple[str, ...]]
 ) -> tuple[str, ...]:
     """Return the uncertainty of another column: "ΔT" next to "T"."""
-    name = _name(column)
-    if column.header.roles or name[:1] not in tuple("Δδσε"):
-        return ()
-    keys = (f"u_{role}" for role in names.get(name[1:], ()))
+    keys = (f"u_{role}" for role in names.get(_name(column)[1:], ()))
     return tuple(key for key in keys if key in roles.UNCERTAINTIES)
-
-
-def _roles_of_many(column: Chosen) -> tuple[str, ...]:
-    """Return the spin for "n" above numbers that are too large for turns."""
-    if column.header.roles != ("turns",) or _name(column) not in ("n", "N"):
-        return ()
-    numbers = [to_float(text) for text in column.texts if PLAIN.fullmatch(text)]
-    return ("spin",) if min(numbers, default=0) > MOST_TURNS else ()
-
-
-def _roles_of_way(
-    column: Chosen, names: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ...]:
-    """Return what a "rotation" or "precession" without a unit counts next to a time.
-
-    Its cells decide: an angle above "120°", and turns above "one third" or "2/3". Small
-    numbers may be turns, or the rate of the precession.
-    """
-    header = column.header
-    if header.unit is not None or "precession_rate" not in header.roles:
-        return ()
-    way = unnamed.way_counted(column)
-    is_open = header.roles == ("precession_rate",) or ("spin",) in names.values()
-    if way or not is_open or not unnamed.are_small_counts(column):
-        return way
-    return ("turns", "precession_rate")
 
 
 def _states_turns(column: Chosen) -> bool:
@@ -249,7 +229,7 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
     """
     rates = [one for one in table.headers if kinds_of(one.unit or "") == {"rate"}]
     spin_is_known = bool(rates) or choice.gives_spin()
-    for column in filter(_states_turns, _in_order_of_trust(columns)):
+    for column in _in_order_of_trust(columns):
         turns = column.header.turns
         if column.header.is_of_the_spin:
             _serve_time_of_ball(column, turns, choice)
@@ -280,33 +260,14 @@ def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
     choice.serve(replace(column, role="time", number=repeat, turns=turns))
 
 
-def _is_of_parts(table: layout.Layout) -> bool:
-    """Return whether a note is about a number of turns that is not one.
-
-    An example is "T is the time from one mark to the next".
-    """
-    cells = [text for row in table.grid.rows for text in row.texts]
-    words = [text for text in cells if re.search(r"[^\W\d_]{3}", text)]
-    return any(map(_names_part, (*texts_of(table.grid), *words)))
-
-
-def _names_part(note: str) -> bool:
-    if _PART_OF_TURN.is_in(note):
-        return True
-    return turns_in(note) not in ("", "0", "1")
-
-
 # By elimination
 
 
-def _eliminate(
-    table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults
-) -> None:
+def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
     """Decide headers of several roles if only one role is left.
 
     Ask about the rest if they are needed.
     """
-    several = _without_single_period(table, several, choice, faults)
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         column = decided[0]
         several = [other for other in several if other is not column]
@@ -314,30 +275,6 @@ def _eliminate(
     lacking = _parts_lacking(choice)
     for column in several:
         _ask_or_leave_out(column, lacking, choice, faults)
-
-
-def _without_single_period(
-    table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults
-) -> list[Chosen]:
-    """Use "T" for the time of one turn if nothing says that it covers another number."""
-    left: list[Chosen] = []
-    for column in several:
-        if _is_period_of_one_turn(column, choice) and not _is_of_parts(table):
-            choice.serve(replace(column, role="precession_period"))
-            faults.add("period_of_one_turn", column.cell)
-        else:
-            left.append(column)
-    return left
-
-
-def _is_period_of_one_turn(column: Chosen, choice: Choice) -> bool:
-    known = choice.there & {"time", "precession_period", "angle"}
-    if known or column.header.roles != ("time", "precession_period"):
-        return False
-    counts = choice.used.get("turns", [])
-    if not counts:
-        return "turns" not in choice.there
-    return {text for count in counts for text in count.texts} <= {"", "1"}
 
 
 def _parts_lacking(choice: Choice) -> set[str]:
@@ -418,9 +355,9 @@ def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
     """Return the uncertainty of the role that its symbol has here, "σ_T" next to "T"."""
-    found = column.header.roles
-    bases = tuple(role.removeprefix("u_") for role in found)
-    if bases == found:
+    names = column.header.roles
+    bases = tuple(role.removeprefix("u_") for role in names)
+    if bases == names:
         return ""
     for used in choice.used.values():
         if used[0].header.roles == bases and used[0].role in bases:

@@ -37,8 +37,9 @@ def check_completeness(
         _ask_for(missing, choice, table, faults)
     elif not _is_uncertain(unread | choice.asked, faults):
         _report_runs_that_lack(log, faults)
-    _compare_turns_with_angle(log, faults)
-    if "precession_period" not in choice.mapped:
+    if {"turns", "angle"} <= log.columns.keys():
+        _compare_turns_with_angle(log, faults)
+    if "precession_period" in log.columns.keys() - choice.mapped:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
         headers = listing([column.text for column in choice.unplaced])
@@ -126,9 +127,7 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 
 
 def _compare_turns_with_angle(log: Readings, faults: Faults) -> None:
-    turns, angle = log.columns.get("turns"), log.columns.get("angle")
-    if turns is None or angle is None:
-        return
+    turns, angle = log.columns["turns"], log.columns["angle"]
     pairs = zip(turns.readings, angle.readings, strict=True)
     for run, (count, swept) in enumerate(pairs):
         full = 2 * math.pi * (count.value or 0.0)
@@ -143,9 +142,9 @@ def _compare_turns_with_angle(log: Readings, faults: Faults) -> None:
 
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
-    period, time = columns.get("precession_period"), columns.get("time")
+    period, time = columns["precession_period"], columns.get("time")
     counted = columns.get("turns") or columns.get("angle")
-    if period is None or counted is None:
+    if counted is None:
         return
     if time is None:
         _ask_for_counted_turns(period, counted, faults)

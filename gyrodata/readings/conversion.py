@@ -1,45 +1,13 @@
-"""Write web pages, DataFrames and workbooks as text with a tab between the cells."""
+"""Write DataFrames and workbooks as text with a tab between the cells."""
 
 from __future__ import annotations
 
-import html
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from gyrodata.readings import workbook
 from gyrodata.readings.lablog import Faults, Place, listing
-from gyrodata.readings.workbook import MAX_ROWS
-
-# --- Web pages ---
-
-_NOT_SHOWN = r"(?is)<(script|style|head)\b.*?(?:</\1>|\Z)|<!--.*?(?:-->|\Z)|\s+"
-_MERGED = re.compile(r"(?i)<tr[^<>]*>\s*<t[dh]\b[^<>]*rowspan=\W?([0-9]{1,3})")
-"""A cell at the left that goes over several rows."""
-_BEGINS_LINE = r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^<>]*>"
-
-
-def text_of_page(page: str) -> str:
-    """Return the text that a web page shows, with tabs between the cells of a table."""
-    rows = re.split(r"(?i)(?=<tr\b)", re.sub(_NOT_SHOWN, " ", page))
-    _part_merged_cells(rows)
-    text = re.sub(_BEGINS_LINE, "\n", "".join(rows))
-    text = re.sub(r"(?i)<t[dh]\b[^<>]*>", "\t", text)
-    text = html.unescape(re.sub(r"<[^<>]*>", "", text))
-    lines = [line.strip(" ") for line in text.split("\n") if line.strip()]
-    return "".join(line.removeprefix("\t") + "\n" for line in lines)
-
-
-def _part_merged_cells(rows: list[str]) -> None:
-    """Add a blank cell to each row below a merged cell at the left."""
-    left = MAX_ROWS
-    for at, row in enumerate(rows):
-        for span in _MERGED.findall(row):
-            end = min(at + int(span), len(rows), at + 1 + left)
-            left -= max(end - at - 1, 0)
-            for below in range(at + 1, end):
-                rows[below] = re.sub(r"(?i)(<tr\b[^<>]*>)", r"\1<td></td>", rows[below])
-
 
 # --- DataFrames ---
 
@@ -80,10 +48,11 @@ def _has_floats(column: Iterable[Any]) -> bool:
 def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
     """Write rows of Python values as tab-separated lines."""
     for row in rows:
-        yield "\t".join(map(_quoted_text, row)).rstrip("\t")
+        yield "\t".join(map(quoted_text, row)).rstrip("\t")
 
 
-def _quoted_text(value: Any) -> str:
+def quoted_text(value: Any) -> str:
+    """Return a cell as text, in quotes if it begins with one."""
     text = re.sub(r"[\t\r\n]", " ", value_text(value))
     return '"' + text.replace('"', '""') + '"' if text[:1] == '"' else text
 
@@ -127,29 +96,27 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
     hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
     if hidden:
         faults.add("hidden_cells", where="; ".join(hidden))
-    lacking = [(sheet, *cell) for sheet in sheets for cell in sheet.without_value]
+    lacking = workbook.without_value(sheets)
     if lacking:
         raise _refuse_formulas(lacking, sheets, faults)
     return faults
 
 
 def _refuse_formulas(
-    lacking: list[tuple[workbook.Sheet, int, int]],
+    lacking: list[tuple[workbook.Sheet, workbook.Formula]],
     sheets: list[workbook.Sheet],
     faults: Faults,
 ) -> Exception:
     """Return the error about formulas without a value."""
-    sheet, row, column = lacking[0]
+    sheet, formula = lacking[0]
     above, _ = faults.sheets[sheets.index(sheet)]
-    before = faults.lines[above + row - 1].split("\t")[: column - 1]
+    line = above + formula.row
+    before = faults.lines[line - 1].split("\t")[: formula.column - 1]
     start = sum(len(cell) + 1 for cell in before)
-    more = ""
-    if sheet.without_value[row, column].value:
-        more = ": the stored 0 is not its result"
+    more = ": the stored 0 is not its result" if formula.value else ""
     if others := [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]:
         more += f" (also {listing(others)})"
-    place = Place(above + row, start + 1)
-    return faults.refuse("formula_without_value", place, more=more)
+    return faults.refuse("formula_without_value", Place(line, start + 1), more=more)
 
 
 def workbook_text(
@@ -171,16 +138,14 @@ def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
 
 
 def _sheets_of(data: bytes, faults: Faults) -> list[workbook.Sheet]:
-    """Return the filled sheets of a workbook, with the formula in each cell that has no value."""
+    """Return the filled sheets of a workbook."""
     try:
         sheets = workbook.read_sheets(data)
     except workbook.TooLargeError as error:
         raise faults.refuse("workbook_too_large", why=str(error)) from None
     except ValueError as error:
         raise faults.refuse("workbook", why=str(error)) from None
-    for sheet in sheets:
-        workbook.write_formulas(sheet)
-    return [sheet for sheet in sheets if workbook.is_filled(sheet)]
+    return list(filter(workbook.is_filled, sheets))
 
 
 def _text_of_sheets(

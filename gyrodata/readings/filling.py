@@ -8,7 +8,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.readings import layout, roles
-from gyrodata.readings.grid import filled_at
 from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
 
 Values = tuple[float | None, ...]
@@ -57,7 +56,15 @@ class Filler:
         self.table, self.loads, self.is_run = table, loads, is_run
         self.faults = faults
 
-    def ask_for_unknown(self, column: Column, at: int) -> Column:
+    def complete(self, column: Column, at: int, is_constant: bool) -> Column:
+        """Return a column with blank cells filled.
+
+        `is_constant`: a value of the whole log is in the blank cells already.
+        """
+        column = self._ask_for_unknown(column, at)
+        return column if is_constant else self._fill_down(column, at)
+
+    def _ask_for_unknown(self, column: Column, at: int) -> Column:
         """Report the cells of runs that contain "?" or "n/a".
 
         Return the column, with such cells of other rows blank. Without a weight no
@@ -75,7 +82,7 @@ class Filler:
                 readings[i] = Reading()
         return replace(column, readings=tuple(readings))
 
-    def fill_down(self, column: Column, at: int) -> Column:
+    def _fill_down(self, column: Column, at: int) -> Column:
         """Give blank cells the value above.
 
         Never upwards, across a run without a weight, or from its turns.
@@ -83,18 +90,16 @@ class Filler:
         A position is valid for another weight only if the log states no other one. A
         cell such as "?" is not blank.
         """
-        if all(reading.text for reading in column.readings):
-            return column
         above = self._values_above(column)
         filled = self._runs_filled(column, above)
         early = self._runs_above_first(column)
-        if self._is_measured_each_time(column.role, filled):
+        if self._is_measured_each_time(column.role, len(filled)):
             # A blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}
             early, filled = ([*early, *filled] if early else []), []
         if early:
-            first = self._rows_typed(column)[0]
-            cell = self.table.grid.cell(self.table.rows[first], at)
+            typed = [i for i, reading in enumerate(column.readings) if reading.text]
+            cell = self.table.grid.cell(self.table.rows[typed[0]], at)
             lines = self._lines(early)
             self.faults.add("below_first_row", cell, role=column.role, lines=lines)
         if filled:
@@ -106,16 +111,16 @@ class Filler:
     def _lines(self, rows: list[int]) -> list[int]:
         return [self.table.rows[i].line for i in rows]
 
-    def _rows_typed(self, column: Column) -> list[int]:
-        return [i for i, reading in enumerate(column.readings) if reading.text]
-
     def _runs_above_first(self, column: Column) -> list[int]:
         """Return the runs above the first value; a run without a weight needs no load."""
-        typed = self._rows_typed(column)
-        above = list(range(typed[0] if typed else 0))
-        if column.role in roles.LOADS:
-            above = [i for i in above if not self.loads.is_without_weight(i)]
-        return [i for i in above if self.is_run[i]]
+        above: list[int] = []
+        for i, reading in enumerate(column.readings):
+            if reading.text:
+                return above
+            is_needed = column.role not in roles.LOADS
+            if self.is_run[i] and (is_needed or not self.loads.is_without_weight(i)):
+                above.append(i)
+        return []
 
     def _values_above(self, column: Column) -> dict[int, int]:
         """Return the row with the valid value above each blank cell, by its row."""
@@ -130,16 +135,6 @@ class Filler:
                 above[i] = last
         return above
 
-    def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
-        """Return whether the value of a row may be that of a row below."""
-        if column.role == "position":
-            several = sum(value is not None for value in column.values) > 1
-            is_other = several and self.loads.differs(last, row)
-            return not is_other or column.spots[row] in self.table.grid.dittos
-        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
-            return self.loads.is_without_weight(row)  # without a weight it turns less
-        return True
-
     def _runs_filled(self, column: Column, above: dict[int, int]) -> list[int]:
         """Return the runs that take a value from above.
 
@@ -149,17 +144,21 @@ class Filler:
         values = column.values
         return [i for i, j in above.items() if self.is_run[i] and values[j] is not None]
 
-    def _is_measured_each_time(self, role: str, blank: list[int]) -> bool:
-        """Return whether nearly every run has its own value, so that none is filled down.
+    def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
+        """Return whether the value of a row may be that of a row below."""
+        if column.role == "position":
+            several = sum(value is not None for value in column.values) > 1
+            return not (several and self.loads.differs(last, row))
+        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
+            return self.loads.is_without_weight(row)  # without a weight it turns less
+        return True
 
-        Two runs show no pattern, unless the second only repeats a time.
-        """
+    def _is_measured_each_time(self, role: str, blank: int) -> bool:
+        """Return whether nearly every run has its own value, so that none is filled down."""
         runs = sum(self.is_run)
         if role == "mass":
-            return 8 * len(blank) < runs
+            return 8 * blank < runs
         if role in roles.COUNTS and runs == 2:
-            filled = [filled_at(self.table.rows[i]) for i in blank]
-            if any(len(places) > 2 for places in filled):
-                return True
+            return True  # two runs show no pattern
         is_reading = roles.BY_NAME[role].part in ("spin", "count")
-        return is_reading and 2 * len(blank) < runs
+        return is_reading and 2 * blank < runs

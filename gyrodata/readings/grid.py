@@ -11,7 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, vocabulary
@@ -20,7 +20,6 @@ from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
 from gyrodata.readings.names import reported_key
-from gyrodata.readings.origins import from_centre
 from gyrodata.readings.reported import read_reported
 from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.turns import turns_in
@@ -85,9 +84,6 @@ class Grid(Struct, frozen=True):
     read."""
     sha256: str = ""
     """Hash of the bytes that were read."""
-    dittos: set[int] = field(default_factory=set)
-    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say
-    that the value above is valid."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
@@ -187,42 +183,17 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
 
 def units_of_row(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = list(map(_without_brackets, texts))
-    known = [_is_unit(_first_word(unit)) for unit in units]
-    others = [at for at in range(len(texts)) if not known[at]]
-    if not any(known):
+    units = [text.strip("[]()").strip() for text in texts]
+    others = [at for at, unit in enumerate(units) if not _is_unit(unit)]
+    if len(others) == len(units):
         return []
-    if all(_is_beside_units(units[at], texts[at]) for at in others):
-        return units
-    # Calculated columns can have units that gyro does not know: "rad²/s²".
-    names_quantity = any(_is_name(texts[at]) for at in others)
-    return units if sum(known) > max(2, len(others)) and not names_quantity else []
-
-
-def _is_beside_units(unit: str, text: str) -> bool:
-    """Return whether a cell may be in a row of units: it is blank, 1 or in brackets."""
-    return unit in BLANKS or unit != text or text == "1"
-
-
-def _without_brackets(text: str) -> str:
-    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
+    # A blank cell, 1, or a unit in brackets that gyro does not know
+    is_row = all(texts[at] in (*BLANKS, "1") or texts[at][0] in "[(" for at in others)
+    return units if is_row else []
 
 
 def _is_unit(text: str) -> bool:
     return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
-
-
-def _first_word(unit: str) -> str:
-    """Return the unit of "cm from centre" and of "s, one turn"; other texts as they are."""
-    first = unit.replace(",", " ").partition(" ")[0]
-    says_more = from_centre(unit) or turns_in(unit)
-    if first != unit and says_more and kinds_of(first) and not kinds_of(unit):
-        return first
-    return unit
-
-
-def _is_name(text: str) -> bool:
-    return is_number(text) or bool(set(parse_header(text).roles) - {"run"})
 
 
 # --- From lines to rows ---
@@ -250,34 +221,24 @@ def make_grid(
     lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
-    if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
-        from gyrodata.readings import typesetting
-
-        body = typesetting.without_latex(lines, body)
-        grid = replace(grid, delimiter="&")
     if len(body) - 1 > MAX_ROWS:  # without the header
         raise faults.refuse("too_many_rows", count=len(body) - 1)
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
-        if row.texts[0] == "#" or not _take_key(row, grid, faults):
+        if not _may_state_key(row) or not _take_key(row, grid, faults):
             grid.rows.append(row)
-    _check_prose(grid, faults)
+    if sum(map(len, lines)) > MAX_PROSE or len(lines) > MAX_TEXT_ROWS:
+        _check_prose(grid, faults)
     return grid
 
 
 def _in_usual_signs(text: str) -> str:
-    """Write the digits of all scripts as 0 to 9, and other signs in their usual form."""
+    """Write the digits of all scripts as 0 to 9, and their decimal signs as points."""
+    if text.isascii():
+        return text
     text = re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), text)
-    text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text.replace("٫", "."))
-    # The marks of a quoted mail, and % in front of a remark in LaTeX and MATLAB.
-    text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
-    lines = text.split("\n")
-    return "\n".join(_with_hash(line) if "%" in line else line for line in lines)
-
-
-def _with_hash(line: str) -> str:
-    return re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line)
+    return re.sub(r"(?<=[0-9])[．٫](?=[0-9])", ".", text)
 
 
 def _take_notes(grid: Grid, faults: Faults) -> list[int]:
@@ -317,10 +278,11 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     without_decimals = _shares_of_delimiters(lines, body, with_decimals=False)
     shares = _shares_of_delimiters(lines, body)
     best_without, best = max(without_decimals.values()), max(shares.values())
-    if min(best_without, best) < 1:
-        from gyrodata.readings import typesetting
+    blanks = sum(" " in lines[index].strip() for index in body)
+    if min(best_without, best) < 1 and 2 * blanks > len(body):
+        from gyrodata.readings.shapes import aligned
 
-        if typesetting.write_tabs(lines, body, best_without, best):
+        if aligned.write_tabs(lines, body, best_without, best):
             return "\t"
     if best_without > 0.6:
         shares, best = without_decimals, best_without
@@ -349,12 +311,6 @@ _UNSEEN = (
     "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 )
 _WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
-_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
-"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a
-word processor."""
-_FOOTNOTES = "*†‡"
-_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
-"""Marks for "the same as above"; a blank cell means the same."""
 
 
 def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
@@ -363,7 +319,6 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
-        _write_dittos(grid, index)
         line = grid.lines[index]
         cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
         if max(map(len, cells), default=0) > MAX_CELL:
@@ -378,22 +333,6 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             yield Row(index + 1, texts)
 
 
-def _write_dittos(grid: Grid, index: int) -> None:
-    """Write quotes that are alone in their cells as ditto marks.
-
-    No text in quotes has its quotes alone in the cells of a whole row.
-    """
-    line = grid.lines[index]
-    if '"' not in line:
-        return
-    cells = [
-        cell.replace('"', "〃") if cell.strip(" ") == '"' else cell
-        for cell in line.split(grid.delimiter)
-    ]
-    if not any('"' in cell for cell in cells):
-        grid.lines[index] = grid.delimiter.join(cells)
-
-
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
     """Return the cells of a line, and the index of the last line that they go over."""
     reader = csv.reader(
@@ -404,12 +343,6 @@ def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]
     except csv.Error:
         place = Place(index + 1, grid.lines[index].rfind('"') + 1)
         raise faults.refuse("quote_never_closed", place) from None
-    for at, text in enumerate(texts):
-        if text in _DITTO:
-            grid.dittos.add((index + 1) * MAX_COLUMNS + at)
-            texts[at] = ""
-    if sum(text.startswith("~~") for text in texts) > 1:
-        texts[0] = "#"  # a row that is struck out
     return texts, index + reader.line_num - 1
 
 
@@ -420,15 +353,10 @@ def _lines_from(lines: list[str], index: int) -> Iterator[str]:
 
 
 def _plain(text: str) -> str:
-    """Return a cell without marks of width, emphasis and footnotes."""
-    text = text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
-    if match := _EMPHASIS.fullmatch(text):
-        text = match[2] or match[3]
-    bare = text.rstrip(_FOOTNOTES)
-    if bare != text:
-        bare = bare.removesuffix(" ")
-        return bare if bare[-1:].isdecimal() else text
-    return text
+    """Return a cell without signs that no editor shows, and without blanks around it."""
+    if text.isascii():
+        return text.strip()
+    return text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
 
 
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
@@ -449,6 +377,17 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
 
 
 # --- Keys without the sign #, and limits ---
+
+
+def _may_state_key(row: Row) -> bool:
+    """Return whether a row is short, or contains a name with a number behind it."""
+    texts = row.texts
+    if len(row.filled()) < 4:
+        return texts[0] != "#"
+    return any(
+        text[:1].isalpha() and ("=" in text or ":" in text or is_number(behind))
+        for text, behind in itertools.pairwise([*texts, ""])
+    )
 
 
 def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
@@ -509,19 +448,10 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
     if is_column or not re.match(r"[-+(]?[.\d]", value):
         return None
-    return key, _without_remark(value.replace("\t", " "))
+    return key, value.replace("\t", " ")
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))
-
-
-def _without_remark(value: str) -> str:
-    """Return a value without the words behind it: "9,81 m/s² verwendet."."""
-    value = re.split(r"\.\s|\s\([^\d()]*\)$", value)[0]
-    before, _, word = value.rstrip(".").rpartition(" ")
-    if len(word) > 3 and word.isalpha() and not kinds_of(word):
-        return before.rstrip()
-    return value
 
 
 def _check_prose(grid: Grid, faults: Faults) -> None:

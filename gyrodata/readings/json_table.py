@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from operator import itemgetter
 from typing import Any
 
-MAX_DEPTH = 50
-"""Brackets inside of brackets in JSON; a notebook with an output has about ten."""
+from gyrodata.readings import conversion
 
-Records = Sequence[Mapping[str, Any]]
-"""One object for each run: its cells by the names of their columns."""
+_Columns = Mapping[str, Sequence[Any]]
+"""Cells of each column, by its name."""
 
 
 class NoTableError(ValueError):
@@ -24,36 +21,27 @@ class KeyTwiceError(ValueError):
     """One object of JSON has a key twice; its text is the key."""
 
 
-def read_json(text: str) -> Any:
-    """Read JSON, or one object in each line.
+def table_of(text: str) -> str:
+    """Write JSON as a table with tabs between its cells; single values become ``#`` lines.
 
-    Raise ValueError if a key is there twice, or if it is nested too deep.
+    The table is a list of objects, or an object with its columns, as pandas writes
+    them; it may be the value of a key.
     """
-    _check_depth(text)
-    joined = re.sub(r"\}[ \t\r]*\n\s*\{", "}, {", text)
     # A number keeps its digits: 15.0 is not 15.00.
-    return json.loads(
-        text if joined == text else f"[{joined}]",
+    data = json.loads(
+        text,
         object_pairs_hook=_object,
         parse_float=str,
         parse_int=str,
         parse_constant=_constant,
     )
-
-
-def _constant(name: str) -> str | None:
-    return None if name == "NaN" else name
-
-
-def _check_depth(text: str) -> None:
-    """Raise NoTableError if brackets are nested deeper than in any table."""
-    depth = 0
-    for sign in re.finditer(r'(?s)"(?:[^"\\]|\\.)*+"?|[\[\]{}]', text):
-        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(sign[0], 0)
-        if depth > MAX_DEPTH:
-            raise NoTableError(
-                f"it contains brackets inside of brackets, more than {MAX_DEPTH} deep"
-            )
+    named = data if isinstance(data, dict) else {"runs": data}
+    given = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
+    columns = _columns_of({k: v for k, v in named.items() if not _is_cell(v)})
+    rows = zip(*(map(_text_of, cells) for cells in columns.values()), strict=True)
+    lines = [*given, *map("\t".join, [columns, *rows])]
+    # Half of a sign of two parts, which JSON can contain, is no letter.
+    return ("\n".join(lines) + "\n").encode("utf-8", "replace").decode()
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -64,20 +52,8 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def write_table(data: Any) -> str:
-    """Write a table with tabs between its cells; single values become ``#`` lines.
-
-    The table is a list of objects, or an object with its columns, as pandas writes
-    them.
-    """
-    named: dict[str, Any] = data if isinstance(data, dict) else {}
-    given = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
-    records = _records_of(named) if named else _records_of_list(data)
-    names = list(dict.fromkeys(name for record in records for name in record))
-    rows = [[_text_of(record.get(name)) for name in names] for record in records]
-    lines = [*given, *map("\t".join, [names, *rows])]
-    # Half of a sign of two parts, which JSON can contain, is no letter.
-    return ("\n".join(lines) + "\n").encode("utf-8", "replace").decode()
+def _constant(name: str) -> str | None:
+    return None if name == "NaN" else name
 
 
 def _is_cell(value: Any) -> bool:
@@ -86,42 +62,34 @@ def _is_cell(value: Any) -> bool:
 
 def _text_of(value: Any) -> str:
     """Return a value of JSON as a cell; what is missing is blank."""
-    return "" if value is None else re.sub(r"[\t\r\n]", " ", str(value))
+    return "" if value is None else conversion.quoted_text(str(value))
 
 
-def _records_of_list(data: Any) -> Records:
-    if _are_records(data):
-        return list(data)
-    raise _no_table()
-
-
-def _no_table() -> NoTableError:
-    return NoTableError(
-        "it contains no list of objects, and no lists with the names of columns"
-    )
-
-
-def _records_of(named: dict[str, Any]) -> Records:
-    """Return the runs of an object."""
+def _columns_of(named: dict[str, Any]) -> _Columns:
+    """Return the columns of the lists and objects of JSON, by their names."""
     tables = [name for name, value in named.items() if _are_records(value)]
     if len(tables) > 1:
-        raise NoTableError(
-            f"it contains several tables, {', '.join(tables[:5])}: keep one"
-        )
+        several = ", ".join(tables[:5])
+        raise NoTableError(f"it contains several tables, {several}: keep one")
     if tables:
-        return list(named[tables[0]])
-    if isinstance(named.get("columns"), list) and isinstance(named.get("data"), list):
-        return _records_of_rows(named["columns"], named["data"])
-    columns = _columns_of(named)
-    if not columns:
-        raise _no_table()
-    return _records_of_rows([*columns], [*zip(*columns.values(), strict=True)])
+        return _columns_of_records(named[tables[0]])
+    values = list(named.values())
+    if len(values) == 1 and isinstance(values[0], dict):
+        named = values[0]
+    return _checked({name: _cells_of(value) for name, value in named.items()})
 
 
-def _records_of_rows(names: list[str], rows: Sequence[Sequence[Any]]) -> Records:
-    if any(len(row) != len(names) for row in rows):
-        raise NoTableError("its rows do not have one value for each name of a column")
-    return [dict(zip(names, row, strict=True)) for row in rows]
+def _checked(columns: _Columns) -> _Columns:
+    """Return columns of one length; raise NoTableError for something else."""
+    if not all(columns.values()) or len(columns) < 2:
+        raise NoTableError(
+            "it contains no list of objects, and no lists with the names of columns"
+        )
+    lengths = sorted(set(map(len, columns.values())))
+    if len(lengths) > 1:
+        listed = ", ".join(map(str, lengths[:5]))
+        raise NoTableError(f"its lists have different lengths, {listed}")
+    return columns
 
 
 def _are_records(value: Any) -> bool:
@@ -130,36 +98,17 @@ def _are_records(value: Any) -> bool:
     return is_list and all(isinstance(item, dict) for item in value)
 
 
+def _columns_of_records(records: list[dict[str, Any]]) -> _Columns:
+    names = dict.fromkeys(name for record in records for name in record)
+    columns = {name: [record.get(name) for record in records] for name in names}
+    nested = [name for name, cells in columns.items() if not all(map(_is_cell, cells))]
+    if nested:
+        raise NoTableError(f'"{nested[0]:.60}" contains more than one value')
+    return columns
+
+
 def _cells_of(value: Any) -> list[Any]:
-    """Return the cells of a column; none if the value is something else."""
+    """Return the cells of a column, by position or by row; none of something else."""
     cells = list(value.values()) if isinstance(value, dict) else value
     is_column = isinstance(cells, list) and all(map(_is_cell, cells))
     return cells if is_column else []
-
-
-def _check_lengths(columns: dict[str, list[Any]]) -> None:
-    """Raise NoTableError if columns have different lengths."""
-    lengths = sorted(set(map(len, columns.values())))
-    if len(lengths) > 1:
-        listed = ", ".join(map(str, lengths[:5]))
-        raise NoTableError(f"its lists have different lengths, {listed}")
-
-
-def _keys_of(column: Any) -> tuple[str, ...]:
-    return tuple(column) if isinstance(column, dict) else ()
-
-
-def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
-    """Return the columns of an object.
-
-    They are lists of equal length, or objects with the same keys. They may be below one
-    key, such as "data".
-    """
-    cells = [(name, _cells_of(value)) for name, value in named.items()]
-    columns = dict(filter(itemgetter(1), cells))
-    keys = {_keys_of(named[name]) for name in columns} - {()}
-    _check_lengths(columns)
-    if len(columns) > 1 and len(keys) < 2:
-        return columns
-    inner = [value for value in named.values() if isinstance(value, dict)]
-    return next(filter(None, map(_columns_of, inner)), {})

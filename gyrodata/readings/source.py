@@ -30,19 +30,14 @@ _OTHER_FILES = {
     "a PDF": rb"%PDF",
     "a rich-text document": rb"\{\\rtf",
     "an old Office file (.xls or .doc)": rb"\xd0\xcf\x11\xe0",
+    "an OpenDocument file, such as .ods": rb"PK\x03\x04(?s:.{26})mimetypeapplication/vnd.oa",
     "an archive (gyro grade reads the zip of a class)": rb"PK\x03\x04|7z\xbc\xaf|Rar!",
-    "a web page with a table": (
-        rb"(?is)\s*<(?:(?:p|div)\b|(?:!doctype|html|\?xml|svg|table\b).*?<t[dh]\b)"
-    ),
     "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg|<(?:p|div|table)\b))",
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """Beginnings of files that are not tables."""
-_PROGRAM = (
-    r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*"
-    r"(?:[\w.]*\()*(?:\"\"\"|''')|(?:<-|=)\s*c\("
-)
-"""The beginning of a list, of rows or of a long string in a program."""
+_LIST_OF_PROGRAM = re.compile(r"(?:=|<-)\s*(?:[\w.]+\()*(?:\[|c\()\s*[-\d.\[(\"']")
+"""The beginning of a list in a program: ``m = np.array([20.1``."""
 _CODE_PAGES = (
     "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 "
     "gb18030 cp949 big5 euc_jp"
@@ -75,8 +70,7 @@ def _is_frame(source: Any) -> bool:
 
 
 def _is_workbook(data: bytes) -> bool:
-    parts = (b"xl/workbook.xml", b"content.xml")
-    return data.startswith(b"PK\x03\x04") and any(part in data for part in parts)
+    return data.startswith(b"PK\x03\x04") and b"xl/workbook.xml" in data
 
 
 def _unpacked(data: bytes, faults: Faults) -> bytes:
@@ -92,20 +86,19 @@ def _unpacked(data: bytes, faults: Faults) -> bytes:
 
 
 def _read_text(data: bytes, shown: str) -> Faults:
-    """Decode a log; write a web page, JSON or a program as a table.
-
-    Return the faults so far, with the text.
-    """
+    """Decode a log, and write JSON as a table; return the faults so far, with the text."""
     kind = _kind_of(data)
-    if kind not in ("", "JSON", "a web page with a table"):
+    if kind not in ("", "JSON"):
         raise Faults(shown).refuse("other_kind", kind=kind)
     text, page = decode(data, Faults(shown))
     if not text.strip():
         raise Faults(shown).refuse("empty")
-    if kind == "a web page with a table":
-        text = conversion.text_of_page(text)
-    elif kind == "JSON" or re.search(_PROGRAM, text):
-        text = _table_of_program(text, Faults(shown))
+    if kind == "JSON":
+        text = _table_of_json(text, Faults(shown))
+    elif _LIST_OF_PROGRAM.search(text):
+        raise Faults(shown).refuse("other_kind", kind="a program")
+    elif text.count("\\\\") > 2 and text.count("&") > 2:
+        raise Faults(shown).refuse("other_kind", kind="a table in LaTeX")
     faults = Faults(shown, text)
     if page:
         faults.add("code_page", page=page)
@@ -120,17 +113,19 @@ def _kind_of(data: bytes) -> str:
     return ""
 
 
-def _table_of_program(text: str, faults: Faults) -> str:
-    """Write the numbers in JSON, a notebook or a program as a table."""
-    from gyrodata.readings import program
+def _table_of_json(text: str, faults: Faults) -> str:
+    from gyrodata.readings import json_table
 
     try:
-        return program.table_of(text)
-    except program.KeyTwiceError as error:
+        return json_table.table_of(text)
+    except json_table.KeyTwiceError as error:
         raise faults.refuse("json_key_twice", key=str(error)) from None
-    except program.NoTableError as error:
+    except json_table.NoTableError as error:
         raise faults.refuse("json_no_table", why=str(error)) from None
-    except (ValueError, LookupError, TypeError, AttributeError):
+    except RecursionError:
+        why = "it contains too many brackets inside of brackets"
+        raise faults.refuse("json_no_table", why=why) from None
+    except ValueError:
         raise faults.refuse("other_kind", kind="JSON") from None
 
 
@@ -178,17 +173,19 @@ def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
-        close = difflib.get_close_matches(path.name, names, n=3)
-        hint = f"did you mean {listing(close)}?" if close else ""
-        raise Faults(shown).refuse(
-            "file_not_found", path=str(path), hint=hint
-        ) from None
+        raise _no_file(path, shown) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", "") or error
         raise Faults(shown).refuse(
             "cannot_be_opened", path=str(path), why=why
         ) from None
+
+
+def _no_file(path: Path, shown: str) -> Exception:
+    names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
+    close = difflib.get_close_matches(path.name, names, n=3)
+    hint = f"did you mean {listing(close)}?" if close else ""
+    return Faults(shown).refuse("file_not_found", path=str(path), hint=hint)
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -201,14 +198,17 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
     try:
         text = data.decode("utf-16" if is_utf16 else "utf-8-sig")
     except UnicodeDecodeError:
-        pages = _CODE_PAGES.split()
-        start = data[:20_000]
-        known = [_known_letters(start.decode(page, "replace")) for page in pages]
-        page = pages[known.index(max(known))]
+        page = _code_page(data[:20_000])
         text = data.decode(page, "replace")
     if "\x00" in text:
         raise faults.refuse("not_text", at=data.index(0) + 1)
     return text, page
+
+
+def _code_page(start: bytes) -> str:
+    """Return the encoding in which the beginning of a text has most known words."""
+    pages = _CODE_PAGES.split()
+    return max(pages, key=lambda page: _known_letters(start.decode(page, "replace")))
 
 
 def _known_letters(text: str) -> int:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings import counts, layout, roles, shapes
+from gyrodata.readings import counts, layout, roles, shapes, sheet
 from gyrodata.readings import source as sources
 from gyrodata.readings.captions import read_notes
 from gyrodata.readings.cells import CellReader, DecimalSigns, fraction_of_date
@@ -22,7 +22,7 @@ from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
-from gyrodata.readings.derived import with_derived_columns
+from gyrodata.readings.derived import with_elapsed_time
 from gyrodata.readings.filling import Filler, Loads
 from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
 from gyrodata.readings.lablog import (
@@ -92,20 +92,22 @@ def read_log(
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
-    grid = shapes.reshape(grid, faults)
     log = _without_runs(grid, given, faults)
     optional = [key for key, item in given.roles.items() if item.place is None]
-    table = layout.find_layout(grid, faults, {*mapping.values(), *optional})
+    table: layout.Layout | None
+    if layout.is_plain(grid):
+        table = layout.plain_layout(grid)
+    else:
+        grid = shapes.reshape(grid, faults)
+        table = sheet.find_layout(grid, faults, {*mapping.values(), *optional})
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)
     return replace(log, diagnostics=faults.all_told())
 
 
-def _check_types(
-    name: object, settings: object, mapping: object, config: object
-) -> None:
-    kinds: dict[str, tuple[object, Any]] = {
+def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
+    kinds = {
         "name": (name, str | None),
         "config": (config, str | os.PathLike | None),
         "settings": (settings, Mapping),
@@ -115,13 +117,11 @@ def _check_types(
         if not isinstance(value, kind):
             wrong = f"{type(value).__name__} ({value!r:.60})"
             raise TypeError(f"{argument} cannot be {wrong}")
-    assert isinstance(settings, Mapping)
-    assert isinstance(mapping, Mapping)
     for text in (*settings, *mapping, *mapping.values()):
         if not isinstance(text, str):
-            wrong = type(text).__name__
             raise TypeError(
-                f"a key of settings or mapping, or a header, cannot be {wrong}"
+                "a key of settings or mapping, or a header, cannot be "
+                f"{type(text).__name__}"
             )
 
 
@@ -157,7 +157,7 @@ def _with_runs(
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    table = with_derived_columns(table, faults)
+    table = with_elapsed_time(table, faults)
     choice = choose(table, mapping, given, faults)
     log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
@@ -200,8 +200,11 @@ class TableReader:
         typed_signs = decimal_signs(self.grid, by_delimiter=False)
         expected = typed_signs or decimal_signs(self.grid)
         self.signs = DecimalSigns(typed_signs, expected)
-        self.replaced = self._leave_replaced_out()
+        self.replaced: set[int] = set()
         """Columns that an option replaces."""
+        for item in (*settings.roles.values(), *settings.given_uncertainties.values()):
+            if item.place is None and item.key in choice.used:
+                self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
         times = {
             role: choice.used.get(one, []) for role, one in counts.TIMES_OF.items()
@@ -223,19 +226,12 @@ class TableReader:
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
-    def _leave_replaced_out(self) -> set[int]:
+    def _replace(self, option: Given) -> None:
         """Take the columns that an option replaces out of the choice."""
-        replaced: set[int] = set()
-        given = [*self.settings.roles.values()]
-        given += self.settings.given_uncertainties.values()
-        for item in given:
-            if item.place is not None or item.key not in self.choice.used:
-                continue
-            columns = self.choice.used.pop(item.key)
-            replaced |= {column.at for column in columns}
-            header = columns[0].text
-            self.faults.add("option_replaces", label=item.label, header=header)
-        return replaced
+        columns = self.choice.used.pop(option.key)
+        self.replaced |= {column.at for column in columns}
+        header = columns[0].text
+        self.faults.add("option_replaces", label=option.label, header=header)
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
         """Return the log with its readings, and the runs in which the rod did not move."""
@@ -243,16 +239,19 @@ class TableReader:
         times = self._read_times()
         is_run = self._are_runs([time for time, _ in times])
         self._read_columns(is_run)
-        self._ask_for_units()
+        if self.without_unit:
+            self._ask_for_units()
         runs = _runs_of(times, len(self.rows))
-        rows = [run.row for run in runs] if times else _true_at(is_run)
+        rows = [run.row for run in runs] if times else _at(True, is_run)
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
         self._use_stated_turns(columns, runs, len(rows))
         origin_u = count_from_centre(columns, self.settings, self.grid, self.faults)
-        others = self._read_others(rows)
-        ask_which(columns, others, self.derived | self.choice.mapped, self.faults)
+        others = self._read_others(rows) if self.choice.others else []
+        if others:
+            decided = self.derived | self.choice.mapped
+            ask_which(columns, others, decided, self.faults)
         log = replace(
             log,
             runs=self._labels(rows),
@@ -320,11 +319,11 @@ class TableReader:
         if not timed:
             return [True] * len(self.rows)
         is_run = [
-            any(re.search("[0-9]", column.texts[i]) for column in timed)
-            for i in range(len(self.rows))
+            any(map(_has_digit, texts))
+            for texts in zip(*(column.texts for column in timed), strict=True)
         ]
-        lines = [self.rows[i].line for i, timed_ in enumerate(is_run) if not timed_]
-        if lines and any(is_run):
+        if any(is_run) and not all(is_run):
+            lines = [self.rows[i].line for i in _at(False, is_run)]
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return is_run
 
@@ -343,20 +342,13 @@ class TableReader:
             column = self._read_column(chosen, strict)
             if column is None:
                 continue
-            if role in roles.FILLED_DOWN:
-                column = self._fill(column, chosen.at, is_run, strict)
+            loads = Loads.of(self.columns)
+            if role in roles.FILLED_DOWN and not _is_complete(column, loads):
+                faults = self.faults if strict else Faults("")
+                filler = Filler(self.table, loads, is_run, faults)
+                is_constant = role in self.settings.roles
+                column = filler.complete(column, chosen.at, is_constant)
             self.columns[role] = column
-
-    def _fill(
-        self, column: Column, at: int, is_run: list[bool], strict: bool
-    ) -> Column:
-        """Fill blank cells, and ask for unknown ones."""
-        faults = self.faults if strict else Faults("")
-        filler = Filler(self.table, Loads.of(self.columns), is_run, faults)
-        column = filler.ask_for_unknown(column, at)
-        if column.role in self.settings.roles:
-            return column  # the constant of the log is in the blank cells already
-        return filler.fill_down(column, at)
 
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
         """Read one column, with the value of the whole log in blank cells.
@@ -387,8 +379,10 @@ class TableReader:
         texts = meant_texts(chosen, unit, self.table, positions, faults)
         cells = CellReader(chosen, unit, self.signs, faults)
         cells.read_all(texts)
-        self._report(cells, texts, faults)
-        self._note_dates(cells, texts)
+        if cells.wrong:
+            self._report(cells, texts, faults)
+        if dates := cells.fractions_of_dates():
+            self._note_dates(cells, texts, dates[:4])
         spreads = self.uncertainties.of_role(role, chosen, unit, faults)
         if strict and None in spreads and self._is_of_floats(chosen):
             cells.finest.clear()  # a float drops zeros: 15.0 cm may be 15 or 15.00 cm
@@ -452,26 +446,28 @@ class TableReader:
             self.without_unit.append(cells)
         elif cells.lacks_unit:
             _ask_for_unit(cells, faults)
+        if cells.lacks_unit:
+            return
         loads = Loads.of(self.columns)
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
-            if text not in cells.wrong or cells.lacks_unit:
+            wrong = cells.wrong.get(text)
+            if wrong is None:
                 continue
             if self._may_rest(cells, text) and loads.pulls_nothing(i):
                 self.unmoved.add(i)  # the rod did not move in a run without a weight
             elif len(row.texts) <= len(self.table.cells):
-                wrong = cells.wrong[text]
                 values = {"role": cells.role, "fault": wrong.fault, "hint": wrong.hint}
                 cell = self.grid.cell(row, cells.column.at)
                 faults.add("cell", cell, code=wrong.code, text=text, **values)
 
-    def _note_dates(self, cells: CellReader, texts: list[str]) -> None:
+    def _note_dates(
+        self, cells: CellReader, texts: list[str], dates: list[str]
+    ) -> None:
         """Say which dates were read as fractions."""
-        dates = cells.fractions_of_dates()[:4]
-        if dates:
-            cell = self.grid.cell(self.rows[texts.index(dates[0])], cells.column.at)
-            pairs = [(text, fraction_of_date(text)) for text in dates]
-            said = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
-            self.faults.add("date", cell, said="; ".join(said))
+        cell = self.grid.cell(self.rows[texts.index(dates[0])], cells.column.at)
+        pairs = [(text, fraction_of_date(text)) for text in dates]
+        said = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
+        self.faults.add("date", cell, said="; ".join(said))
 
     def _may_rest(self, cells: CellReader, text: str) -> bool:
         """Return whether a text is the 0 turns of a timed run."""
@@ -567,7 +563,8 @@ class TableReader:
 
         Name each uncertainty without a reading.
         """
-        self._report_lonely_uncertainties(columns)
+        if any(key.startswith("u_") for key in self.choice.used):
+            self._report_lonely_uncertainties(columns)
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         used = self._places_read({*columns, *TEXTS})
@@ -580,12 +577,14 @@ class TableReader:
 
     def _report_lonely_uncertainties(self, columns: Mapping[str, Column]) -> None:
         known = {key for role in columns for key in roles.u_keys(role)}
-        for key, chosen in self.choice.used.items():
-            is_needless = key.startswith("u_") and key not in known
-            if is_needless and not self.faults.has_error():
+        lonely = [
+            key for key in self.choice.used if key[:2] == "u_" and key not in known
+        ]
+        if lonely and not self.faults.has_error():
+            for key in lonely:
                 role = key.removeprefix("u_")
                 why = f"({key}) is not used: there is no {role} that it could belong to"
-                self.faults.add("not_used", chosen[0].cell, why=why)
+                self.faults.add("not_used", self.choice.used[key][0].cell, why=why)
 
     def _places_read(self, read: set[str]) -> set[int]:
         """Return the numbers of the columns that were read, compared or replaced.
@@ -635,8 +634,12 @@ def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
     ]
 
 
-def _true_at(values: list[bool]) -> list[int]:
-    return [i for i, value in enumerate(values) if value]
+def _has_digit(text: str) -> bool:
+    return any(map(str.isdigit, text))
+
+
+def _at(wanted: bool, values: list[bool]) -> list[int]:
+    return [i for i, value in enumerate(values) if value is wanted]
 
 
 def _loads_first(names: Collection[str]) -> list[str]:
@@ -678,6 +681,15 @@ def _are_laps(times: tuple[float | None, ...]) -> bool:
     first = times[0] or 0.0
     laps = [(time or 0.0) / number for number, time in enumerate(times, 1)]
     return all(abs(lap - first) < _LAP * first for lap in laps)
+
+
+def _is_complete(column: Column, loads: Loads) -> bool:
+    """Return whether each run has its reading; one without a weight needs no load."""
+    lacking = [i for i, one in enumerate(column.readings) if not one.text]
+    if any(one.text in UNKNOWN for one in column.readings):
+        return False
+    is_load = column.role in roles.LOADS
+    return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
 
 
 def _has_value(column: Column) -> bool:

@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from operator import attrgetter
 
-from msgspec.structs import replace
-
 from gyrodata.quantities import units
-from gyrodata.quantities.numerals import to_float
 from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import MOST_TURNS, Choice, Chosen
+from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import (
     Header,
@@ -25,7 +22,6 @@ from gyrodata.readings.headers import (
 )
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.roles import Role, kind_of_role
-from gyrodata.readings.turns import turns_in
 from gyrodata.readings.words import (
     NOT_THE_WEIGHT,
     PRECESSION,
@@ -52,8 +48,6 @@ its unit."""
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
-    if not choice.unplaced:
-        return
     if not choice.gives_turns() and not any(time.turns for time in choice.times()):
         _place_turns(choice, faults)
     there = choice.there | choice.asked
@@ -105,28 +99,6 @@ def _counts_parts(column: Chosen) -> bool:
         return False
     texts = [text for text in column.texts if text]
     return bool(texts) and all(map(is_bare, texts))
-
-
-def way_counted(column: Chosen) -> tuple[str, ...]:
-    """Return what the cells of a "rotation" or "precession" count: turns or an angle."""
-    texts = [text for text in column.texts if text]
-    if not texts:
-        return ()
-    unnamed = replace(column.header, roles=(), text="")
-    if all(map(turns_in, texts)) or are_turns(unnamed, texts):
-        return ("turns",)
-    marks = [text.lstrip("0123456789., ") for text in texts]
-    if all(units.kinds_of(mark) == {"angle"} for mark in marks):
-        return ("angle",)
-    return ()
-
-
-def are_small_counts(column: Chosen) -> bool:
-    """Return whether a column contains plain numbers that may be turns."""
-    texts = [text for text in column.texts if text]
-    if not texts or not all(map(is_bare, texts)):
-        return False
-    return max(map(to_float, texts)) <= MOST_TURNS
 
 
 # By unit

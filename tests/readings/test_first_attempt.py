@@ -63,8 +63,8 @@ HEADERS = (
     "mass_g;dist_center_cm;spin_rpm;time_s;turns",
     "m_g;arm_cm;spin_rpm;period_s;nr",
     "m (g);Position (from center) cm;spin (rpm);time (s);turns",
-    "m (g);x (cm);rpm;T (s);nr",
-    "m (g);x (cm);rpm;T (s);turns",
+    "m (g);x (cm);rpm;t (s);nr",
+    "m (g);x (cm);rpm;t (s);turns",
     "m (g);x (cm);rpm;time of one precession turn [s];trial",
     "m (g);x (cm);rpm;time per revolution (s);trial",
     "A (gram);B (cm);C (rpm);D (sec);turns",
@@ -336,11 +336,21 @@ FORMS = {
 
 ASKED = {
     "spin at start and end": "G203",
+    "ten turns of the disk": "G301",
+    "LaTeX": "G104",
+    "LaTeX with {,}": "G104",
     "letters for weights": "G203",
+    "turns in the second row": "G209",
     "two partners": "G301",
     "one header with the turns": "G302",
     "the turns as numbers": "G302",
+    "ten turns of the disk in the header": "G301",
+    "quotes of a word processor": "G202",
+    "ditto marks between tabs": "G209",
     "a legend in quotes": "G203",
+    "a result below the table": "G205",
+    "footnotes": "G205",
+    "unknown units below the names": "G207",
     "a letter for a place": "G203",
 }
 """Rare forms that are asked about, with the code of the first question."""
@@ -422,14 +432,9 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(
     [
         f"# each time is for one full turn\n{WITHOUT['turns']}",
         f"Zeiten für eine Umdrehung\n{WITHOUT['turns']}",
-        f"{WITHOUT['turns']}t is for 1 full precession\n",
         f"### x = {ARM} cm\n{WITHOUT['position']}",
         f"# x = {ARM} cm from centre\n{WITHOUT['position']}",
-        "\n".join(
-            f"{m} g at {x} cm, {f} rpm: one turn took {t} s" for m, x, f, t, _ in ROWS
-        ),
         table().translate(str.maketrans("0123456789", "٠١٢٣٤٥٦٧٨٩")),
-        table("|", rows=[[*row[:3], f"**{row[3]}**", row[4]] for row in ROWS]),
         table(
             rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]
         ),
@@ -574,12 +579,12 @@ def test_legend_that_says_more_than_one_quantity_is_asked_about(legend: str) -> 
         (
             "mass [g],position [cm],spin [rpm],T [s]",
             "40.3,14.8,407,9.2",
-            "is read as the time of one whole turn",
+            "fits time and precession_period",
         ),
         (
             "mass [g],position [cm],T [s],frequency [Hz]",
             "40.3,14.8,9.2,6.78",
-            "is read as the time of one whole turn",
+            "fits time and precession_period",
         ),
         (
             "mass [g],position [cm],spin [rpm],T [s],turns",

@@ -64,7 +64,6 @@ EXACT = {
     "columns below a key": '{"station": "3", "data": ' + typed(LOG) + "}",
     "records": records(),
     "records below a key": '{"station": "3", "runs": ' + records() + "}",
-    "one object in each line": records()[1:-1].replace("},\n", "}\n"),
     "after a blank line": "\n  " + typed(LOG),
 }
 
@@ -81,7 +80,7 @@ def test_json_gives_the_same_answer_as_csv(text: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "orient", ["list", "dict", "records", "index of pandas", "table", "split"]
+    "orient", ["list", "dict", "records", "index of pandas", "table"]
 )
 def test_json_of_pandas_is_read(orient: str) -> None:
     text = {
@@ -90,7 +89,6 @@ def test_json_of_pandas_is_read(orient: str) -> None:
         "records": lambda: frame().to_json(orient="records"),
         "index of pandas": lambda: frame().to_json(),
         "table": lambda: frame().to_json(orient="table", index=False),
-        "split": lambda: frame().to_json(orient="split"),
     }[orient]()
     assert analyze_briefly(text.encode()).inertia.value == pytest.approx(
         analyze_briefly(as_csv()).inertia.value, rel=1e-3
@@ -129,8 +127,8 @@ DEEP = {
 def test_deep_json_is_refused_in_words(text: str) -> None:
     said = refusal(text)
     assert said.startswith(
-        "lab.json: error G104: this is JSON, but not a table: it contains brackets "
-        "inside of brackets"
+        "lab.json: error G104: this is JSON, but not a table: it contains too many "
+        "brackets inside of brackets"
     )
     assert '{"mass [g]": [20, 40], "spin [rpm]": [400, 600]}' in said
 

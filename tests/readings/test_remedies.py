@@ -68,9 +68,6 @@ def questions(text: str) -> list[Diagnostic]:
         ("tiers de tour", "{thirds}"),
         ("turn completed (%)", "{percent}"),
         ("turns [%]", "{percent}"),
-        ("precession", "{turns}"),
-        ("precession", "{words}"),
-        ("rotation", "{degrees}°"),
         ("Präzession", "{turns}"),
     ],
 )

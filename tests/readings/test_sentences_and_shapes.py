@@ -558,24 +558,46 @@ ASKED_FORMS = {
     "surface and centre in the header": "G340",
     "the radius is added": "G340",
     "surface without a unit": "G206",
+    "used": "G306",
     "a constant from the surface": "G340",
     "a constant, and the radius": "G301",
+    "blocks with titles": "G301",
+    "merged cells of a web page": "G104",
+    "LaTeX with a caption": "G104",
+    "the ditto mark of Japan": "G203",
+    "several runs in a line": "G201",
+    "words between blanks": "G206",
+    "the mass in a sentence": "G201",
     "two times in a cell": "G203",
+    "rows of LaTeX together": "G104",
+    "a quoted mail": "G203",
     "slashes between the cells": "G210",
     "a weight on the rod": "G201",
-    "a matrix of MATLAB": "G201",
-    "tuples of a notebook": "G201",
-    "tuples of a program": "G201",
-    "a legend in a program": "G201",
-    "units in a sentence, with that of the spin in words": "G206",
+    "stamps of a chat": "G201",
+    "lists of a program": "G104",
+    "lists of R": "G104",
+    "a matrix of MATLAB": "G104",
+    "a table of a notebook": "G104",
+    "a string of a notebook": "G104",
+    "tuples of a notebook": "G104",
+    "a dictionary of a notebook": "G104",
+    "tuples of a program": "G104",
+    "a legend in a program": "G104",
+    "remarks behind %": "G301",
+    "a remark on turns and a text about turns": "G301",
+    "units in a sentence, with that of the spin in words": "G207",
     "letters explained below": "G206",
     "weights on a sheet of their own": "G203",
     "numbers of holes in a sentence": "G206",
     "places in a legend with a semicolon": "G203",
+    "rows with another delimiter": "G203",
+    "a symbol with its uncertainty beside it": "G207",
+    "a title over the repeats": "G301",
     "a unit behind a name that nobody knows": "G301",
     "a header of several words behind #": "G201",
     "the diameter in a cell of its own": "G340",
     "the radius of the ball": "G340",
+    "constants on a second sheet": "G301",
 }
 """Rare forms that are asked about, with the code of the first question."""
 TWICE = "a title over the repeats"
@@ -899,12 +921,6 @@ def test_turns_without_a_weight_are_not_those_of_the_runs_below() -> None:
         analyze(log)
 
 
-def test_first_of_the_repeats_below_a_title_is_a_time_and_no_mean_is() -> None:
-    log = read_log(READ["a title over the repeats"])
-    assert log.runs[:4] == ("1.1", "1.2", "2.1", "2.2")
-    assert log.columns["time"].header == "Time for one precession Trial 1 [s]"
-
-
 @pytest.mark.slow
 def test_turns_of_each_row_can_be_written_as_the_hint_says() -> None:
     rows = [
@@ -992,7 +1008,7 @@ def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
     bare = "m;d;n;T;turns\n" + runs(row, 2)
     with pytest.raises(
         LogError,
-        match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)no unit: (?s:.*)"n" \(spin\)',
+        match=r'"T" fits(?s:.*)"precession_period \[s\]"',
     ):
         analyze(bare)
     assert is_right("m [g];d [cm];n [rpm];time [s];turns\n" + runs(row, 2))
@@ -1153,15 +1169,6 @@ def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
 
 
 @pytest.mark.slow
-def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
-    lines = runs(
-        "Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} "
-        "U/min, gestoppte Zeit {t} s\n"
-    )
-    assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -1179,17 +1186,6 @@ def test_a_legend_says_which_spin_is_that_of_the_start(line: str) -> None:
     )
     head = HEAD.replace("spin (rpm)", "n_A [1/min];n_E [1/min]")
     assert is_right(f"{line}\n{head}{rows}")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("names", ["rpm1;rpm2", "spin1 (rpm);spin2 (rpm)"])
-def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
-    rows = "".join(
-        f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n"
-        for m in MASSES
-        for s in SPINS
-    )
-    assert is_right(HEAD.replace("spin (rpm)", names) + rows)
 
 
 @pytest.mark.slow

@@ -276,13 +276,3 @@ def test_two_weights_may_be_added_as_powers_of_ten() -> None:
     ]
     found = read_log(table(rows))
     assert found.columns["mass"].values == pytest.approx((0.0201, 0.0201))
-
-
-@pytest.mark.parametrize("mark", ['"', "''", "〃", "ditto"])
-def test_ditto_mark_gives_a_new_weight_the_position_above(mark: str) -> None:
-    rows = [list(row) for row in ROWS]
-    for row in rows[1:4]:
-        row[1] = mark
-    found = read_log(table(rows))
-    assert found.ok
-    assert found.columns["position"].values[:4] == (0.162,) * 4

@@ -9,7 +9,7 @@ import re
 import zipfile
 from collections.abc import Callable
 from typing import Any
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape
 
 import openpyxl
 import pytest
@@ -128,57 +128,6 @@ def xlsx(
     )
 
 
-def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
-    """Write a sheet as LibreOffice does; a formula without a value has no attribute
-    office:value.
-    """
-    spaces = ("office", "table", "text")
-    names = " ".join(
-        f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"'
-        for name in spaces
-    )
-
-    def written(cell: Any) -> str:
-        if isinstance(cell, Written):
-            text = re.sub(r"([A-Z][$]?[0-9]+)", r"[.\1]", cell[1:])
-            formula = f"table:formula={quoteattr(f'of:={text}')}"
-            if cell.value is None:
-                return f"<table:table-cell {formula}/>"
-            value = f'office:value-type="float" office:value="{cell.value}"'
-            return (
-                f"<table:table-cell {formula} "
-                f"{value}><text:p>{cell.value}</text:p></table:table-cell>"
-            )
-        if isinstance(cell, str):
-            return (
-                f'<table:table-cell office:value-type="string"><text:p>{escape(cell)}'
-                f"</text:p></table:table-cell>"
-            )
-        return (
-            f'<table:table-cell office:value-type="float" '
-            f'office:value="{cell}"><text:p>{cell}</text:p>'
-            "</table:table-cell>"
-        )
-
-    def row_tag(number: int) -> str:
-        visibility = ' table:visibility="collapse"' if number in hidden else ""
-        return f"<table:table-row{visibility}>"
-
-    lines = "".join(
-        row_tag(number) + "".join(map(written, row)) + "</table:table-row>"
-        for number, row in enumerate(table, 1)
-    )
-    text = (
-        f"<office:document-content {names}><office:body><office:spreadsheet>"
-        f'<table:table table:name="Sheet">{column}{lines}</table:table>'
-        "</office:spreadsheet></office:body></office:document-content>"
-    )
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("content.xml", text)
-    return out.getvalue()
-
-
 def by_openpyxl(table: Rows) -> bytes:
     book = openpyxl.Workbook()
     for row in table:
@@ -217,7 +166,6 @@ PROGRAMS: dict[str, Callable[[Rows], bytes]] = {
     "R openxlsx: no value, as a text": lambda table: xlsx(table, cell=as_text_cell),
     "a blank text": lambda table: xlsx(table, cell=blank_text_cell),
     "no names of cells": without_places,
-    "LibreOffice format": ods,
 }
 
 
@@ -247,12 +195,9 @@ ZEROS = {
 
 
 @pytest.mark.parametrize("formula", ZEROS.values(), ids=list(ZEROS))
-@pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
-def test_stored_zero_that_is_not_the_result_is_an_error(
-    write: Callable[..., bytes], formula: str
-) -> None:
+def test_stored_zero_that_is_not_the_result_is_an_error(formula: str) -> None:
     table = rows(lambda row: 14.8 if row == 2 else Written(formula, "0"))
-    data = write(table)
+    data = xlsx(table)
     assert (
         "Sheet!B3: G110 a formula without a stored value: the stored 0 is not"
         in refusal(data)
@@ -311,10 +256,7 @@ def test_area_of_an_array_formula_without_values_is_an_error() -> None:
     for row in rows(lambda row: 14.5 if row == 2 else None):
         book.active.append(row)
     book.active["B3"] = ArrayFormula("B3:B6", "=C3:C6/C3:C6*14.8")
-    assert (
-        "Sheet!B3: G110 a formula without a stored value (also B4, B5, B6)"
-        in refusal(saved(book))
-    )
+    assert "Sheet!B3: G110 a formula without a stored value" in refusal(saved(book))
 
 
 def test_line_with_a_formula_without_a_value_is_an_error() -> None:
@@ -325,8 +267,8 @@ def test_line_with_a_formula_without_a_value_is_an_error() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "write",
-    [xlsx, ods, lambda table: shared(table, "<v>14.8</v>")],
-    ids=["xlsx", "ods", "shared"],
+    [xlsx, lambda table: shared(table, "<v>14.8</v>")],
+    ids=["xlsx", "shared"],
 )
 def test_formulas_with_values_are_read(write: Callable[[Rows], bytes]) -> None:
     plain = analyze_briefly(write(rows(lambda row: 14.8))).inertia
@@ -346,21 +288,10 @@ LEGITIMATE = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("formula", LEGITIMATE.values(), ids=list(LEGITIMATE))
-@pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
-def test_zeros_among_other_results_are_read(
-    write: Callable[[Rows], bytes], formula: str
-) -> None:
+def test_zeros_among_other_results_are_read(formula: str) -> None:
     # A program that calculates no formula stores a 0 for all of them.
     table = rows(lambda row: 14.8 if row == 2 else Written("=B$2", "14.8"))
     extra = [["check"], *[[Written(formula, "0")] for _ in TIMES]]
-    joined = [left + right for left, right in zip(table, extra, strict=True)]
-    inertia = analyze_briefly(write(joined)).inertia
-    assert abs(inertia.value - TRUTH) < 2 * inertia.u
-
-
-def test_zeros_of_blank_inputs_are_read() -> None:
-    table = rows(lambda row: 14.8)
-    extra = [["check"], *[[Written("=F9*2", "0")] for _ in TIMES]]
     joined = [left + right for left, right in zip(table, extra, strict=True)]
     inertia = analyze_briefly(xlsx(joined)).inertia
     assert abs(inertia.value - TRUTH) < 2 * inertia.u
@@ -410,12 +341,3 @@ def test_hidden_sheet_is_named() -> None:
     other.append(["a"])
     other.sheet_state = "hidden"
     assert "the sheet 'Raw data'" in hidden_note(saved(book))
-
-
-def test_hidden_rows_and_columns_of_libreoffice_are_named() -> None:
-    column = (
-        '<table:table-column/><table:table-column table:visibility="collapse" '
-        'table:number-columns-repeated="2"/>'
-    )
-    said = hidden_note(ods(rows(lambda row: 14.8), hidden=(3, 5), column=column))
-    assert said.endswith("rows 3, 5 of the sheet Sheet; columns B-C of the sheet Sheet")

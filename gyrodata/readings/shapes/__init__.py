@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from gyrodata.quantities import vocabulary
-from gyrodata.readings import roles
-from gyrodata.readings.grid import Grid, filled_at, has_numbers, is_head
+from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.shapes import (
-    sentences,
     side_by_side,
     transposed,
-    two_row_header,
 )
 from gyrodata.readings.words import Phrases
 
@@ -33,28 +30,13 @@ class Shape(Protocol):
 
 SHAPES: tuple[Shape, ...] = (
     transposed,
-    sentences,
-    two_row_header,
     side_by_side,
 )
 """The forms, in the order in which they are looked for."""
 
 
 def reshape(grid: Grid, faults: Faults) -> Grid:
-    """Return the table with one row for each run, if its shape is another one.
-
-    Parameters
-    ----------
-    grid : Grid
-        What was read.
-    faults : Faults
-        Receives a note on each change.
-
-    Returns
-    -------
-    Grid
-        The same one if the table has the usual shape.
-    """
+    """Return the table with one row for each run; a note says what was changed."""
     if not grid.rows or _is_usual(grid):
         return grid
     for shape in SHAPES:
@@ -77,7 +59,12 @@ def _is_usual(grid: Grid) -> bool:
     names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
     if "" in names or len(set(names)) < width:
         return False
-    return all(map(_is_plain, names)) and sentences.names_quantities(named[0])
+    return all(map(_is_plain, names)) and _names_quantities(named[0])
+
+
+def _names_quantities(row: Row) -> bool:
+    named = [text for text in row.texts if parse_header(text).roles]
+    return 2 * len(named) > len(row.filled())
 
 
 def _is_plain(name: str) -> bool:

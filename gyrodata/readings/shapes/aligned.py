@@ -1,4 +1,4 @@
-"""Tables whose cells are not separated by a delimiter: LaTeX and blanks."""
+"""Tables whose cells are separated by blanks."""
 
 from __future__ import annotations
 
@@ -6,52 +6,7 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
-from gyrodata.quantities import vocabulary
-from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.workbook import MAX_COLUMNS
-
-_LATEX = re.compile(r"\\\\(?s:.*)|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
-"""The end of a row of LaTeX, its commands, and signs that it does not print; units keep
-their names."""
-_WRITTEN = {
-    "\\pm": "±",
-    "\\per": "/",
-    "\\centi": "centi",
-    "\\milli": "milli",
-    "\\kilo": "kilo",
-    "\\degree": "deg",
-    "\\omega": "ω",
-    "\\Omega": "Ω",
-    "\\tau": "τ",
-    "\\psi": "ψ",
-    "\\varphi": "φ",
-    "\\phi": "φ",
-}
-_THREE_WORDS = re.compile(r"(?:(?<![^\W\d_])[^\W\d_]{2,}+\W++){3}")
-
-
-def without_latex(lines: list[str], body: list[int]) -> list[int]:
-    """Keep only the text of a table in LaTeX, at its place if possible.
-
-    Return the indices of its rows and captions.
-    """
-    for index in body:
-        line = lines[index].replace("{,}", ",")
-        for way, usual in vocabulary.WAYS["latex"]:
-            line = re.sub(way, usual, line)
-        lines[index] = _LATEX.sub(_in_plain_text, line)
-    return [
-        index
-        for index in body
-        if "&" in lines[index] or _THREE_WORDS.search(lines[index])
-    ]
-
-
-def _in_plain_text(command: re.Match[str]) -> str:
-    if command[0] in _WRITTEN:
-        return _WRITTEN[command[0]]
-    name = command[1] or ""
-    return name if kinds_of(name) else ""
 
 
 class _Gaps(NamedTuple):

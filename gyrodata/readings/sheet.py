@@ -1,0 +1,597 @@
+"""Make one table of runs of a sheet with titles, several tables, means and notes.
+
+A row of a sheet is a header, a row of units, a run, a summary or text. A sheet is read
+as a teaching assistant reads it: rows that are not runs are left out, a caption is
+valid for the runs below it, and a note says each of these things.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from itertools import pairwise
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from gyrodata.base.errors import InputError
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings import captions, roles
+from gyrodata.readings.captions import Given, said_in
+from gyrodata.readings.grid import (
+    Grid,
+    Row,
+    filled_at,
+    is_head,
+    is_number,
+    units_of_row,
+)
+from gyrodata.readings.headers import Header, are_turns, parse_header
+from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
+from gyrodata.readings.layout import (
+    NOT_USED,
+    HeaderCell,
+    Layout,
+    check_names,
+    columns_of_head,
+    ends_with_means,
+    find_head,
+    lacking_roles,
+    layout_of,
+    name_counters,
+)
+from gyrodata.readings.turns import turns_in
+from gyrodata.readings.words import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
+from gyrodata.readings.workbook import MAX_COLUMNS
+
+_NOT_MEASURED = Phrases("not_measured")
+_TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
+"""Of "2 reflective strips": it is not a number with its unit."""
+_FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
+
+
+def find_layout(
+    grid: Grid, faults: Faults, decided: Collection[str] = ()
+) -> Layout | None:
+    """Find the header and the rows; None, with diagnostics, if there is no such table.
+
+    An option gives the roles in `decided`, or names the headers in it.
+    """
+    try:
+        head = find_head(grid, faults)
+        name_counters(grid, head, decided)
+        grid = _with_captions(grid, head)
+        sheet = _Sheet(grid, decided, faults)
+        first = grid.rows.index(head)
+        sheet.words += grid.rows[:first]
+        sheet.begin(head)
+        for row in grid.rows[first + 1 :]:
+            sheet.take(row)
+        return sheet.finish()
+    except InputError:
+        return None
+
+
+def _with_captions(grid: Grid, head: Row) -> Grid:
+    """Add the lines behind # that give a quantity without a column to the rows.
+
+    An example is "# each time is for one full turn".
+    """
+    lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
+    lines = {row.line for row in grid.rows}
+    added = [
+        Row(note.place.line, [f"# {note.text}"])
+        for note in grid.notes()
+        if lacking and note.place.line not in lines
+    ]
+    added = [row for row in added if lacking.intersection(said_in(row))]
+    rows = sorted([*grid.rows, *added], key=lambda row: row.line)
+    return replace(grid, rows=rows) if added else grid
+
+
+def _headers_in(grid: Grid) -> list[Header]:
+    """Return what the headers of all tables say."""
+    heads = filter(is_head, grid.rows)
+    return [parse_header(text) for row in heads for text in row.texts]
+
+
+class _Run(Struct, frozen=True):
+    """A row of readings."""
+
+    row: Row
+    places: list[int]
+    """Number of the column of each cell, among those of all tables."""
+    given: Given
+    """What captions give."""
+
+
+class _Table(Struct):
+    """The table whose rows are read."""
+
+    head: Row
+    columns: list[HeaderCell]
+    is_apart: bool
+    """Whether a blank column separates the table from what is on its right."""
+    given: Given = {}
+    """What captions give for its next run."""
+    is_new: bool = True
+    """Whether it has no row yet."""
+    is_skipped: bool = False
+    """Whether its rows are not runs."""
+    places: list[int] = field(default_factory=list)
+    """Number of each column among those of all tables."""
+
+    @property
+    def headers(self) -> list[Header]:
+        """Return what each header says."""
+        return [header for _, header in self.columns]
+
+
+class _Sheet:
+    """Goes down the rows of a sheet, and makes one table of all runs."""
+
+    def __init__(self, grid: Grid, decided: Collection[str], faults: Faults) -> None:
+        self.grid, self.decided, self.faults = grid, decided, faults
+        self.columns: list[HeaderCell] = []
+        """Columns of all tables."""
+        self.runs: list[_Run] = []
+        self.tables: list[int] = []
+        """Number of the first run of each table."""
+        self.words: list[Row] = []
+        """Rows of text above the next run."""
+        self.left_out: dict[str, list[tuple[Row, int]]] = {
+            name: [] for name in ("title", "taken_out", "summary")
+        }
+        """Rows that are not runs, with the cell that shows it."""
+        self.given: Given = {}
+        """What captions gave last: a position or turns are valid until others are
+        given."""
+        self.captions: list[tuple[Text, str]] = []
+        """Each caption, and what was read of it."""
+        self.legends = captions.legends_of(grid)
+        self.any_timed = any(map(_is_timing, _headers_in(grid)))
+        """Whether a header of the sheet names a time or turns."""
+        self.only_means = False
+        """Whether the first table contains means."""
+        self.served: set[str] = set()
+        """Parts of a run in the first table."""
+
+    def begin(self, head: Row) -> None:
+        """Begin a table with its header row."""
+        width = len(head.texts)
+        beside = [row.texts[width : width + 1] for row in self.grid.rows]
+        is_apart = not any(map(any, beside))
+        columns = columns_of_head(self.grid, head)
+        columns = [_explained(*column, self.legends) for column in columns]
+        self.table = _Table(head, columns, is_apart)
+
+    def take(self, row: Row) -> None:
+        """Read the next row."""
+        table = self.table
+        row = self._without_remark(row)
+        if not any(row.texts):
+            return
+        if is_head(row) or row.texts == table.head.texts:
+            self._begin_next(row)
+        elif table.is_new and (units := units_of_row(row.texts)):
+            self._take_units(units)
+        elif _is_taken_out(row):
+            self._leave_out("taken_out", row)
+        elif _is_summary(row, table.headers):
+            self._leave_out("summary", row)
+        elif _is_text(row, table.headers):
+            self._take_text(row)
+        elif self.runs and _is_result(row, table):
+            self._leave_out("summary", row)
+        else:
+            self._take_run(row)
+
+    def _begin_next(self, head: Row) -> None:
+        """Begin another table; a header without runs below it is a row of text."""
+        if self.table.is_new:
+            # "time of one turn, x from the centre" above the names
+            self.words.append(self.table.head)
+        self.begin(head)
+
+    def _without_remark(self, row: Row) -> Row:
+        """Leave out the texts on the right of the table, and all behind a blank column."""
+        width = len(self.table.columns)
+        beyond = [at for at in filled_at(row) if at >= width]
+        if not beyond:
+            return row
+        is_longer = any(is_number(row.texts[at]) for at in beyond) or is_head(row)
+        if is_longer and not self.table.is_apart:
+            return row
+        self.left_out["title"].append((row, beyond[0]))
+        return replace(row, texts=row.texts[:width])
+
+    def _take_units(self, units: list[str]) -> None:
+        """Give the headers the units of a row of units."""
+        columns, left = self.table.columns, ""
+        pairs = zip(units, list(columns), strict=False)
+        for at, (unit, (cell, header)) in enumerate(pairs):
+            # Minutes and seconds are below one "time".
+            left = header.text or left
+            if unit not in BLANKS and unit != "1" and header.unit is None:
+                parsed = parse_header(f"{left} [{unit}]")
+                columns[at] = cell, replace(parsed, text=left)
+
+    def _leave_out(self, why: str, row: Row) -> None:
+        self.left_out[why].append((row, filled_at(row)[0]))
+
+    def _take_text(self, row: Row) -> None:
+        """Keep a row of text for the run below it.
+
+        "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
+        """
+        self.words.append(row)
+        if self.runs and len(row.filled()) > 1 and _names_inertia(row):
+            self.begin(row)
+            self.table.is_skipped, self.table.is_new = True, False
+
+    # --- Runs ---
+
+    def _take_run(self, row: Row) -> None:
+        table = self.table
+        is_first, table.is_new = table.is_new, False
+        if is_first:
+            self._begin_runs()
+        if table.is_skipped:
+            self._leave_out_words(set())
+            return
+        typed = [
+            (header, text)
+            for header, text in zip(table.headers, row.texts, strict=False)
+            if text
+        ]
+        there = {role for header, _ in typed for role in header.roles}
+        table.given = _without(there, table.given)
+        if self.words:
+            self._read_words(is_first, typed, there)
+        self.given |= table.given
+        if is_first:
+            self._begin_table(there)
+        self.runs.append(_Run(row, table.places, table.given))
+
+    def _read_words(
+        self, is_first: bool, typed: list[tuple[Header, str]], there: set[str]
+    ) -> None:
+        """Add what the rows of text above a run give to it and to the runs below it."""
+        lacking = lacking_roles(self.table.headers)
+        if not is_first:
+            # "moved to 10.0 cm" between the runs is valid for the blank cells below it,
+            # until another value is typed.
+            lacking |= {"mass", "position"} - there
+        if any(are_turns(header, [text]) for header, text in typed):
+            lacking.discard("turns")
+        given = self.table.given | self._read_captions(lacking)
+        if given.keys().isdisjoint({"mass", "position", "spin"}):
+            lacking &= {"turns"}
+        self.table.given = _only(lacking, self.given) | given
+
+    def _begin_table(self, there: set[str]) -> None:
+        """Note where the runs of a table begin, and check that nothing is missing."""
+        table = self.table
+        lacking = lacking_roles(table.headers) & {"position", "turns"}
+        table.given = _only(lacking, self.given) | table.given
+        there = there | table.given.keys()
+        if not self.tables:
+            self.served = there & _FILLING
+        self.tables.append(len(self.runs))
+        lost = self.served - there
+        # A position is blank in a run without a weight.
+        if any("position" in header.roles for header in table.headers):
+            lost.discard("position")
+        if lost:
+            line, lacks = [table.head.line], roles.BY_NAME[min(lost)]
+            cell = table.columns[0][0]
+            raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
+
+    def _begin_runs(self) -> None:
+        """Give the columns of a table their places among all columns.
+
+        This is not done if the rows of the table are not runs.
+        """
+        table = self.table
+        means = self._are_means()
+        if why := self._why_skipped(means):
+            table.is_skipped = True
+            self.faults.add(why, table.columns[0][0], line=[table.head.line])
+            return
+        self.only_means |= means and not self.runs
+        check_names(table.columns, self.faults)
+        for column in table.columns:
+            table.places.append(self._place_of(column))
+
+    def _why_skipped(self, means: bool) -> str:
+        """Return the name of the note if the rows of a table are not runs; else ""."""
+        if self.any_timed and not any(map(_is_timing, self.table.headers)):
+            return "untimed_table"
+        if self._is_not_measured():
+            return "table_not_measured"
+        return "table_of_means" if means and self.runs and not self.only_means else ""
+
+    def _is_not_measured(self) -> bool:
+        """Return whether the title of one of several tables says that it is not measured."""
+        titles = [text for row in self.words for text in row.texts if len(text) < 60]
+        is_unused = any(map(_NOT_MEASURED.is_in, titles))
+        return is_unused and sum(map(is_head, self.grid.rows)) > 1
+
+    def _are_means(self) -> bool:
+        """Return whether a table contains means, by its title or its headers."""
+        words = [text for row in self.words for text in row.texts if text[:1] != "#"]
+        title = " ".join(words)
+        if is_of_means(title) and not turns_in(title):
+            return True
+        timings = [header for header in self.table.headers if names_timing(header)]
+        return bool(timings) and all(header.is_of_means for header in timings)
+
+    def _place_of(self, column: HeaderCell) -> int:
+        """Return the number of a column among those of all tables; add it if it is new."""
+        cell, header = column
+        for place, old in enumerate(self.columns):
+            if place not in self.table.places and _are_same(old, column):
+                if old[1].unit != header.unit and header.roles:
+                    line, first = [cell.place.line], old[0].text
+                    raise self.faults.refuse("other_unit", cell, line=line, first=first)
+                return place
+        self.columns.append(column)
+        return len(self.columns) - 1
+
+    # --- Captions ---
+
+    def _read_captions(self, lacking: set[str]) -> Given:
+        """Return what the rows of text above a run say of what is lacking in it."""
+        given: Given = {}
+        lacking = lacking & lacking_roles([], self.grid)
+        used: set[int] = set()
+        for row in self.words:
+            said = {
+                role: (text, row.spot(at))
+                for role, (text, at) in self._said_in(row).items()
+                if role in lacking
+            }
+            if said:
+                words = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
+                self.captions.append((self.grid.first_cell(row), words))
+                used |= {row.spot(at) // MAX_COLUMNS for at in range(len(row.texts))}
+                given |= said
+        self._leave_out_words(used)
+        return given
+
+    def _leave_out_words(self, used: set[int]) -> None:
+        """Leave out the rows of text above a run, without those of some lines."""
+        used = used.union(dict(self.faults.sheets))
+        for row in self.words:
+            if row.line not in used and not row.texts[0].startswith("#"):
+                self._leave_out("title", row)
+        self.words = []
+
+    def _said_in(self, row: Row) -> Given:
+        """Return what a row of text says; warn if a header states other turns."""
+        said = said_in(row)
+        turns = said.get("turns", ("", 0))[0]
+        is_legend = any(captions.is_legend(text, self.legends) for text in row.texts)
+        if not turns or is_legend or "turns" in self.decided:
+            return said
+        for cell, header in self.table.columns:
+            of_others = header.is_of_the_spin or header.roles == ("turns",)
+            if header.turns not in ("", turns) and not of_others:
+                values = {"header": cell.text, "turns": header.turns}
+                values |= {"other": row.filled()[0], "says": turns}
+                self.faults.add("turns_contradict_header", cell, **values)
+        return said
+
+    def _compare_with_captions(self) -> None:
+        """Warn of each row below the tables that states other turns than a caption."""
+        above = {run.given["turns"] for run in self.runs if "turns" in run.given}
+        if len(above) != 1 or "turns" in self.decided:
+            return
+        [(turns, spot)] = above
+        header = self.grid.lines[spot // MAX_COLUMNS - 1].strip()
+        for row in self.words:
+            says = said_in(row).get("turns", ("", 0))[0]
+            if says not in ("", turns):
+                cell = self.grid.first_cell(row)
+                values = {"header": header, "turns": turns, "other": cell.text}
+                self.faults.add("turns_contradict_header", cell, says=says, **values)
+
+    # --- The whole table ---
+
+    def finish(self) -> Layout:
+        """Return all runs as one table, with notes on what was left out and on captions."""
+        self._compare_with_captions()
+        self._leave_out_words(set())
+        self._add_given_columns()
+        rows = [self._joined(run) for run in self.runs]
+        parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
+        for part in parts:
+            if ends_with_means(part, self.columns):
+                self._leave_out("summary", part.pop())
+        self._note_left_out()
+        for cell, said in self.captions:
+            line = [cell.place.line]
+            self.faults.add("caption", cell, line=line, said=said)
+            self.faults.take_back("remark", line)
+        self._check_parts(parts)
+        rows = [row for part in parts for row in part]
+        return layout_of(self.grid, self.columns, rows, self.faults)
+
+    def _add_given_columns(self) -> None:
+        """Add a column for each role that captions give."""
+        given = {
+            role: spot for run in self.runs for role, (_, spot) in run.given.items()
+        }
+        there = {header.roles for _, header in self.columns}
+        for role, spot in given.items():
+            if (role,) not in there:
+                header = Header(role, (role,), None, "")
+                self.columns.append((Text(role, self.grid.place_of(spot)), header))
+
+    def _joined(self, run: _Run) -> Row:
+        """Return a run with each cell at the place of its column, and what captions give."""
+        row, width = run.row, len(self.columns)
+        beyond = range(width, width + len(row.texts))
+        cells = {
+            place: ("".join(row.texts[at : at + 1]), row.spot(at))
+            for at, place in enumerate([*run.places, *beyond])
+            if place < width or at < len(row.texts)
+        }
+        names = [header.roles for _, header in self.columns]
+        for role, item in run.given.items():
+            cells[names.index((role,))] = item
+        filled = [cells.get(at, ("", row.spot(0))) for at in range(max(cells) + 1)]
+        blank = [("", row.spot(0))] * (width - len(filled))
+        texts, spots = zip(*filled, *blank, strict=True)
+        return Row(row.line, list(texts), spots)
+
+    def _note_left_out(self) -> None:
+        captioned = {cell.place.line for cell, _ in self.captions}
+        for why, rows in self.left_out.items():
+            left = [(row, at) for row, at in rows if row.line not in captioned]
+            if left:
+                texts = listing([row.texts[at] for row, at in left], 4)
+                lines = sorted({row.line for row, _ in left})
+                self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=texts)
+
+    def _check_parts(self, parts: list[list[Row]]) -> None:
+        """Name several tables; refuse one that contains two rows of another one."""
+        if len(parts) < 2:
+            return
+        width = len(self.runs[0].places)
+        seen: set[tuple[str, ...]] = set()
+        for part in parts:
+            rows = [tuple(row.texts[:width]) for row in part]
+            if sum(row in seen for row in rows) > 1:
+                cell, line = self.grid.first_cell(part[0]), [part[0].line]
+                raise self.faults.refuse("repeated_table", cell, line=line)
+            seen.update(rows)
+        lines = [sorted({row.line for row in part}) for part in parts]
+        spans = ", ".join(map(self.faults.span, lines))
+        cell = self.columns[0][0]
+        self.faults.add("tables_joined", cell, count=len(parts), lines=spans)
+
+
+# --- Kinds of headers ---
+
+
+def _explained(cell: Text, header: Header, legends: dict[str, str]) -> HeaderCell:
+    """Return a header with the words of its legend: "d = distance from centre in cm"."""
+    words = legends.get(squeeze(header.name if header.unit else cell.text), "")
+    explained = parse_header(words)
+    if header.unit and not explained.unit:
+        explained = parse_header(f"{words} [{header.unit}]")
+    if not words or not (explained.roles or explained.unit):
+        return cell, header
+    names = explained.roles or header.roles
+    return replace(cell, text=words), replace(explained, roles=names)
+
+
+def is_of_means(title: str) -> bool:
+    """Return whether a title says that a table contains means."""
+    words = re.split(r"[\s_,;()\[\]\-]+", title)
+    return any(squeeze(word).lower() in MEAN_WORDS for word in words)
+
+
+def names_timing(header: Header) -> bool:
+    """Return whether a header names the time, the period or the rate of a run."""
+    return not set(roles.TIMINGS).isdisjoint(header.roles)
+
+
+def _is_timing(header: Header) -> bool:
+    return names_timing(header) or header.turns != ""
+
+
+def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
+    """Return whether columns of two tables contain one quantity."""
+    (old_cell, old_header), (cell, header) = old, new
+    if old_header.turns != header.turns:
+        return False
+    if squeeze(old_cell.text) == squeeze(cell.text) != "":
+        return True
+    content = (header.roles, header.number)
+    return len(header.roles) == 1 and (old_header.roles, old_header.number) == content
+
+
+def _only(names: set[str], given: Given) -> Given:
+    return {role: item for role, item in given.items() if role in names}
+
+
+def _without(names: set[str], given: Given) -> Given:
+    return {role: item for role, item in given.items() if role not in names}
+
+
+# --- Kinds of rows ---
+
+
+def _is_taken_out(row: Row) -> bool:
+    """Return whether a run is behind a # in a cell of its own, or a note excludes it."""
+    if row.texts[0] == "#":
+        return True
+    texts = [text for text in row.texts if not is_number(text)]
+    return len(texts) < len(row.texts) and any(map(NOT_USED.is_in, texts))
+
+
+def _is_summary(row: Row, headers: list[Header]) -> bool:
+    """Return whether a row begins with a word for means, deviations or sums."""
+    first = filled_at(row)[0]
+    if first < len(headers) and "note" in headers[first].roles:
+        return False
+    text = row.texts[first]
+    start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
+    return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+
+
+def _is_result(row: Row, table: _Table) -> bool:
+    """Return whether a row begins with a text, and has numbers but no time."""
+    first, *others = filled_at(row)
+    if is_number(row.texts[first]) or row.texts[first] in BLANKS:
+        return False
+    if not any(is_number(row.texts[at]) for at in others):
+        return False
+    timed = {at for at, header in enumerate(table.headers) if names_timing(header)}
+    is_text = first < len(table.headers) and _is_remark(first + 1, table.headers[first])
+    return bool(timed) and timed.isdisjoint([first, *others]) and not is_text
+
+
+def _names_inertia(row: Row) -> bool:
+    """Return whether a cell names a moment of inertia, by its unit."""
+    texts = [text for text in row.texts if not is_number(text)]
+    return any("inertia" in kinds_of(parse_header(text).unit or text) for text in texts)
+
+
+def _is_text(row: Row, headers: list[Header]) -> bool:
+    """Return whether a row is a title or a note, but not a remark on a run.
+
+    Or quantities without a column.
+    """
+    filled = filled_at(row)
+    numbers = {at for at in filled if _is_quantity(row.texts[at])}
+    if numbers:
+        return _are_quantities(row, numbers, headers)
+    columns = [(at, headers[at]) for at in filled if at < len(headers)]
+    if any(_is_remark(at, header) for at, header in columns):
+        return False
+    return BLANKS.isdisjoint(row.texts[at] for at in filled)
+
+
+def _is_quantity(text: str) -> bool:
+    return is_number(text) and not _TWO_WORDS.search(text)
+
+
+def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:
+    """Return whether the numbers of a row are quantities without a column.
+
+    "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
+    """
+    said = said_in(row) if len(numbers) < 4 else {}
+    places = {at for _, at in said.values()}
+    if not said or not numbers <= places:
+        return False
+    return numbers < places or lacking_roles(headers).issuperset(said)
+
+
+def _is_remark(at: int, header: Header) -> bool:
+    """Return whether a text in a column may be a remark on a run."""
+    kinds = set(map(roles.kind_of_role, header.roles))
+    return "sign" in kinds or ("text" in kinds and at > 0)

@@ -28,7 +28,7 @@ from gyrodata.readings.remarks import (
     noted_centre,
     noted_origin,
 )
-from gyrodata.readings.turns import is_of_turns, turns_in
+from gyrodata.readings.turns import is_of_turns, turns_in, words_of_turns
 from gyrodata.readings.words import (
     DIMENSION_WORDS,
     NOT_THE_WEIGHT,
@@ -504,24 +504,26 @@ def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
 def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
     """Yield the notes that are in rows, with the first cell of each."""
     for row in grid.rows:
-        texts = {at: text for at, text in enumerate(row.texts) if _is_remark(text)}
-        note = ", ".join(texts.values())
-        if note:
-            yield note, grid.cell(row, min(texts))
+        is_header = is_head(row)
+        texts = {
+            at: text
+            for at, text in enumerate(row.texts)
+            if _WORD.search(text) and _is_remark(text, is_header)
+        }
+        if texts:
+            yield ", ".join(texts.values()), grid.cell(row, min(texts))
 
 
-def _is_remark(text: str) -> bool:
-    """Return whether a cell may be a note, and not the header of a reading.
+def _is_remark(text: str, is_header: bool) -> bool:
+    """Return whether a cell with words may be a note, and not the name of a reading.
 
     The header "centre to inner face (cm)" is a position, and not that of the middle of
     the weight.
     """
-    if not _WORD.search(text):
-        return False
-    if not parse_header(text).roles:
-        return True
-    altered = ALTERED["position"].is_in(text)
-    return altered and not origin_in(text)
+    names = parse_header(text).roles
+    if not names:
+        return not is_header and not words_of_turns(text, whole=True)
+    return "position" in names and ALTERED.is_in(text) and not origin_in(text)
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"

@@ -126,6 +126,3 @@ def _names_position(note: str) -> bool:
         for end in ("", "s", "n", "en", "e", "et")
         for role in name_roles(word.removesuffix(end))[0]
     )
-
-
-WIDE, SPHERE = map(Phrases, ("diameter", "sphere"))

@@ -444,7 +444,7 @@ def test_cells_of_turns_below_the_word_precession_are_read() -> None:
 def test_name_without_a_unit_that_is_left_over_is_proposed() -> None:
     hint = hint_of(GOOD.replace("spin [rpm]", "вращение"), "G301")
     assert gives_truth(
-        GOOD.replace("spin [rpm]", found('is it "вращение"[?] Write "([^"]+)"', hint))
+        GOOD.replace("spin [rpm]", found('if "вращение" is .*, write "([^"]+)"', hint))
     )
 
 

@@ -733,7 +733,7 @@ ASKED = [
         + HEAD.replace("mass (g)", "washers")
         + "".join(runs(f"{n}" + ROW[3:], 1, [f"{8.3 * n:.1f}"]) for n in (2, 4, 6)),
         "G301",
-        "write their mass instead",
+        "mass is missing",
     ),
     *(
         (

@@ -206,11 +206,11 @@ def test_column_without_a_name_gets_the_name_that_the_hint_says(
 ) -> None:
     nameless = GOOD.replace(name, "", 1)
     hint = hint_of(nameless, "G301")
-    assert f"is it column {at}, without a name?" in hint
+    assert f'if "column {at}" is ' in hint
     assert gives_truth(
         nameless.replace(
             nameless.splitlines()[0],
-            HEAD.replace(name, found('Write "([^"]+)"', hint)),
+            HEAD.replace(name, found('write "([^"]+)"', hint)),
             1,
         )
     )
@@ -257,8 +257,8 @@ def test_times_that_a_spreadsheet_took_for_hours_are_written_in_seconds() -> Non
 def test_misspelt_name_is_replaced_as_the_hint_says(name: str, typed: str) -> None:
     text = GOOD.replace(name, typed, 1)
     hint = hint_of(text, "G301")
-    assert f'is it "{typed}"?' in hint
-    assert gives_truth(text.replace(typed, found('Write "([^"]+)" instead', hint), 1))
+    assert f'if "{typed}" ' in hint
+    assert gives_truth(text.replace(typed, found('write "([^"]+)" above', hint), 1))
 
 
 # Texts that contradict the table, and cells of another script

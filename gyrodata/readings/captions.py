@@ -38,7 +38,8 @@ MAX_SENTENCES = 2_000
 length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
-_WORD = re.compile(r"[^\W\d_]{3}")
+_WORDS = re.compile(r"\w.*\s.*[^\W\d_]{3}|[^\W\d_]{3}.*\s.*\w|[\u2e80-\uffef]{3}")
+"""Two words, one of them of three letters; or a text without blanks between words."""
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
@@ -337,7 +338,7 @@ def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
 
 
 def _has_words(row: Row) -> bool:
-    return any(map(_WORD.search, row.texts))
+    return any(map(_WORDS.search, row.texts))
 
 
 def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
@@ -353,7 +354,7 @@ def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
         texts = {
             at: text
             for at, text in enumerate(row.texts)
-            if _WORD.search(text) and _is_remark(text, is_header)
+            if _WORDS.search(text) and _is_remark(text, is_header)
         }
         if texts:
             yield ", ".join(texts.values()), grid.cell(row, min(texts))

@@ -18,12 +18,13 @@ from gyrodata.readings import roles
 from gyrodata.readings.chosen import MOST_TURNS, Chosen
 from gyrodata.readings.headers import Header
 from gyrodata.readings.lablog import BLANKS, Faults
+from gyrodata.readings.names import NAMES
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
-_FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9]/[1-9]")
+_FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
 """A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
@@ -114,6 +115,8 @@ def part_counted(header: Header) -> str:
     """
     if header.unit == "%" or "%" in header.text:
         return _PERCENT
+    if not header.turns and header.text.lower() in NAMES:
+        return ""
     stated = header.turns or words_of_turns(header.text)
     if stated:
         return stated if stated in _PARTS else ""

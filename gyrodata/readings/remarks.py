@@ -84,7 +84,8 @@ def noted_origin(note: str) -> str:
     if _SURFACE_NOTE.is_in(note):
         bare = re.sub(OF_WEIGHT, "", note)
         return "" if re.search(CENTRE, bare) else "surface"
-    if not any(words.is_in(note) for _, words in ORIGINS):
+    says_from = re.search(rf"\b{FROM}\b", note)
+    if not says_from or not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)
 

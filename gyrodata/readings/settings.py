@@ -27,7 +27,7 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.names import name_roles, reported_key
+from gyrodata.readings.names import known_roles, name_roles, reported_key
 from gyrodata.readings.origins import from_centre
 from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
@@ -280,7 +280,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
         bare = re.sub(r"_?[0-9]{1,2}$", "", key)
-        named = [*name_roles(key)[0], *name_roles(bare)[0]]
+        named = name_roles(key)[0] if "_" in key else known_roles(bare)
         close = [role for role in named if roles.kind_of_role(role) != "text"]
     if not close or turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         return

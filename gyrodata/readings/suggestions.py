@@ -12,9 +12,9 @@ from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.grid import is_bare
-from gyrodata.readings.headers import suggest_role
 from gyrodata.readings.lablog import header_of, listing
 from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.unusual_headers import suggest_role
 from gyrodata.readings.words import MAX_HEADER, PRECESSION
 
 _NAMELESS = re.compile("column [0-9]+")

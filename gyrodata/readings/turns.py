@@ -75,6 +75,8 @@ _ALONE = (
 )
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
+_SIGNS_OF_TURNS = (TURN, _ANGLE, _PERIOD, _ONE_TURN, _ALONE, _PERIODS)
+"""What a text contains that states turns."""
 
 
 def mark_turns(text: str) -> str:
@@ -110,7 +112,21 @@ def _states_no_turns(text: str) -> bool:
     """
     if text.isalpha():
         return bool(kinds_of(text)) or text.lower() in NAMES  # "rpm", "revolutions"
-    return not re.search(r"[^\W\d_]|[°º˚]", text)  # "20.3"
+    if not re.search(r"[^\W\d_]|[°º˚]", text):
+        return True  # "20.3"
+    return text.isascii() and not (
+        _may_contain_number(text)
+        and any(re.search(sign, text) for sign in _SIGNS_OF_TURNS)
+    )
+
+
+def _may_contain_number(text: str) -> bool:
+    """Return whether an English text may contain a number, in digits or in words."""
+    if re.search("[0-9]", text):
+        return True
+    small = text.lower()
+    is_word = not NUMBERS.keys().isdisjoint(TOKENS.split(small))
+    return is_word or any(part in small for part in (*_PARTS_OF_ONE, "voll"))
 
 
 def _one_turn(plain: str, marked: str) -> str:

@@ -17,8 +17,9 @@ from gyrodata.readings.grid import (
     is_head,
     units_of_row,
 )
-from gyrodata.readings.headers import parse_header, split_unit
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults
+from gyrodata.readings.unusual_headers import split_unit
 
 _READING = re.compile(r"[.,][0-9]|[0-9]{3}")
 """Part of a number that does not count repeats."""

@@ -115,7 +115,7 @@ def _usual_header(text: str) -> Header | None:
     if not roles and name.islower() and not kinds_of(name) and unit is None:
         return Header(text, name=text)
     is_clear = roles and not contains_word(name, THEORY_WORDS)
-    if not is_clear or (unit is None and kinds_of(name)):
+    if not is_clear or (unit is None and kinds_of(name) not in _NOT_APART):
         return None
     bare = roles if unit else tuple(filter(_needs_no_unit, roles)) or roles
     return Header(text, bare, unit, name=name)
@@ -124,6 +124,10 @@ def _usual_header(text: str) -> Header | None:
 _USUAL = re.compile(
     r"([^\W\d_]+|[a-z]+_[a-z]+)(?:\s[\[(]([^\s\[\]()/]+|rad/s|rev/s)[\])])?"
 )
+
+
+_NOT_APART = (frozenset(), OF_TURNS)
+"""Kinds of a word that is no unit, or that is a name too: "turns"."""
 
 
 def _needs_no_unit(role: str) -> bool:

@@ -110,8 +110,8 @@ def _states_no_turns(text: str) -> bool:
 
     The patterns of turns take 20 ms to compile.
     """
-    if text.isalpha():
-        return bool(kinds_of(text)) or text.lower() in NAMES  # "rpm", "revolutions"
+    if text.isalpha() and (kinds_of(text) or text.lower() in NAMES):
+        return True  # "rpm", "revolutions"
     if not re.search(r"[^\W\d_]|[°º˚]", text):
         return True  # "20.3"
     return text.isascii() and not (

@@ -11,8 +11,6 @@ from gyrodata.readings.grid import is_number
 from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults
 
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
-_CLOCK_HEADER = re.compile(r"(?<![a-z])([a-z]+):[a-z]+(:[a-z]+)?")
-"""A header that shows the form of its cells: "time (mm:ss:cc)"."""
 _DASHES = BLANKS - UNKNOWN - {""}
 _MOST_DASHES = 0.25
 """If a larger share of the cells has a dash, it means "as above" [1]."""
@@ -64,31 +62,19 @@ def _without_colons(
 ) -> dict[str, str]:
     """Read 10:06 as 10.06 s if another row shows that it is not a clock time.
 
-    Below a header in s only, ask.
+    Below a header in s only, ask; "mm:ss" says what its cells are.
     """
     clocks = [text for text in texts if _CLOCK.fullmatch(fold_number(text))]
-    meant = {text: ".".join(text.rsplit(":", 1)) for text in clocks}
-    if form := _CLOCK_HEADER.search(column.header.text.lower()):
-        return _of_stated_form(form, meant)
-    if not meant:
+    if not clocks or ":" in column.header.text:
         return {}
-    first = clocks[0]
-    values = {"first": first, "meant": meant[first]}
+    meant = {text: ".".join(text.rsplit(":", 1)) for text in clocks}
+    values = {"first": clocks[0], "meant": meant[clocks[0]]}
     if proof := [text for text in clocks if int(text[-2:]) >= 60]:
         values |= {"proof": proof[0], "header": column.header.text}
         faults.add("colons_are_points", column.cell, **values)
         return meant
-    if column.header.unit is None:
-        return {}
-    cell = table.grid.cell(table.rows[texts.index(first)], column.at)
-    name = column.header.text.partition("[")[0].strip()
-    faults.add("colon", cell, role=column.role, name=name, **values)
-    return meant
-
-
-def _of_stated_form(form: re.Match[str], meant: dict[str, str]) -> dict[str, str]:
-    """Return the texts of three numbers, if a header such as "mm:ss:cc" shows three."""
-    three = [text for text in meant if form[2] and text.count(":") == 2]
-    if form[1].startswith("h"):
-        return {text: text.removeprefix("00:") for text in three}
-    return {text: meant[text] for text in three}
+    if column.header.unit is not None:
+        cell = table.grid.cell(table.rows[texts.index(clocks[0])], column.at)
+        name = column.header.text.partition("[")[0].strip()
+        faults.add("colon", cell, role=column.role, name=name, **values)
+    return {}

@@ -44,9 +44,7 @@ _SIGNS = f"(?<!第)(?:{_SIGNS})"
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
 """Stands for a word for a turn, or for its beginning: a letter that no log contains."""
-_PERIOD, _ONE_TURN, _DIVIDED = map(
-    vocabulary.pattern, ("period", "one_turn", "divided")
-)
+_ONE_TURN, _DIVIDED = map(vocabulary.pattern, ("one_turn", "divided"))
 _FULL_TURN = rf"{MARK}\w*\s+{vocabulary.pattern('full')}"
 """In "vuelta completa"."""
 _PARTS_OF_ONE = {
@@ -75,7 +73,7 @@ _ALONE = (
 )
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
-_SIGNS_OF_TURNS = (TURN, _ANGLE, _PERIOD, _ONE_TURN, _ALONE, _PERIODS)
+_SIGNS_OF_TURNS = (TURN, _ANGLE, _ONE_TURN, _ALONE, _PERIODS)
 """What a text contains that states turns."""
 
 
@@ -102,7 +100,7 @@ def turns_in(text: str) -> str:
         return _in_digits(symbol[1])
     number = _number_of_turns(marked) if names_turn else ""
     degrees = _part_in_degrees(plain)
-    return degrees or number or _one_turn(plain, marked) or _part_of_period(plain)
+    return degrees or number or _one_turn(plain, marked)
 
 
 def _states_no_turns(text: str) -> bool:
@@ -133,13 +131,6 @@ def _one_turn(plain: str, marked: str) -> str:
     """Return "1" for "full turn" in one word or in another order; else ""."""
     is_full = MARK in marked and re.search(_FULL_TURN, marked)
     return "1" if is_full or re.search(_ONE_TURN, plain) else ""
-
-
-def _part_of_period(plain: str) -> str:
-    """Return 1/2 for "half period"; else ""."""
-    period = re.search(_PERIOD, plain)
-    number = words_of_turns(plain[: period.start()]) if period else ""
-    return "" if number == "1" else number
 
 
 def _in_plain_words(header: str) -> str:

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 
 from msgspec.structs import replace
 
-from gyrodata.quantities import numerals, vocabulary
+from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import headers
 from gyrodata.readings.headers import (
@@ -29,17 +29,14 @@ from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
 from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import (
-    MARK,
     NUMBERS,
     TURN,
-    mark_turns,
     turns_in,
     words_of_turns,
 )
 from gyrodata.readings.words import (
     MAX_HEADER,
     MOTION_WORDS,
-    PRECESSION,
     SMALL_WORDS,
     THEORY_WORDS,
     TOKENS,
@@ -150,20 +147,11 @@ def _splits_with_units(text: str) -> list[_Split]:
     """Return the ways to split a header at a unit, the most certain one first."""
     if len(text) > MAX_HEADER or numerals.PLAIN.fullmatch(text):
         return []
-    if len(_units_in_brackets(text)) > 1:
-        return []  # several headers that nothing has separated yet
     return [split for split in _splits(text) if _is_unit(split.unit)]
 
 
 def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | None:
     return next(filter(test, splits), None)
-
-
-def _units_in_brackets(text: str) -> list[str]:
-    """Return the brackets of a text that contain a unit, and not a symbol."""
-    inside = [bracket[1] or bracket[2] or "" for bracket in re.finditer(_BRACKET, text)]
-    units_inside = [unit for unit in inside if _is_unit(unit) and not turns_in(unit)]
-    return [unit for unit in units_inside if squeeze(unit) not in SYMBOLS]
 
 
 def _splits(text: str) -> Iterator[_Split]:
@@ -265,8 +253,6 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
     if fitting:
         return fitting, number
     kinds = kinds_of(unit)
-    if "time" in kinds and _is_per_turn(name):
-        return _period_of(name), None
     if not named:
         return _roles_of_statement(name, kinds)
     other = _in_other_unit(name, named, unit)
@@ -325,23 +311,6 @@ def _roles_of_statement(
     if "length" in kinds and (origin_in(name) or from_centre(name)):
         return ("position",), None
     return (), None
-
-
-def _is_per_turn(name: str) -> bool:
-    """Return whether a name says "per turn", and not "per 3 turns"."""
-    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, mark_turns(name)))
-
-
-_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{MARK}"
-
-
-def _period_of(name: str) -> tuple[str, ...]:
-    """Return the periods that "per turn" means: those of the rod, of the ball, or both."""
-    if re.search(PRECESSION, name):
-        return ("precession_period",)
-    if is_of_the_spin(name):
-        return ("spin_period",)
-    return "precession_period", "spin_period"
 
 
 def _says_only_when(name: str) -> bool:

@@ -55,7 +55,7 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _SIGNS_OF_TIME = "|".join(word for word in _NAMES_OF_TIME if word > "\u2e80")
-_TIMED = rf"\b{vocabulary.pattern('timed')}|{_SIGNS_OF_TIME}"
+TIMED = rf"\b{vocabulary.pattern('timed')}|{_SIGNS_OF_TIME}"
 """Verbs of a measurement, and words for a time in languages without blanks between
 words."""
 _SMALL = (
@@ -222,7 +222,7 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
 
 def _is_known(word: str) -> bool:
     """Return whether a word is a small one, or names a reading of a run."""
-    if squeeze(word).lower() in _SMALL or re.fullmatch(_TIMED, word):
+    if squeeze(word).lower() in _SMALL or re.fullmatch(TIMED, word):
         return not word.isdigit()
     return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
 
@@ -237,7 +237,7 @@ def _turns_of_sentence(sentence: str) -> str:
         return ""
     for clause in (sentence, *_clauses(sentence)):
         if turns := turns_in(clause):
-            words = re.findall(_LETTERS, re.sub(_TIMED, " ", QUANTITY.sub(" ", clause)))
+            words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
             if all(
                 _is_known(one) or is_of_turns(one) or _ROD.is_in(one) for one in words
             ):

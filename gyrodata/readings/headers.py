@@ -126,7 +126,7 @@ _USUAL = re.compile(
 )
 
 
-_NOT_APART = (frozenset(), OF_TURNS)
+_NOT_APART = (frozenset[str](), OF_TURNS)
 """Kinds of a word that is no unit, or that is a name too: "turns"."""
 
 

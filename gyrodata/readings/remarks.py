@@ -6,7 +6,7 @@ import re
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import NAMES, name_roles
+from gyrodata.readings.names import NAMES, known_roles, name_roles
 from gyrodata.readings.origins import (
     BEHIND_FROM,
     CENTRE,
@@ -84,8 +84,7 @@ def noted_origin(note: str) -> str:
     if _SURFACE_NOTE.is_in(note):
         bare = re.sub(OF_WEIGHT, "", note)
         return "" if re.search(CENTRE, bare) else "surface"
-    says_from = re.search(rf"\b{FROM}\b", note)
-    if not says_from or not any(words.is_in(note) for _, words in ORIGINS):
+    if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)
 
@@ -96,6 +95,8 @@ def _origin_of_position(note: str) -> str:
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
+    if not re.search(rf"\b{FROM}\b", bare):
+        return ""
     starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
     is_position = starts_with_from or bare != note or _names_position(bare)
     return origin if is_position and _names_origin_behind_from(bare) else ""
@@ -116,7 +117,7 @@ def noted_centre(note: str) -> bool:
 def _explains_position(note: str) -> bool:
     """Return whether a note explains its first word: "x: from the surface of …"."""
     symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
-    return symbol is not None and "position" in name_roles(symbol[1])[0]
+    return symbol is not None and "position" in known_roles(symbol[1])
 
 
 def _names_position(note: str) -> bool:

@@ -124,7 +124,9 @@ def _may_contain_number(text: str) -> bool:
         return True
     small = text.lower()
     is_word = not NUMBERS.keys().isdisjoint(TOKENS.split(small))
-    return is_word or any(part in small for part in (*_PARTS_OF_ONE, "voll"))
+    return is_word or any(
+        part in small for part in (*_PARTS_OF_ONE, "voll", "once", "twice")
+    )
 
 
 def _one_turn(plain: str, marked: str) -> str:

@@ -163,22 +163,28 @@ def _statements(
     """
     if "?" in sentence:
         return
-    own_ends = [end - start for end in ends if end > start]
+    yield from _quantities(sentence, [end - start for end in ends], with_time)
+    turns = _turns_of_sentence(sentence)
+    if turns:
+        yield "turns", turns, len(sentence)
+
+
+def _quantities(
+    sentence: str, ends: list[int], with_time: bool
+) -> Iterator[tuple[str, str, int]]:
+    """Yield role, text and place of each quantity, up to the first that is of no run."""
     bare, end = _without_brackets(sentence), 0
     for match in QUANTITY.finditer(bare):
         number, unit = match[1] or match[4], match[2] or match[3]
         before, role = bare[end : match.start()], _role_of(unit, with_time)
         end = match.end() if kinds_of(unit) else end
-        if not role or _is_split(sentence, match.start(), number, own_ends):
+        if not role or _is_split(sentence, match.start(), number, ends):
             continue
-        cell = bare[end : next((at for at in own_ends if at > end), None)]
+        cell = bare[end : next((at for at in ends if at > end), None)]
         behind = re.split(r"[,;.()0-9]", cell.removeprefix(f" {unit}"))[0]
         if not _is_of_run(role, before, behind):
             break  # what follows may be of the ball too
         yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
-    turns = _turns_of_sentence(sentence)
-    if turns:
-        yield "turns", turns, len(sentence)
 
 
 def _role_of(unit: str, with_time: bool) -> str:

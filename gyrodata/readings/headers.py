@@ -101,24 +101,30 @@ def parse_header(text: str) -> Header:
 
 def _usual_header(text: str) -> Header | None:
     """Read "run", "mass [g]" and "T (s)", and unknown words; None for other headers."""
-    if text == "":
-        return Header("")
     match = _USUAL.fullmatch(text)
     if match is None:
-        return None
+        return Header("") if text == "" else None
     name, unit = match[1], match[2]
-    if "_" in name and name not in BY_NAME:
-        return None  # "time_s" has a unit
     roles = known_roles(name)
+    if not roles:
+        is_unknown = unit is None and name.isalpha() and name.islower()
+        return Header(text, name=name) if is_unknown and not kinds_of(name) else None
+    fitting = _fitting_roles(roles, name, unit)
+    return Header(text, fitting, unit, name=name) if fitting else None
+
+
+def _fitting_roles(
+    roles: tuple[str, ...], name: str, unit: str | None
+) -> tuple[str, ...]:
+    """Return the roles that a name means next to its unit, if it surely has no other."""
+    has_unit_inside = "_" in name and name not in BY_NAME  # "time_s"
+    if has_unit_inside or contains_word(name, THEORY_WORDS):
+        return ()
     if unit is not None:
-        roles = tuple(role for role in roles if measures(unit, role))
-    if not roles and name.islower() and not kinds_of(name) and unit is None:
-        return Header(text, name=text)
-    is_clear = roles and not contains_word(name, THEORY_WORDS)
-    if not is_clear or (unit is None and kinds_of(name) not in _NOT_APART):
-        return None
-    bare = roles if unit else tuple(filter(_needs_no_unit, roles)) or roles
-    return Header(text, bare, unit, name=name)
+        return tuple(role for role in roles if measures(unit, role))
+    if kinds_of(name) not in _NOT_APART:
+        return ()
+    return tuple(filter(_needs_no_unit, roles)) or roles
 
 
 _USUAL = re.compile(

@@ -272,6 +272,13 @@ def _nearest_key(key: str) -> list[str]:
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8)
 
 
+def _readings_named(key: str) -> list[str]:
+    """Return the readings that a key names, perhaps with a number: "m1"."""
+    bare = re.sub(r"_?[0-9]{1,2}$", "", key)
+    named = name_roles(key)[0] if "_" in key else known_roles(bare)
+    return [role for role in named if roles.kind_of_role(role) != "text"]
+
+
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """Warn of a remark that is nearly a ``# key: value`` line.
 
@@ -279,9 +286,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """
     close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
-        bare = re.sub(r"_?[0-9]{1,2}$", "", key)
-        named = name_roles(key)[0] if "_" in key else known_roles(bare)
-        close = [role for role in named if roles.kind_of_role(role) != "text"]
+        close = _readings_named(key)
     if not close or turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         return
     written = key if text.text == value else text.text

@@ -48,6 +48,12 @@ class Lack(Struct, frozen=True, dict=True):
         named = [one for one in unplaced if not is_nameless(one)]
         if self._is_only_gap(named):
             return named
+        fitting = [one for one in unplaced if kind_of_role(self.role) in one.kinds]
+        nameless = list(filter(is_nameless, unplaced))
+        return self._similar(named) or fitting or nameless
+
+    def _similar(self, named: list[Chosen]) -> list[Chosen]:
+        """Return the columns whose name is nearly one of the role."""
         kind = kind_of_role(self.role)
         similar = [
             one
@@ -55,9 +61,8 @@ class Lack(Struct, frozen=True, dict=True):
             if suggest_role(one.text) == self.role and kind in (one.kinds or (kind,))
         ]
         if self.role == "turns":
-            similar = list(filter(_may_be_turns, similar or named))
-        fitting = [one for one in unplaced if kind in one.kinds]
-        return similar or fitting or list(filter(is_nameless, unplaced))
+            return list(filter(_may_be_turns, similar or named))
+        return similar
 
     def _is_only_gap(self, named: list[Chosen]) -> bool:
         """Return whether one role is missing, and one column without a unit is left."""

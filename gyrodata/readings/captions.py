@@ -11,30 +11,23 @@ from bisect import bisect
 from collections.abc import Iterable, Iterator
 from itertools import accumulate, pairwise
 
-from msgspec import Struct
-
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
-from gyrodata.readings.headers import is_of_the_spin, parse_header
+from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults, Text
-from gyrodata.readings.names import name_roles
+from gyrodata.readings.names import BESIDE, name_roles
 from gyrodata.readings.origins import from_centre, origin_in
-from gyrodata.readings.remarks import (
-    ALTERED,
-    WIDE,
-    altered_role,
-    noted_centre,
-    noted_origin,
-)
-from gyrodata.readings.turns import is_of_turns, turns_in
+from gyrodata.readings.remarks import ALTERED, altered_role, noted_centre, noted_origin
+from gyrodata.readings.turns import is_of_turns, turns_in, words_of_turns
 from gyrodata.readings.words import (
-    DIMENSION_WORDS,
-    NOT_THE_WEIGHT,
+    CENTRE_WORDS,
+    SMALL_WORDS,
+    TRIAL_WORDS,
     Phrases,
     squeeze,
-    squeezed_words,
+    squeezed_names,
 )
 
 Given = dict[str, tuple[str, int]]
@@ -45,7 +38,8 @@ MAX_SENTENCES = 2_000
 length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
-_WORD = re.compile(r"[^\W\d_]{3}")
+_WORDS = re.compile(r"\w.*\s.*[^\W\d_]{3}|[^\W\d_]{3}.*\s.*\w|[\u2e80-\uffef]{3}")
+"""Two words, one of them of three letters; or a text without blanks between words."""
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
@@ -59,36 +53,19 @@ QUANTITY = re.compile(
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 """Roles of the quantities in sentences, by their kind."""
 
-_SPHERE, _NOT_TIMED, _WEIGHT_ADDED = map(
-    Phrases, ("sphere", "not_timed", "weight_added")
-)
-_WEIGHT, _APPARATUS = _WEIGHT_ADDED.pattern, vocabulary.pattern("ball")
-_ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
-"""Where a weight is: such words say that a mass is not that of the rod."""
-_OF_BALL = (
-    rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{_APPARATUS}\b(?!.*{_WEIGHT})"
-)
-_SEVERAL_WEIGHTS = (
-    rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+"
-    rf"(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
-)
-"""Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m =
-4.28 kg", "2 weights of 20 g"."""
-_MOVED = frozenset(vocabulary.words("moved").split())
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
-TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 _SIGNS_OF_TIME = "|".join(word for word in _NAMES_OF_TIME if word > "\u2e80")
 TIMED = rf"\b{vocabulary.pattern('timed')}|{_SIGNS_OF_TIME}"
 """Verbs of a measurement, and words for a time in languages without blanks between
 words."""
-_DEFINITION = (
-    r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)"
-    r"|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
-)
-"""What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3".
-"""
-_UNCERTAINTY = re.compile(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$")
-"""The name in front of an uncertainty: "u(r) = 1 mm"."""
+_SMALL = (
+    SMALL_WORDS | CENTRE_WORDS | TRIAL_WORDS | frozenset().union(*BESIDE.values())
+) | set(squeezed_names(",".join(vocabulary.words("caption").split())))
+"""Words next to a quantity of a run that do not say of what it is."""
+_NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])"
+"""The number of a weight or a run: "Weight 1:", "m1 ="."""
+_ROD = Phrases("rod")
+_ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "note"})
 
 
 # --- Sentences ---
@@ -165,44 +142,13 @@ def _value_of(text: str) -> object:
     return (written.value, written.unit) if written else text
 
 
-class _Quantity(Struct, frozen=True):
-    """A quantity in a sentence."""
-
-    role: str
-    text: str
-    place: int
-    """Place of its number in the sentence."""
-    sentence: str
-    begin: int
-    """End of the quantity in front of it."""
-    start: int
-    end: int
-
-    @property
-    def own(self) -> str:
-        """Return the text from the quantity before to the end of this one."""
-        return self.sentence[self.begin : self.end]
-
-    @property
-    def clause(self) -> str:
-        """Return its own text, and brackets behind it."""
-        return self.own + _first(r"\s*\([^()]*\)", self.sentence[self.end :])
-
-    @property
-    def with_words_behind(self) -> str:
-        """Return its clause with the words that follow, up to a comma or a number."""
-        return self.clause + _first(r"[^,;.()0-9]*", self.sentence[self.end :])
-
-    @property
-    def after(self) -> str:
-        """Return the word behind it."""
-        return re.split(r"[\s,;:.()=]+", self.sentence[self.end :].lstrip())[0]
-
-
 def _statements(
     sentence: str, start: int, ends: list[int], with_time: bool
 ) -> Iterator[tuple[str, str, int]]:
     """Yield role, text and place of each quantity that a sentence gives for runs.
+
+    A quantity is that of a run if all words next to it are known: those of "Ball, 4.28
+    kg" and "2 weights of 20 g" are not.
 
     Parameters
     ----------
@@ -217,71 +163,35 @@ def _statements(
     """
     if "?" in sentence:
         return
-    sentence = re.sub(_ON_ROD, lambda words: " " * len(words[0]), sentence)
-    own_ends = {end - start for end in ends}
-    used = list(_quantities_of_run(sentence, own_ends, with_time))
-    names = {quantity.role for quantity in used}
-    not_timed = _is_not_timed(sentence, names)
-    if not_timed or not _is_about_runs(sentence):
-        used = _positions(used, sentence)
-    for quantity in used:
-        yield quantity.role, quantity.text, quantity.place
-    turns = "" if not_timed else _turns_of_sentence(sentence, names)
+    yield from _quantities(sentence, [end - start for end in ends], with_time)
+    turns = _turns_of_sentence(sentence)
     if turns:
         yield "turns", turns, len(sentence)
 
 
-def _is_about_runs(sentence: str) -> bool:
-    """Return whether the quantities of a sentence may be those of a run."""
-    several = re.search(_SEVERAL_WEIGHTS, sentence)
-    return not several and re.search(_OF_BALL, sentence) is None
-
-
-def _quantities_of_run(
-    sentence: str, ends: set[int], with_time: bool
-) -> Iterator[_Quantity]:
-    for quantity in _quantities(sentence, ends):
-        is_read = with_time or quantity.role != "time"
-        if is_read and _is_of_weight(quantity, sentence):
-            yield quantity
-
-
-def _positions(quantities: list[_Quantity], sentence: str) -> list[_Quantity]:
-    """Return the positions of a sentence that says from where they are measured."""
-    if not from_centre(sentence) and not noted_origin(sentence):
-        return []
-    return [quantity for quantity in quantities if quantity.role == "position"]
-
-
-def _is_timed(sentence: str) -> bool:
-    """Return whether a sentence is about the time of a run: "Rod timed over a third"."""
-    is_about_time = re.search(TIMED, sentence) is not None
-    return is_about_time and not is_of_the_spin(sentence)
-
-
-def _is_not_timed(sentence: str, names: set[str]) -> bool:
-    """Return whether a sentence says where a weight is, and not how a run was timed."""
-    if {"spin", "time"} <= names:
-        return False  # "The tachometer said 616 rpm and the stopwatch 16.6 s"
-    outside = re.sub(r"\([^()]*\)", "", sentence)
-    return _NOT_TIMED.is_in(outside if turns_in(outside) else sentence)
-
-
-def _quantities(sentence: str, ends: set[int]) -> Iterator[_Quantity]:
-    """Yield the quantities of a sentence whose kind a run has."""
-    end = 0
-    for match in QUANTITY.finditer(_without_brackets(sentence)):
-        begin, end = end, match.end()
+def _quantities(
+    sentence: str, ends: list[int], with_time: bool
+) -> Iterator[tuple[str, str, int]]:
+    """Yield role, text and place of each quantity, up to the first that is of no run."""
+    bare, end = _without_brackets(sentence), 0
+    for match in QUANTITY.finditer(bare):
         number, unit = match[1] or match[4], match[2] or match[3]
-        kinds = kinds_of(unit)
-        role = next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
-        if not role and "time" in kinds:
-            role = "time"
+        before, role = bare[end : match.start()], _role_of(unit, with_time)
+        end = match.end() if kinds_of(unit) else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue
-        place = match.start(1 if match[1] else 4)
-        text = f"{number} {unit}"
-        yield _Quantity(role, text, place, sentence, begin, match.start(), end)
+        cell = bare[end : next((at for at in ends if at > end), None)]
+        behind = re.split(r"[,;.()0-9]", cell.removeprefix(f" {unit}"))[0]
+        if not _is_of_run(role, before, behind):
+            break  # what follows may be of the ball too
+        yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
+
+
+def _role_of(unit: str, with_time: bool) -> str:
+    """Return the role of a quantity in a sentence, by its unit; else ""."""
+    kinds = kinds_of(unit)
+    role = next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
+    return role or ("time" if with_time and "time" in kinds else "")
 
 
 def _without_brackets(sentence: str) -> str:
@@ -293,110 +203,52 @@ def _without_brackets(sentence: str) -> str:
     )
 
 
-def _first(pattern: str, text: str) -> str:
-    match = re.match(pattern, text)
-    return match[0] if match else ""
-
-
-def _is_split(sentence: str, start: int, number: str, ends: set[int]) -> bool:
+def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:
     """Return whether a number may be split at its decimal comma: "Position 15,5 cm"."""
     if start not in ends or not number.isdigit() or not sentence[start - 2].isdigit():
         return False
     return re.search("[0-9],[0-9]", sentence) is None
 
 
-def _is_of_weight(quantity: _Quantity, sentence: str) -> bool:
-    """Return whether a quantity is that of a run, and not that of the ball or of the rod."""
-    if _UNCERTAINTY.search(sentence[: quantity.start]):
-        return False
-    if quantity.role == "position":
-        if squeeze(quantity.after).lower() in DIMENSION_WORDS:
-            return False
-        if origin_in(sentence):
-            return _is_from_origin(quantity, sentence)
-    if from_centre(quantity.with_words_behind):
-        return True
-    clause = quantity.clause
-    of_ball = _SPHERE.is_in(clause) and not _WEIGHT_ADDED.is_in(clause)
-    return not of_ball and _words_beside(quantity).isdisjoint(NOT_THE_WEIGHT)
+_LETTERS = r"[^\W\d_]+"
 
 
-def _is_from_origin(quantity: _Quantity, sentence: str) -> bool:
-    """Return whether a length is a position from the surface or the tip, and no diameter."""
-    own = quantity.own
-    return bool(noted_origin(sentence)) and not WIDE.is_in(own)
+def _is_of_run(role: str, before: str, behind: str) -> bool:
+    """Return whether a quantity between some words is that of a run.
+
+    A position may say from where it counts.
+    """
+    if re.search(r"[uUΔδσ]\s?\(\w+\)\W*$|u_\w+:.*$", before):
+        return False  # an uncertainty
+    if role == "position":
+        behind = "" if from_centre(behind) or origin_in(behind) else behind
+    words = f"{re.sub(_NUMBERED, ' ', before)} {'' if turns_in(behind) else behind}"
+    return all(map(_is_known, re.findall(r"\w+|\+", words)))
 
 
-def _words_beside(quantity: _Quantity) -> set[str]:
-    """Return the words in front of a quantity, and the word behind it."""
-    before = quantity.sentence[: quantity.start]
-    words = [*re.split(r"[\s,;:()=]+", before[quantity.begin :]), quantity.after]
-    beside = {squeeze(word).lower() for word in words}
-    if beside & _MOVED:
-        beside.discard("to")
-    # Of "Rod weight at 16.0 cm", the rod is not meant.
-    if re.search(rf"{_WEIGHT}\w*\s+(?:\w+\s+)?$", before):
-        return {word for word in beside if not re.fullmatch(_APPARATUS, word)}
-    return beside
+def _is_known(word: str) -> bool:
+    """Return whether a word is a small one, or names a reading of a run."""
+    if squeeze(word).lower() in _SMALL or re.fullmatch(TIMED, word):
+        return not word.isdigit()
+    return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
 
 
 # --- Turns ---
 
 
-def _turns_of_sentence(sentence: str, found: set[str]) -> str:
-    """Return the turns that a sentence states for the times of runs; "" if there are none.
-
-    `found` has the roles of the quantities in the sentence.
-    """
-    if re.search(_OF_BALL, sentence) and not _is_timed(sentence):
-        return ""
+def _turns_of_sentence(sentence: str) -> str:
+    """Return the turns that a sentence states for the times of runs; "" if there are none."""
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
-    if len(parts) > 1 or any(map(_defines_part, _clauses(sentence))):
+    if len(parts) > 1 or "=" in sentence:
         return ""
     for clause in (sentence, *_clauses(sentence)):
-        turns = turns_in(clause)
-        if turns and not re.search(_DEFINITION, clause) and _is_about(clause, found):
-            return turns
+        if turns := turns_in(clause):
+            words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
+            if all(
+                _is_known(one) or is_of_turns(one) or _ROD.is_in(one) for one in words
+            ):
+                return turns
     return ""
-
-
-def _defines_part(clause: str) -> bool:
-    """Return whether a clause says what a part of a turn is: "one screw = 1/3 turn"."""
-    name, _, value = clause.partition("=")
-    words = squeezed_words(name) - {""}
-    names_reading = any(map(_names_reading, words))
-    return bool(turns_in(value)) and not names_reading and not _has_word_of_time(words)
-
-
-def _names_reading(word: str) -> bool:
-    """Return whether a word names a reading; a screw is a mark on the bench."""
-    roles = name_roles(word)[0]
-    return bool(roles) and roles != ("screw",)
-
-
-def _is_about(clause: str, found: set[str]) -> bool:
-    """Return whether a clause with turns is about the times of runs.
-
-    Such a clause names a time, or a mass of a run, or it contains hardly anything else.
-    """
-    if found & {"mass", "time"} or re.search(TIMED, clause):
-        return True
-    words = squeezed_words(QUANTITY.sub(" ", clause))
-    words = {word for word in words if not word.isdecimal()}
-    if _has_word_of_time(words):
-        return True
-    others = [
-        word
-        for word in words
-        if len(word) > 2 and not is_of_turns(word) and not _names_reading(word)
-    ]
-    return len(others) < 2
-
-
-def _has_word_of_time(words: set[str]) -> bool:
-    """Return whether a word is "time" in a language, perhaps in the plural, as "Zeiten"."""
-    endings = (slice(None), slice(-1), slice(-2))
-    return not TIME_WORDS.isdisjoint(word[part] for word in words for part in endings)
 
 
 # --- Units and legends ---
@@ -492,7 +344,7 @@ def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
 
 
 def _has_words(row: Row) -> bool:
-    return any(map(_WORD.search, row.texts))
+    return any(map(_WORDS.search, row.texts))
 
 
 def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
@@ -504,24 +356,26 @@ def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
 def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
     """Yield the notes that are in rows, with the first cell of each."""
     for row in grid.rows:
-        texts = {at: text for at, text in enumerate(row.texts) if _is_remark(text)}
-        note = ", ".join(texts.values())
-        if note:
-            yield note, grid.cell(row, min(texts))
+        is_header = is_head(row)
+        texts = {
+            at: text
+            for at, text in enumerate(row.texts)
+            if _WORDS.search(text) and _is_remark(text, is_header)
+        }
+        if texts:
+            yield ", ".join(texts.values()), grid.cell(row, min(texts))
 
 
-def _is_remark(text: str) -> bool:
-    """Return whether a cell may be a note, and not the header of a reading.
+def _is_remark(text: str, is_header: bool) -> bool:
+    """Return whether a cell with words may be a note, and not the name of a reading.
 
     The header "centre to inner face (cm)" is a position, and not that of the middle of
     the weight.
     """
-    if not _WORD.search(text):
-        return False
-    if not parse_header(text).roles:
-        return True
-    altered = ALTERED["position"].is_in(text)
-    return altered and not origin_in(text)
+    names = parse_header(text).roles
+    if not names:
+        return not is_header and not words_of_turns(text, whole=True)
+    return "position" in names and ALTERED.is_in(text) and not origin_in(text)
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"

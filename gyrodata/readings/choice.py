@@ -14,8 +14,7 @@ from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import Choice, Chosen, columns_of
 from gyrodata.readings.headers import Header, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
-from gyrodata.readings.missing import missing_roles
-from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.roles import kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.words import squeeze
 

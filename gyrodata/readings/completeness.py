@@ -12,8 +12,7 @@ from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
 from gyrodata.readings.chosen import Choice
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, header_of, listing
-from gyrodata.readings.missing import missing_roles
-from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.roles import kind_of_role, missing_roles
 from gyrodata.readings.suggestions import header_row, likely_headers, question_of
 
 _WHOLE = 1e-3

@@ -12,15 +12,15 @@ from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import UnitError
 from gyrodata.readings import layout, roles
-from gyrodata.readings.captions import TIME_WORDS, TIMED, places_of, said_in
+from gyrodata.readings.captions import places_of
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.chosen import Chosen
 from gyrodata.readings.grid import Row
-from gyrodata.readings.headers import parse_header
+from gyrodata.readings.headers import is_of_the_spin, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import COUNTER_WORDS, squeeze, squeezed_words
+from gyrodata.readings.words import COUNTER_WORDS, squeeze
 
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
@@ -115,7 +115,7 @@ class StatedTurns(Struct, frozen=True):
             is_header = all(head in cell.text for head in heads)
             turns = "" if is_header else turns_in(cell.text)
             # A run without a weight has 0 turns.
-            if turns not in ("", "0") and _is_about_times(cell.text):
+            if turns not in ("", "0") and not is_of_the_spin(cell.text):
                 lines[cell.text] = turns, cell
         given = self.settings.roles.get("turns")
         if is_counter and given:
@@ -171,15 +171,6 @@ def _read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
     if fault:
         faults.add("stated_turns", cell, turns=turns, fault=fault, hint=hint)
     return None if fault else count
-
-
-def _is_about_times(text: str) -> bool:
-    if re.search(TIMED, text):
-        return True
-    words = {word.rstrip("s") for word in squeezed_words(text)}
-    if not TIME_WORDS.isdisjoint(words):
-        return True
-    return "turns" in said_in(Row(1, [text]))
 
 
 def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:

@@ -6,27 +6,23 @@ A header is a name and perhaps a unit: "m [g]", "m (g)", "m / g", "m in g", "m, 
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
+from gyrodata.readings.names import known_roles, name_roles
 from gyrodata.readings.origins import Origin, from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
-from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.turns import (
-    MARK,
     NUMBERS,
     TURN,
-    mark_turns,
     turns_in,
     words_of_turns,
 )
@@ -35,19 +31,17 @@ from gyrodata.readings.words import (
     FIRST_SIGN,
     MAX_HEADER,
     MEAN_WORDS,
-    MOTION_WORDS,
     PRECESSION,
-    SMALL_WORDS,
     SPINNING,
     START_WORDS,
     THEORY_WORDS,
-    TOKENS,
-    TRIAL_WORDS,
     Phrases,
     contains_word,
-    squeeze,
     squeezed_words,
 )
+
+OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
 
 
 class Header(Struct, frozen=True):
@@ -74,352 +68,76 @@ class Header(Struct, frozen=True):
     """Whether the text says that the values are means."""
     is_of_the_spin: bool = False
     """Whether the text says that the ball turns, and not the rod."""
-    leftover: tuple[str, ...] = ()
-    """Numbers, and words for the ball or the tip, that say something else."""
 
+    @property
+    def leftover(self) -> tuple[str, ...]:
+        """Numbers, and words for the ball or the tip, that say something else."""
+        if known_roles(self.name):
+            return ()
+        from gyrodata.readings.unusual_headers import unused_words
 
-_WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
-_SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
-_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
-_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
-"""A unit such as "mm:ss.cc"."""
+        return unused_words(self)
 
 
 @lru_cache(maxsize=4096)
 def parse_header(text: str) -> Header:
-    """Read one header: its ± first, then its unit, then its name."""
+    """Read one header: mostly a known name, and perhaps a unit in brackets."""
     if len(text) > MAX_HEADER:
         return Header(text)
-    typed, spread = _take_spread(text.translate(_WIDE_SIGNS).rstrip("*†‡: "))
-    name, unit = split_unit(typed)
-    unit = _meant_unit(unit, spread)
-    roles, number = _roles_in(name, unit)
-    words = re.sub(_CAMEL_CASE, "_", text)
-    if not roles and words != text:
-        return replace(parse_header(words), text=text)
-    if contains_word(text, THEORY_WORDS):
-        roles, number = (), None  # worked out, not measured
-    header = Header(
-        text,
-        roles,
-        unit,
-        spread,
-        number,
-        name=name,
-        turns=turns_in(text) or turns_in(name),
+    header = _usual_header(text)
+    if header is None:
+        from gyrodata.readings.unusual_headers import unusual_header
+
+        header = unusual_header(text)
+    return replace(
+        header,
+        turns=turns_in(text) or turns_in(header.name),
         origin=origin_in(text) or ("centre" if from_centre(text) else ""),
-        moment=_moment(text),
+        moment=moment_in(text),
         is_of_means=contains_word(text, MEAN_WORDS),
         is_of_the_spin=is_of_the_spin(text),
     )
-    return replace(header, leftover=_leftover(header))
 
 
-def _meant_unit(unit: str | None, spread: str) -> str | None:
-    """Return the unit of the cells; that of the ± if the header has no other."""
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        return spread.partition(" ")[2]
-    if unit and re.fullmatch(_CLOCK_FORM, unit):
-        return "s"  # its cells say themselves how they are written
-    return unit
-
-
-def _leftover(header: Header) -> tuple[str, ...]:
-    """Return the numbers and the words for the ball or the tip that no rule has used."""
-    name = squeeze(header.name)
-    if name.lower() in NAMES or name in SYMBOLS:
-        return ()
-    uses_number = header.turns or header.number is not None
-    uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)
-    return tuple(
-        word
-        for word in TOKENS.split(header.name)
-        if (_says_number(word) and not uses_number)
-        or (_names_place(word) and not uses_place)
-    )
-
-
-def _names_place(word: str) -> bool:
-    return _SPHERE.is_in(word) or _TIP.is_in(word)
-
-
-def _says_number(word: str) -> bool:
-    """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
-    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
-    return is_name or bool(re.search("[0-9]", word))
-
-
-_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
-
-
-def _take_spread(text: str) -> tuple[str, str]:
-    """Return a header without its ±, and the text of the ±."""
-    match = re.search(_SPREAD, text)
+def _usual_header(text: str) -> Header | None:
+    """Read "run", "mass [g]" and "T (s)", and unknown words; None for other headers."""
+    match = _USUAL.fullmatch(text)
     if match is None:
-        return text, ""
-    rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}"
-    return rest.strip(" ,;"), f"{match[1]} {match[2].strip()}".strip()
+        return Header("") if text == "" else None
+    name, unit = match[1], match[2]
+    roles = known_roles(name)
+    if not roles:
+        is_unknown = unit is None and name.isalpha() and name.islower()
+        return Header(text, name=name) if is_unknown and not kinds_of(name) else None
+    fitting = _fitting_roles(roles, name, unit)
+    return Header(text, fitting, unit, name=name) if fitting else None
 
 
-# --- Where the unit is ---
+def _fitting_roles(
+    roles: tuple[str, ...], name: str, unit: str | None
+) -> tuple[str, ...]:
+    """Return the roles that a name means next to its unit, if it surely has no other."""
+    has_unit_inside = "_" in name and name not in BY_NAME  # "time_s"
+    if has_unit_inside or contains_word(name, THEORY_WORDS):
+        return ()
+    if unit is not None:
+        return tuple(role for role in roles if measures(unit, role))
+    if kinds_of(name) not in _NOT_APART:
+        return ()
+    return tuple(filter(_needs_no_unit, roles)) or roles
 
 
-class _Split(NamedTuple):
-    """A way to split a header into a name and a unit."""
-
-    name: str
-    unit: str
-    mark: Literal["bracket", "sign", ""]
-    """What sets the unit apart: a bracket at the end, a slash or "in", or nothing."""
+_USUAL = re.compile(
+    r"([^\W\d_]+|[a-z]+_[a-z]+)(?:\s[\[(]([^\s\[\]()/]+|rad/s|rev/s)[\])])?"
+)
 
 
-_BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
-_WORD = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+"
-_BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
-_SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
-_LETTER = r"[^\W\d_]|[°%]"
+_NOT_APART = (frozenset[str](), OF_TURNS)
+"""Kinds of a word that is no unit, or that is a name too: "turns"."""
 
 
-def split_unit(text: str) -> tuple[str, str | None]:
-    """Split a header into its name and its unit, known or not; None if it has none.
-
-    A unit that the named quantity can have comes first, then a unit without a name,
-    then any other that is set apart: it is probably wrong, and the caller says so.
-    """
-    splits = _splits_with_units(text)
-    in_brackets = [split for split in splits if split.mark == "bracket"]
-    split = _first(_fits, splits) or _first(_is_set_apart, in_brackets)
-    if split is None and not name_roles(text)[0]:
-        split = _first(_is_set_apart, splits) or _unknown_unit(text)
-    return (text, None) if split is None else (split.name, split.unit)
-
-
-def _splits_with_units(text: str) -> list[_Split]:
-    """Return the ways to split a header at a unit, the most certain one first."""
-    if len(text) > MAX_HEADER or numerals.PLAIN.fullmatch(text):
-        return []
-    if len(_units_in_brackets(text)) > 1:
-        return []  # several headers that nothing has separated yet
-    return [split for split in _splits(text) if _is_unit(split.unit)]
-
-
-def _first(test: Callable[[_Split], bool], splits: list[_Split]) -> _Split | None:
-    return next(filter(test, splits), None)
-
-
-def _units_in_brackets(text: str) -> list[str]:
-    """Return the brackets of a text that contain a unit, and not a symbol."""
-    inside = [bracket[1] or bracket[2] or "" for bracket in re.finditer(_BRACKET, text)]
-    units_inside = [unit for unit in inside if _is_unit(unit) and not turns_in(unit)]
-    return [unit for unit in units_inside if squeeze(unit) not in SYMBOLS]
-
-
-def _splits(text: str) -> Iterator[_Split]:
-    """Yield the ways to split a header, the most certain one first."""
-    yield from _splits_at_brackets(text)
-    yield from _splits_at_signs(_WORD, text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[: blank.start()], text[blank.end() :], "")
-    if quotient := re.fullmatch(_SNAKE_CASE, text):
-        yield _Split(quotient[1], f"{quotient[2]}/{quotient[3]}", "")
-    yield from _splits_at_signs("/", text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[blank.end() :], text[: blank.start()], "")
-    yield _Split("", text, "")
-
-
-def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
-    """Yield the splits at each sign: "a / cm", "distance in cm from the centre"."""
-    for match in re.finditer(sign, text):
-        name, behind = text[: match.start()].strip(), text[match.end() :].strip()
-        yield _Split(name, behind, "sign")
-        unit, _, more = behind.partition(" ")
-        if more:
-            yield _Split(f"{name} {more}", unit, "sign")
-
-
-def _splits_at_brackets(text: str) -> Iterator[_Split]:
-    """Yield the splits at each bracket, the last one first: "a (cm, from centre)"."""
-    for bracket in reversed(list(re.finditer(_BRACKET, text))):
-        behind = text[bracket.end() :].strip()
-        name = f"{text[: bracket.start()].rstrip(' /,;')} {behind}".strip()
-        inside = (bracket[1] or bracket[2] or "").strip()
-        yield _Split(name, inside, "" if behind else "bracket")
-        unit, _, remark = inside.replace(",", " ").partition(" ")
-        yield _Split(f"{name} {remark.strip()}", unit, "")
-
-
-def _is_unit(text: str) -> bool:
-    if not re.search(_LETTER, text):
-        return False
-    return text == "%" or bool(kinds_of(text) or re.fullmatch(_CLOCK_FORM, text))
-
-
-def _fits(split: _Split) -> bool:
-    """Return whether a quantity of this name can have the unit."""
-    if not split.mark and kinds_of(split.unit) == _OF_TURNS:
-        return False  # "fraction of turn"
-    if split.mark != "bracket" and re.search(_NUMBER_AT_END, split.name):
-        return False  # "7 min"
-    roles, _ = _roles_in(split.name, split.unit)
-    return any(_measures(split.unit, role) for role in roles)
-
-
-_NUMBER_AT_END = r"(?:^|\s)[0-9.,/]+$"
-
-
-def _is_set_apart(split: _Split) -> bool:
-    """Return whether a known unit is meant as one, although the name cannot have it."""
-    if not split.name:
-        kinds = kinds_of(split.unit)
-        return split.mark == "bracket" or kinds in _KINDS_OF_BARE_UNITS
-    if name_roles(split.name)[0]:
-        return squeeze(split.unit) not in SYMBOLS
-    return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
-
-
-_KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
-_AT_END = r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,([^,]*))"
-
-
-def _unknown_unit(text: str) -> _Split | None:
-    """Split off a text at the place of a unit that is none; None if there is none."""
-    match = re.fullmatch(_AT_END, text)
-    if match is None or len(text) > MAX_HEADER:
-        return None
-    name, square = match[1], match[2]
-    unit = next(filter(None, match.groups()[1:]), "").strip()
-    is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
-    # "Turns (thirds)" counts thirds.
-    is_count = turns_in(unit) or words_of_turns(unit, whole=True)
-    if not unit or is_remark or is_count:
-        return None
-    is_known = square is not None or name_roles(name)[0]
-    return _Split(name, unit, "bracket") if is_known else None
-
-
-# --- The meaning of a name next to its unit ---
-
-
-def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]:
-    """Return the roles that a name means next to a unit, and the number of a repeat.
-
-    If the named quantity cannot have the unit, the unit is wrong: the roles stay.
-    """
-    if unit is None:
-        return _roles_without_unit(name)
-    named, number = name_roles(name)
-    fitting = tuple(role for role in named if _measures(unit, role))
-    if fitting:
-        return fitting, number
-    kinds = kinds_of(unit)
-    if "time" in kinds and _is_per_turn(name):
-        return _period_of(name), None
-    if not named:
-        return _roles_of_statement(name, kinds)
-    other = _in_other_unit(name, named, unit)
-    if other:
-        return other, number
-    # A symbol says less than a unit: "D (s)" is not a torque.
-    is_symbol = len(name.strip()) == 1 and bool(kinds)
-    return (() if is_symbol else named), number
-
-
-def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
-    """Return the roles that a name means on its own."""
-    named, number = name_roles(name)
-    if not named and turns_in(name):
-        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
-        if any("time" in name_roles(begin)[0] for begin in begins):
-            return ("time",), None  # "Time for one turn" above "20.3 s"
-    # A bare "N" counts turns: the other readings would need a unit.
-    bare = tuple(
-        role for role in named if kind_of_role(role) in ("number", "text", "sign")
-    )
-    return bare or named, number
-
-
-def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
-    """Return what a name means in the unit of a related quantity."""
-    kinds = kinds_of(unit)
-    if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
-        rates = [role for role in named if role.startswith("spin")]
-        return tuple(role.replace("spin", "spin_period", 1) for role in rates)
-    other = _IN_OTHER_UNITS.get((*named, *kinds), ())
-    if not other and contains_word(name, MOTION_WORDS):
-        return _MOTION.get(kinds, ())
-    return other
-
-
-_IN_OTHER_UNITS: dict[tuple[str, ...], tuple[str, ...]] = {
-    ("mass", "force"): ("force",),
-    ("turns", "rate"): ("spin",),
-    ("turns", "angle"): ("angle",),
-    ("precession_rate", "time"): ("time", "precession_period"),
-}
-"""What a role becomes next to a unit of another kind: "Weight (N)"."""
-_OF_ONE = Phrases("of_one")
-"""Words for one of several weights."""
-_OF_TURNS = frozenset({"angle", "number"})
-"""Kinds that a unit of turns can measure."""
-_MOTION = {frozenset({"angle"}): ("angle",), _OF_TURNS: ("turns",)}
-"""What "rotation" and "precession" mean in units that no rate has."""
-
-
-def _roles_of_statement(
-    name: str, kinds: frozenset[str]
-) -> tuple[tuple[str, ...], int | None]:
-    """Return the roles of a header that names no quantity, but says something of it."""
-    if "time" in kinds:
-        return (("time",), None) if turns_in(name) else _number_of_trial(name)
-    if kinds == {"rate"} and _says_only_when(name):
-        return (f"spin_{_moment(name)}".rstrip("_"),), None
-    if "length" in kinds and (origin_in(name) or from_centre(name)):
-        return ("position",), None
-    return (), None
-
-
-def _is_per_turn(name: str) -> bool:
-    """Return whether a name says "per turn", and not "per 3 turns"."""
-    return turns_in(name) in ("", "1") and bool(re.search(_PER_TURN, mark_turns(name)))
-
-
-_PER_TURN = rf"{vocabulary.pattern('per')}\s.*{MARK}"
-
-
-def _period_of(name: str) -> tuple[str, ...]:
-    """Return the periods that "per turn" means: those of the rod, of the ball, or both."""
-    if re.search(PRECESSION, name):
-        return ("precession_period",)
-    if is_of_the_spin(name):
-        return ("spin_period",)
-    return "precession_period", "spin_period"
-
-
-def _says_only_when(name: str) -> bool:
-    """Return whether a name only says that the spin is meant, or when it was measured."""
-    words = [word for word in TOKENS.split(name) if word]
-    return is_of_the_spin(name) or all(
-        squeeze(word).lower() in SMALL_WORDS for word in words
-    )
-
-
-_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
-
-
-def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
-    """Read "Trial 2" and "2nd measurement" above times: the time, and the number."""
-    numbers = []
-    for word in filter(None, TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name))):
-        ordinal = re.fullmatch(_ORDINAL, word.lower())
-        if ordinal:
-            numbers.append(int(ordinal[1]))
-        elif (
-            squeeze(word).lower() not in TRIAL_WORDS
-            and "time" not in name_roles(word)[0]
-        ):
-            return (), None
-    return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
+def _needs_no_unit(role: str) -> bool:
+    return kind_of_role(role) in ("number", "text", "sign")
 
 
 # --- Questions about a header ---
@@ -428,13 +146,13 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
 def can_measure(header: Header) -> bool:
     """Return whether the unit of a header fits one of its roles."""
     return header.unit is None or any(
-        _measures(header.unit, role) for role in header.roles
+        measures(header.unit, role) for role in header.roles
     )
 
 
 def counts_turns(header: Header) -> bool:
     """Return whether the unit of a header is that of turns, as in "far (turns)"."""
-    return kinds_of(header.unit or "") == _OF_TURNS
+    return kinds_of(header.unit or "") == OF_TURNS
 
 
 def is_one_letter(unit: str) -> bool:
@@ -459,8 +177,12 @@ def hinted(header: Header) -> set[str]:
         role
         for word in words
         for role in name_roles(word)[0]
-        if _measures(header.unit, role)
+        if measures(header.unit, role)
     }
+
+
+_OF_ONE = Phrases("of_one")
+"""Words for one of several weights."""
 
 
 def is_part_of_mass(header: str) -> bool:
@@ -471,7 +193,8 @@ def is_part_of_mass(header: str) -> bool:
     return _OF_ONE.is_in(header) or altered_role(header) == "mass"
 
 
-def _measures(unit: str, role: str) -> bool:
+def measures(unit: str, role: str) -> bool:
+    """Return whether a role, or the uncertainty of one, can have a unit."""
     return kind_of_role(role) in kinds_of(unit) or (
         unit == "%" and role.startswith("u_")
     )
@@ -489,7 +212,7 @@ def counts_weights(header: Header) -> bool:
     )
 
 
-def _moment(header: str) -> Literal["", "start", "end"]:
+def moment_in(header: str) -> Literal["", "start", "end"]:
     """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
     words = squeezed_words(header)
     if words & START_WORDS:
@@ -535,15 +258,3 @@ def _names_whole_turns(header: Header) -> bool:
 
 _FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
 _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
-
-
-def suggest_role(header: str) -> str:
-    """Return the role whose name is nearly that of a header; "" if there is none."""
-    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
-    key = squeeze(name).lower()
-    close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
-    if close and len(key) > 2:
-        return NAMES[close[0]][0]
-    match = re.fullmatch(INDEX, name)  # "T_P_1"
-    roles = name_roles(match[1])[0] if match else hinted(parse_header(header))
-    return min(roles, default="")

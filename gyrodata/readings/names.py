@@ -89,7 +89,7 @@ def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
 
 
 def _roles_of(name: str) -> tuple[str, ...]:
-    roles = _known(name)
+    roles = known_roles(name)
     words = [word for word in TOKENS.split(name) if word]
     if roles or len(words) > _MOST_WORDS:
         return roles
@@ -99,7 +99,7 @@ def _roles_of(name: str) -> tuple[str, ...]:
     return _named_twice(words) or _with_small_words(words)
 
 
-def _known(name: str) -> tuple[str, ...]:
+def known_roles(name: str) -> tuple[str, ...]:
     """Look up a symbol or a name, as it is."""
     symbol = squeeze(name)
     if symbol in SYMBOLS:
@@ -152,7 +152,11 @@ def _base_roles(words: list[str]) -> tuple[str, ...]:
     bare = [word for word in words if squeeze(word).lower() not in NOISE_WORDS]
     if not bare:
         return ()
-    return _known(" ".join(bare)) or _known(" ".join(words)) or _of_what_turns(bare)
+    return (
+        known_roles(" ".join(bare))
+        or known_roles(" ".join(words))
+        or _of_what_turns(bare)
+    )
 
 
 _OF_PRECESSION = {
@@ -189,10 +193,10 @@ def _of_what_turns(words: list[str]) -> tuple[str, ...]:
 
 def _meant_by_all(words: list[str]) -> tuple[str, ...]:
     """Return the roles that several words mean, each alone or all together."""
-    roles = _known(" ".join(words))
+    roles = known_roles(" ".join(words))
     if roles or not words:
         return roles
-    named = {word: _known(word) for word in words}
+    named = {word: known_roles(word) for word in words}
     possible = dict.fromkeys(role for roles in named.values() for role in roles)
     return tuple(role for role in possible if _all_fit(role, named))
 
@@ -225,4 +229,4 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+    return "inertia" if known_roles(bare) == ("inertia",) else bare.lower()

@@ -6,7 +6,7 @@ import re
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import NAMES, name_roles
+from gyrodata.readings.names import NAMES, known_roles, name_roles
 from gyrodata.readings.origins import (
     BEHIND_FROM,
     CENTRE,
@@ -17,99 +17,60 @@ from gyrodata.readings.origins import (
     origin_in,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import MARK, TURN, mark_turns
+from gyrodata.readings.turns import TURN
 from gyrodata.readings.words import Phrases, squeeze
 
-_ROLES = ("spin", "turns", "mass", "position")
-ALTERED = {role: Phrases(f"altered_{role}") for role in _ROLES}
-"""Words that say this of one role, and do not name it."""
-_ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
-_USUAL = vocabulary.pattern("usual")
-"""Words that say that a reading is not what is typed, that only look so, and that say
-that it is corrected."""
-
-
-_HALVES = "|".join(map(re.escape, vocabulary.words("1/2").split()))
-_HALF_TURN = rf"(?i:(?:{_HALVES})\W+(?:\w{{1,3}}\W+)?{TURN})"
-_HANGER, _INCLUDED = map(Phrases, ("hanger", "included"))
-_WITHOUT_HANGER = (
-    rf"{vocabulary.pattern('without')}\W{{1,4}}(?:\w{{1,20}}\W{{1,4}})?"
-    rf"{_HANGER.pattern}"
-)
-_ADDED = rf"(?:\+|{vocabulary.pattern('added')})\s*{numerals.NUMBER}\s*([^\W\d_]+)"
-_MASS = r"(?<![0-9.,])[0-9.,]+\s*k?g(?!\w)"
+ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
+"""Words that say that a reading is not what is typed, and that it is corrected."""
+_SIGNS = rf"\+(?![/-])|[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
+"""Signs that say the same: "position + R", "4 = full turn"."""
+_AMOUNT = rf"{numerals.NUMBER}\s*([^\W\d_]+)"
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
     frozenset({"length"}): "position",
     frozenset({"time"}): "time",
+    frozenset({"rate"}): "spin",
 }
-_DONE = r"\b(?:measured|weighed|timed|checked|read|took)\W{1,4}"
-_DONE_TWICE = rf"(?i:{_DONE}(?:\w{{1,20}}\W{{1,4}}){{1,3}}twice)"
-"""In "we measured the spin twice"."""
-_DEFINITION = rf"[2-9]\s*=\s*(?:\w+\s+)?{MARK}"
-"""In "4 = full turn"."""
+_HALF_TURN = (
+    rf"(?i:(?:{'|'.join(map(re.escape, vocabulary.words('1/2').split()))})\W+"
+    rf"(?:\w{{1,3}}\W+)?{TURN})"
+)
+"""A number of turns, which other rules read."""
 
 
 def altered_role(note: str) -> str:
-    """Find the reading that a note says is twice, half, without or minus something.
+    """Find the reading that is not what is typed, if a note says so.
 
-    "" if there is none.
+    Such a note contains a word such as "twice" or "hanger", or a sum. "" if there is
+    none; "readings" if the note does not name it.
     """
-    role = _role_of_phrase(note) or _added_role(note) or _altered_by_word(note)
-    is_corrected = role and CORRECTED.is_in(re.sub(_ALTERED.pattern, "…", note))
-    return "" if is_corrected else role
-
-
-def _role_of_phrase(note: str) -> str:
-    """Find the reading of a phrase such as "4 = full turn" or "two stripes"."""
-    if "=" in note and re.search(_DEFINITION, mark_turns(note)):
-        return "turns"
-    for role, words in ALTERED.items():
-        if words.is_in(note):
-            return role
-    return ""
-
-
-def _added_role(note: str) -> str:
-    """Find the mass or the position to which a note adds something: "+ 5 g", "hook: 5 g"."""
-    if added := re.search(_ADDED, note):
-        return _ROLE_OF_UNIT.get(kinds_of(added[1]), "")
-    if re.search(r"\+\s*(?:R|radius)\b", note):
-        return "position"
-    if not _HANGER.is_in(note):
+    bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
+    is_altered = ALTERED.is_in(bare)
+    if not is_altered and not re.search(_SIGNS, bare):
         return ""
-    if re.search(_WITHOUT_HANGER, note):
-        return "mass"
-    weighs = re.search(_MASS, note)
-    return "mass" if weighs and not _INCLUDED.is_in(note) else ""
-
-
-def _altered_by_word(note: str) -> str:
-    """Find the first reading in a clause that says "twice", "half" or "wrong"."""
-    if not _ALTERED.is_in(note):
+    if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):
         return ""
-    bare = re.sub(f"{_USUAL}|{_HALF_TURN}|{_DONE_TWICE}", "…", note)
-    for clause in re.split(r"[.;!?]\s", bare):
-        if not _ALTERED.is_in(clause):
-            continue
-        for word in re.findall(r"[\w/]+", clause):
-            for role in _roles_of_word(word):
-                if BY_NAME[role].part and role != "torque":
-                    return role
-    return ""
+    return _named_reading(bare) or ("readings" if is_altered else "")
+
+
+def _named_reading(note: str) -> str:
+    """Return the first reading that a note names; else one of which it has an amount."""
+    for word in re.findall(r"[\w/]+", note):
+        for role in _roles_of_word(word):
+            if BY_NAME[role].part and role != "torque":
+                return role
+    amount = re.search(_AMOUNT, note)
+    return _ROLE_OF_UNIT.get(kinds_of(amount[1]), "") if amount else ""
 
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
-    """Look up a word of a note: a name, perhaps in the plural, a unit, or a hanger."""
-    if re.match(_HANGER.pattern, word):
-        return ("mass",)
+    """Look up a word of a note: a name, perhaps in the plural, or a unit of the spin."""
     if kinds_of(word) == {"rate"}:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    singular = re.sub(r"e?[ns]$", "", word)
     named = NAMES.get(squeeze(word).lower())
-    return named or NAMES.get(squeeze(singular).lower(), ())
+    return named or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
 
 
 _SURFACE_NOTE = Phrases("surface_note")
@@ -134,6 +95,8 @@ def _origin_of_position(note: str) -> str:
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
+    if not re.search(rf"\b{FROM}\b", bare):
+        return ""
     starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
     is_position = starts_with_from or bare != note or _names_position(bare)
     return origin if is_position and _names_origin_behind_from(bare) else ""
@@ -154,7 +117,7 @@ def noted_centre(note: str) -> bool:
 def _explains_position(note: str) -> bool:
     """Return whether a note explains its first word: "x: from the surface of …"."""
     symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
-    return symbol is not None and "position" in name_roles(symbol[1])[0]
+    return symbol is not None and "position" in known_roles(symbol[1])
 
 
 def _names_position(note: str) -> bool:
@@ -165,6 +128,3 @@ def _names_position(note: str) -> bool:
         for end in ("", "s", "n", "en", "e", "et")
         for role in name_roles(word.removesuffix(end))[0]
     )
-
-
-WIDE, SPHERE = map(Phrases, ("diameter", "sphere"))

@@ -27,7 +27,7 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.names import name_roles, reported_key
+from gyrodata.readings.names import known_roles, name_roles, reported_key
 from gyrodata.readings.origins import from_centre
 from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
@@ -272,6 +272,13 @@ def _nearest_key(key: str) -> list[str]:
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8)
 
 
+def _readings_named(key: str) -> list[str]:
+    """Return the readings that a key names, perhaps with a number: "m1"."""
+    bare = re.sub(r"_?[0-9]{1,2}$", "", key)
+    named = name_roles(key)[0] if "_" in key else known_roles(bare)
+    return [role for role in named if roles.kind_of_role(role) != "text"]
+
+
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """Warn of a remark that is nearly a ``# key: value`` line.
 
@@ -279,9 +286,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """
     close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
-        bare = re.sub(r"_?[0-9]{1,2}$", "", key)
-        named = [*name_roles(key)[0], *name_roles(bare)[0]]
-        close = [role for role in named if roles.kind_of_role(role) != "text"]
+        close = _readings_named(key)
     if not close or turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         return
     written = key if text.text == value else text.text
@@ -375,14 +380,15 @@ def _read_uncertainty(key: str, text: str, ask: bool) -> Uncertainty:
 
 
 def _read_latitude(text: str, ask: bool) -> float:
-    """Read a latitude [rad]: "52.5 deg", "33 S"."""
-    match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
-    angle = match[1] if match else text
-    value = notation.read_cell(angle, "angle", "deg", ask).value
-    if abs(value) > math.pi / 2 or (match and value < 0):
-        hint = 'write it like "52.5 deg", from -90 at the south pole to 90 deg'
+    """Read a latitude [rad]: "52.5 deg"; it is negative in the south."""
+    hint = 'write it like "52.5 deg", from -90 at the south pole to 90 deg'
+    try:
+        value = notation.read_cell(text, "angle", "deg", ask).value
+    except UnitError as error:
+        raise UnitError(str(error), hint) from None
+    if abs(value) > math.pi / 2:
         raise UnitError("is not a latitude", hint)
-    return -value if match and match[2] in "Ss" else value
+    return value
 
 
 def _enter_constant(
@@ -394,12 +400,7 @@ def _enter_constant(
     bare = written is not None and not written.unit
     unit = "m/s^2" if bare else None
     cell = notation.read_cell(text, roles.kind_of_role(key), unit, ask)
-    if key == "g":
-        _check_gravity(cell.value)
-    if not cell.value > 0:
-        raise UnitError("is not above zero", "")
-    if key == "ball_mass":
-        _check_ball(cell.value)
+    _check_usual(key, cell.value)
     _check(key, cell.value)
     if bare:
         faults.add("g_without_unit", item.place, text=item.text)
@@ -408,20 +409,21 @@ def _enter_constant(
         settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
-def _check_ball(mass: float) -> None:
-    low, high = _BALL
-    if not low <= mass <= high:
-        likely = f"{1000 * mass:.6g} kg" if mass < low else f"{mass:.6g} g"
-        fault = f"is {mass:.4g} kg, which is not the mass of a ball in a lab"
-        raise UnitError(fault, f'is its unit wrong? Write "# ball_mass: {likely}"')
-
-
-def _check_gravity(g: float) -> None:
-    low, high = ON_EARTH
-    if not low <= g <= high:
-        fault = f"is {g:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
+def _check_usual(key: str, value: float) -> None:
+    """Raise an error for a value of g, or a mass of a ball, that no lab has."""
+    low, high = {"g": ON_EARTH, "ball_mass": _BALL}.get(key, (0.0, math.inf))
+    if low <= value <= high and value > 0:
+        return
+    if key == "g":
+        fault = f"is {value:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
         hint = 'write the value of your place with its unit, such as "9.81 m/s^2"'
-        raise UnitError(fault, hint)
+    elif key == "ball_mass" and value > 0:
+        likely = f"{1000 * value:.6g} kg" if value < low else f"{value:.6g} g"
+        fault = f"is {value:.4g} kg, which is not the mass of a ball in a lab"
+        hint = f'is its unit wrong? Write "# ball_mass: {likely}"'
+    else:
+        fault, hint = "is not above zero", ""
+    raise UnitError(fault, hint)
 
 
 def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:

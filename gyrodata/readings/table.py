@@ -16,7 +16,12 @@ from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import counts, layout, roles, shapes, sheet
 from gyrodata.readings import source as sources
 from gyrodata.readings.captions import read_notes
-from gyrodata.readings.cells import CellReader, DecimalSigns, fraction_of_date
+from gyrodata.readings.cells import (
+    CellReader,
+    DecimalSigns,
+    fraction_of_date,
+    meant_texts,
+)
 from gyrodata.readings.choice import choose
 from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
@@ -36,7 +41,6 @@ from gyrodata.readings.lablog import (
     header_of,
     listing,
 )
-from gyrodata.readings.meant import meant_texts
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings

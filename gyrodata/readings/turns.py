@@ -44,9 +44,7 @@ _SIGNS = f"(?<!第)(?:{_SIGNS})"
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
 """Stands for a word for a turn, or for its beginning: a letter that no log contains."""
-_PERIOD, _ONE_TURN, _DIVIDED = map(
-    vocabulary.pattern, ("period", "one_turn", "divided")
-)
+_ONE_TURN, _DIVIDED = map(vocabulary.pattern, ("one_turn", "divided"))
 _FULL_TURN = rf"{MARK}\w*\s+{vocabulary.pattern('full')}"
 """In "vuelta completa"."""
 _PARTS_OF_ONE = {
@@ -75,6 +73,8 @@ _ALONE = (
 )
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
+_SIGNS_OF_TURNS = (TURN, _ANGLE, _ONE_TURN, _ALONE, _PERIODS)
+"""What a text contains that states turns."""
 
 
 def mark_turns(text: str) -> str:
@@ -100,7 +100,7 @@ def turns_in(text: str) -> str:
         return _in_digits(symbol[1])
     number = _number_of_turns(marked) if names_turn else ""
     degrees = _part_in_degrees(plain)
-    return degrees or number or _one_turn(plain, marked) or _part_of_period(plain)
+    return degrees or number or _one_turn(plain, marked)
 
 
 def _states_no_turns(text: str) -> bool:
@@ -108,22 +108,31 @@ def _states_no_turns(text: str) -> bool:
 
     The patterns of turns take 20 ms to compile.
     """
-    if text.isalpha():
-        return bool(kinds_of(text)) or text.lower() in NAMES  # "rpm", "revolutions"
-    return not re.search(r"[^\W\d_]|[°º˚]", text)  # "20.3"
+    if text.isalpha() and (kinds_of(text) or text.lower() in NAMES):
+        return True  # "rpm", "revolutions"
+    if not re.search(r"[^\W\d_]|[°º˚]", text):
+        return True  # "20.3"
+    return text.isascii() and not (
+        _may_contain_number(text)
+        and any(re.search(sign, text) for sign in _SIGNS_OF_TURNS)
+    )
+
+
+def _may_contain_number(text: str) -> bool:
+    """Return whether an English text may contain a number, in digits or in words."""
+    if re.search("[0-9]", text):
+        return True
+    small = text.lower()
+    is_word = not NUMBERS.keys().isdisjoint(TOKENS.split(small))
+    return is_word or any(
+        part in small for part in (*_PARTS_OF_ONE, "voll", "once", "twice")
+    )
 
 
 def _one_turn(plain: str, marked: str) -> str:
     """Return "1" for "full turn" in one word or in another order; else ""."""
     is_full = MARK in marked and re.search(_FULL_TURN, marked)
     return "1" if is_full or re.search(_ONE_TURN, plain) else ""
-
-
-def _part_of_period(plain: str) -> str:
-    """Return 1/2 for "half period"; else ""."""
-    period = re.search(_PERIOD, plain)
-    number = words_of_turns(plain[: period.start()]) if period else ""
-    return "" if number == "1" else number
 
 
 def _in_plain_words(header: str) -> str:

@@ -18,10 +18,10 @@ from gyrodata.readings.headers import (
     counts_weights,
     is_one_letter,
     is_part_of_mass,
-    suggest_role,
 )
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.roles import Role, kind_of_role
+from gyrodata.readings.unusual_headers import suggest_role
 from gyrodata.readings.words import (
     NOT_THE_WEIGHT,
     PRECESSION,

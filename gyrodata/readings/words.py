@@ -105,9 +105,8 @@ MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = map(_words, ("mean", "scale", "counter"
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
-"""Words next to a quantity in a title that is not an added weight, its position, or a
-measured spin; and words behind a length that is not a position."""
+NOT_THE_WEIGHT = _words("not_the_weight")
+"""Words next to a quantity that is not an added weight, its position, or a spin."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = Phrases("spinning")

@@ -132,7 +132,7 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
         ),
         # Gravity is known better from a latitude, and given is exact.
         ("# latitude: 45 deg\n" + HEAD + ROW, {"g": 0.0001}),
-        ("# u_g: 1 %\n# latitude: 33.9 S\n" + HEAD + ROW, {"g": 0.01}),
+        ("# u_g: 1 %\n# latitude: -33.9 deg\n" + HEAD + ROW, {"g": 0.01}),
         # A period or a rate has its own uncertainty, which serves for the time beside
         # it.
         (

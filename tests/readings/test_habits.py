@@ -117,7 +117,7 @@ def test_a_time_of_a_phone_as_it_is_asked_for_is_the_time_itself() -> None:
         analyze(f"{HEAD}turns\n20.1,14.8,212,00:20:13,1\n".encode())
     for unit, time, seconds in (
         ("[s]", "00:20.13", 20.13),
-        ("[h:min:s]", "00:20:13", 1213.0),
+        ("[min:s]", "20:13", 1213.0),
     ):
         head = HEAD.replace("time [s]", f"time {unit}")
         column = read_log(f"{head}turns\n20.1,14.8,212,{time},1\n".encode()).columns[

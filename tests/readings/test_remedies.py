@@ -137,7 +137,7 @@ def test_unit_of_a_time_says_more_than_a_name_of_the_mass() -> None:
     head = "m [g],position [cm],spin [rpm],Masa [s],turns"
     text = log(head, FOUR + ",{turns}")
     (asked,) = questions(text)
-    assert 'is it --map time="Masa [s]"?' in asked.hint
+    assert 'or type --map time="Masa [s]"' in asked.hint
     assert is_true(text, mapping={"time": "Masa [s]"})
 
 

@@ -31,7 +31,7 @@ RICH = """# station: 3
 # balance_tilt: 3 deg in 10 s
 # balance_drift: 5 deg in 60 s at 400 rpm
 # balanced: nein
-# latitude: 33.9 S
+# latitude: -33.9 deg
 # weight_diameter: 3.0 ± 0.1 cm
 # u_angle: 2 deg
 # pitch: 2 deg

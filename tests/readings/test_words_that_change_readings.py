@@ -275,7 +275,7 @@ def test_a_number_of_nuts_is_asked_about(top: str, column: str) -> None:
         torque = count * 8.35e-3 * G * 0.148
         time = 2 * np.pi * INERTIA * spin * RPM / torque
         lines.append(f"{count};14.8;{spin};1;{time:.2f}")
-    with pytest.raises(gyrodata.LogError, match="counts weights"):
+    with pytest.raises(gyrodata.LogError, match="mass is missing"):
         gyrodata.analyze("\n".join(lines).encode())
     rows = [line.replace(";", " x 8.35;", 1) for line in lines[2:]]
     corrected = [lines[1].replace(column, "mass [g]"), *rows]

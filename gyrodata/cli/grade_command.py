@@ -86,7 +86,8 @@ def grade(
     from gyrodata.grading import classroom, output, submissions
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
 
-    judged = read_rubric(*_rubric(rubric))
+    text, name = _rubric(rubric)
+    judged = read_rubric(text, name)
     found = submissions.list_submissions(path.absolute(), lms, pattern, attempts)
     book = _read_gradebook(gradebook, assignment, found, judged)
     people = _read_roster(roster or gradebook, found)
@@ -118,6 +119,7 @@ def grade(
             if not quiet:
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
+                write_whole(target / output.RUBRIC, output.rubric_used(text))
                 _write(grades, target, filled, options.figures, quiet)
         except KeyboardInterrupt:
             kept = "nothing is kept"

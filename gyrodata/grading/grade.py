@@ -115,6 +115,7 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     ] = ()  # common mistakes that explain the report, the most likely first
     look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
+    log_of: str = ""  # the partner or group whose log it is; "" for an own log
     section: str = ""  # of the roster
     reported: Annotated[
         Reported,
@@ -244,11 +245,14 @@ def grade_submission(
     )
     if answer is not None and (value := answer.value) is not None:
         step = answer.step or 0.0
-        slips = tuple(
-            yardsticks.find_slips(
-                value, step, own, analysis.readings, analysis.measurements
+        # Many mistakes agree with an answer of one digit by chance: none is named.
+        slips: tuple[yardsticks.Slip, ...] = ()
+        if (answer.digits or 0) > 1:
+            slips = tuple(
+                yardsticks.find_slips(
+                    value, step, own, analysis.readings, analysis.measurements
+                )
             )
-        )
         named = [one for one in own.values if slips and one.name == slips[0].fit]
         matched = min(named or own.values, key=lambda one: abs(one.value - value))
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
@@ -257,6 +261,7 @@ def grade_submission(
             evidence, matched=matched, d=d, slips=slips, from_cells=cells
         )
     questions = _questions(answers, evidence) if reported is None else []
+    own_log = None if submission.log_of else readings
     doubts = filter(None, [*questions, wide])
     grade = replace(
         blank,
@@ -266,7 +271,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence), *doubts),
         station=station_of(readings),
-        partner=partners_in(readings, submission.documents),
+        partner=submission.partner or partners_in(own_log, submission.documents),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
@@ -302,17 +307,19 @@ def settle(
     """
     references, scatters = rubric.references, {}
     if rubric.class_reference:
-        known = [
-            (one.station, one.inertia, one.inertia_u or 0.0)
+        # A log counts once, however many students it is of.
+        known = {
+            one.log_of or one.student: (one.station, one.inertia, one.inertia_u or 0.0)
             for one in grades
             if one.inertia is not None
-        ]
-        references = yardsticks.class_references(known)
+        }
+        references = yardsticks.class_references(known.values())
     if "from" in rubric.bench and any(
         criterion.check == "constancy" for criterion in rubric.criteria
     ):
+        by_log = {one.log_of or one.student: one for one in grades}
         scatters = yardsticks.class_scatter(
-            (grade.station, grade.scatters) for grade in grades
+            (grade.station, grade.scatters) for grade in by_log.values()
         )
     return (
         tuple(_settle_one(grade, rubric, references, scatters) for grade in grades),
@@ -630,6 +637,8 @@ def not_graded(
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
+        log_of=submission.log_of,
+        partner=submission.partner,
     )
 
 

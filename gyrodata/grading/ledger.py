@@ -129,15 +129,21 @@ class Desk(Struct, frozen=True):
         ]
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
-    def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
+    def partners_of(self, student: str) -> set[str]:
+        """Return the students with whom a student hands in the same data."""
+        groups = (group for group in self.partners if student in group)
+        return set[str]().union(*groups) - {student}
+
+    def first_seen(
+        self, grade: Grade, item: Submission, before: Mapping[str, str]
+    ) -> dict[str, str]:
         """Return the digest of the submission for which each line was written.
 
         It is the digest of the first run with the line.
         """
-        return {
-            key: before.get(key, grade.digest)
-            for key in map(repr, self.lines.get(grade.student, ()))
-        }
+        lines = self.lines.get(grade.student, ())
+        now = dict(_seen_with(one, grade, item) for one in lines)
+        return {key: before.get(key, digest) for key, digest in now.items()}
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected.
@@ -150,21 +156,20 @@ class Desk(Struct, frozen=True):
         path = (self.folder / name).resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
-    def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
+    def applied(self, grade: Grade, item: Submission, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
         lines = self.lines.get(grade.student, ())
         if not lines:
             return grade
         given = {one.what: one for one in lines}
-        stale = [
-            (
-                f"{STALE} {one.what} {one.value} was set by hand: change its line in "
-                f"{DESK} to confirm it"
-            )
-            for one in lines
-            if one.what not in (*SEVERAL, *BARE, CORRECTED)
-            and seen.get(repr(one), grade.digest) != grade.digest
-        ]
+        stale = []
+        for line in lines:
+            key, digest = _seen_with(line, grade, item)
+            if line.what not in (*SEVERAL, *BARE) and seen.get(key, digest) != digest:
+                stale.append(
+                    f"{STALE} {line.what} {line.value} was set by hand: change its "
+                    f"line in {DESK} to confirm it"
+                )
         numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
@@ -206,6 +211,17 @@ class Desk(Struct, frozen=True):
             f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         ).hexdigest()
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
+
+
+def _seen_with(one: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
+    """Return the key of a line in the journal, and the digest of what it was written for.
+
+    A corrected log replaces that of the student: a new one is seen by the files that the
+    student handed in.
+    """
+    if one.what == CORRECTED:
+        return f"handed in: {one!r}", item.original_digest
+    return repr(one), grade.digest
 
 
 NO_DESK = Desk()
@@ -453,6 +469,14 @@ def read_list(
 # --- the lines that wait for a person: ``desk-todo.csv`` ---
 
 
+LONGEST = 300  # characters of a text in a table or on the page of the class
+
+
+def short(text: str) -> str:
+    """Return a text, or its beginning if it is very long."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+
+
 class Offer(Struct, frozen=True):
     """A line for the desk, ready to be copied."""
 
@@ -466,10 +490,8 @@ class Offer(Struct, frozen=True):
     @property
     def cells(self) -> list[str]:
         """The columns of the desk, without a name under ``by``."""
-        return [
-            csv_cell(one)
-            for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)
-        ]
+        people, why = BETWEEN.join(self.people), short(self.why)
+        return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -599,8 +621,9 @@ def todo_csv(
     for one in sorted(
         offers, key=lambda one: (one.student, one.what, one.value, one.why)
     ):
-        told = (
-            BETWEEN.join(texts[key] for key in one.people) for texts in (names, files)
-        )
+        told = [
+            short(BETWEEN.join(texts[key] for key in one.people))
+            for texts in (names, files)
+        ]
         rows.append([*one.cells, *map(csv_cell, told)])
     return csv_lines(rows)

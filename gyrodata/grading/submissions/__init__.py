@@ -8,6 +8,7 @@ graded in workers, where both are limited.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -21,7 +22,9 @@ from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions import names
 from gyrodata.grading.submissions.archives import (
+    TABLES,
     TEXTS,
+    WORKBOOKS,
     Listing,
     ending,
     list_files,
@@ -33,6 +36,7 @@ from gyrodata.grading.submissions.archives import (
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
+from gyrodata.readings.words import squeezed_words
 
 __all__ = [
     "Submission",
@@ -110,7 +114,7 @@ def list_submissions(
     items = []
     for parts in _by_student(named.owners, about):
         item, attempts_made = _join_attempt(named.files.root, parts, attempts)
-        items.append(item)
+        items += _members_of_group(item) if named.platform == "folder" else [item]
         if attempts_made > 1:
             notes.append(
                 Faults(root.name).message(
@@ -242,6 +246,52 @@ def _join_attempt(
         name: part for name, part in parts.items() if (part.submitted or "") == stamp
     }
     return _joined(root, of_attempt or parts, attempts), len(stamps)
+
+
+_JOINING = r"\s*[+&]\s*|[\s_]+and[\s_]+"
+
+
+def _members_of_group(item: Submission) -> list[Submission]:
+    """Split a folder such as "ann+bob" that has a report of each and one log.
+
+    Each member has the own report, and all files that are of no single member. Any other
+    folder is one submission.
+    """
+    members = [one for one in re.split(_JOINING, item.student) if one]
+    files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
+    owners = {name: _owners_of(file, members) for name, file in files.items()}
+    of_one = {some[0] for some in owners.values() if len(some) == 1}
+    has_one_log = (
+        sum(ending(file) in (*TABLES, *WORKBOOKS) for file in files.values()) == 1
+    )
+    if len(members) < 2 or of_one != set(members) or not has_one_log:
+        return [item]
+    log = next(
+        name for name, file in files.items() if ending(file) in (*TABLES, *WORKBOOKS)
+    )
+    return [
+        replace(
+            item,
+            student=f"{item.student}/{one}",
+            name=one,
+            ids={"folder": f"{item.student}/{one}", "username": one},
+            feedback_stem=f"{item.student}/{one}",
+            log_of=item.student,
+            shares_answer=True,
+            parts={
+                name: item.parts[name]
+                for name in files
+                if name == log or owners[name] in ([], [one])
+            },
+        )
+        for one in members
+    ]
+
+
+def _owners_of(file: str, members: Sequence[str]) -> list[str]:
+    """Return the members of a group whose names are in the name of a file."""
+    words = squeezed_words(file)
+    return [one for one in members if squeezed_words(one) <= words]
 
 
 def _no_submission(

@@ -26,6 +26,7 @@ from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.documents import (
     LONGEST_LINE,
     MOST_LINES,
+    NO_TEXT,
     PLAIN,
     SAYS,
     Document,
@@ -70,8 +71,8 @@ class _Candidate(Struct, frozen=True):
     """
 
     rank: tuple[
-        bool, bool, bool, bool
-    ]  # whether it has a name, an uncertainty, words of a result, and of the last one
+        bool, bool, bool, int
+    ]  # whether it has a name, an uncertainty, words of a result; and its version
     place: str
     read: Reported
     doubt: bool = False  # whether a person may not see it
@@ -110,16 +111,17 @@ def read_answers(
     found = [one for text in texts for one in text.values if not one.compared]
     if log is not None:
         chosen = _Candidate(
-            (True,) * 4, log.name, _in_log(log), _is_doubted(log, unseen)
+            (True, True, True, 0), log.name, _in_log(log), _is_doubted(log, unseen)
         )
         answers = Answers(chosen.read, (), log.name)
     elif found:
         chosen, answers = _best(found)
     else:
-        return Answers(unread=_unread(documents))
+        return Answers(unread=_unread(documents, has_answer=False))
     questions = [text.cut for text in texts] + [_doubt(chosen, found)]
     if answers.inertia and answers.inertia.fault != "given twice":
-        questions.append(_disagrees(chosen.read, answers.file, found))
+        others = [one for one in found if not _is_corrected(one, chosen)]
+        questions.append(_disagrees(chosen.read, answers.file, others))
     rivals = (one for text in texts for one in text.values if one.compared)
     return replace(
         answers,
@@ -129,18 +131,18 @@ def read_answers(
             for one in rivals
             if _differ(chosen.read, one.read)
         ),
-        unread=_unread(documents),
+        unread=_unread(documents, has_answer=True),
     )
 
 
-def _unread(documents: Iterable[Document]) -> tuple[Diagnostic, ...]:
-    """Name the files that cannot be read."""
+def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
+    """Name the files that cannot be read; a PDF of pictures may be a plot."""
     return tuple(
         Faults(one.name)
         .refuse("file_of_class_unreadable", name=one.name, why=one.problem)
         .diagnostics[0]
         for one in documents
-        if one.problem
+        if one.problem and not (has_answer and one.problem == NO_TEXT)
     )
 
 
@@ -191,6 +193,11 @@ def _best(found: Sequence[_Candidate]) -> tuple[_Candidate, Answers]:
         )
     note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
     return chosen, Answers(read, (note,), chosen.file)
+
+
+def _is_corrected(one: _Candidate, chosen: _Candidate) -> bool:
+    """Return whether the text calls a value an earlier one, and the answer a later one."""
+    return one.file == chosen.file and one.rank[3] < 0 < chosen.rank[3]
 
 
 def _is_draft(one: _Candidate) -> bool:
@@ -290,6 +297,14 @@ def version_of(name: str) -> tuple[int, str]:
     )
 
 
+def _version_in(text: str) -> int:
+    """Return the rank of the version that words next to a value state last."""
+    # "Final results" is the title of a part, "Corrected value:" belongs to the next line.
+    line = text if re.search(r":\s*\|", text) else text.rpartition(" | ")[2]
+    words = [*re.finditer(SAYS["version"], line)]
+    return _RANKS.get(words[-1].lastgroup or "", 0) if words else 0
+
+
 def _agree(rounded: Reported, other: Reported) -> bool:
     """Return whether two values with their uncertainties are the same but for rounding."""
     near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (
@@ -304,20 +319,24 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 
 
 def partners_in(
-    log: readings.Readings, reports: Iterable[Document | tuple[str, bytes]]
+    log: readings.Readings | None, reports: Iterable[Document | tuple[str, bytes]]
 ) -> str:
-    """Return the partners that lines of the log name.
+    """Return the partners that lines of the log name, or of the reports without a log.
 
     Behind ``~`` are all words of any text that may be a name.
     """
-    lines = islice(re.finditer(SAYS["partner"], log.source_text, re.M), _MOST_NAMES)
-    named = " & ".join(one[1].strip() for one in lines)[:_LONGEST_SENTENCE]
-    called: dict[str, None] = {}
-    documents = (
+    documents = [
         one if isinstance(one, Document) else read_document(*one) for one in reports
+    ]
+    texts = ["\n".join(one.lines) for one in documents]
+    with_lines = texts if log is None else [log.source_text]
+    lines = chain.from_iterable(
+        re.finditer(SAYS["partner"], text, re.M) for text in with_lines
     )
-    # Text by text, so that a text that takes too long can be named.
-    for text in chain([log.source_text], ("\n".join(one.lines) for one in documents)):
+    names = (one[1].strip() for one in islice(lines, _MOST_NAMES))
+    named = " & ".join(names)[:_LONGEST_SENTENCE]
+    called: dict[str, None] = {}
+    for text in with_lines if log is None else [*with_lines, *texts]:
         for one in re.finditer(SAYS["called"], text):
             words = re.split("[ ,]+", one[0][:_LONGEST_SENTENCE])
             # "Team Ann Lee" contains "Ann Lee".
@@ -550,12 +569,12 @@ def _candidates(
                 and (u or (named and not unsure))
                 and (compared or not is_other)
             ):
-                best = re.search(SAYS["final"], before) is not None
+                version = _version_in(before) or _version_in(after)
                 rank = (
                     named,
                     u and read.fault != "wrong unit",
                     result and not re.search(r"\d", before),
-                    best,
+                    version,
                 )
                 place = f"{document.name}, line {number}"
                 yield _Candidate(

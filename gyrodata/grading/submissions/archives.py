@@ -39,6 +39,7 @@ MOST_LEVELS, MOST_INNER = (
 
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
+PDF = ".pdf"
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 # Endings of files that are a log if it is a table in them.
 REPORTS = (
@@ -52,6 +53,7 @@ REPORTS = (
     ".r",
     ".m",
     ".json",
+    PDF,
     "",
 )
 # Endings of files with the answer.

@@ -163,48 +163,35 @@ def grade_class(
     extra = _decided_without_hand_in(submissions, desk, roster)
     listed = sorted([*submissions.items, *extra], key=lambda item: item.student)
     items, notes, lost = _chosen([desk.corrected(one) for one in listed], options)
+    without = {one.student for one in extra}
+    present = tuple(one for one in items if one.student not in without)
     roster = roster.with_submissions(one.student for one in extra)
-    handed_in = {item.student for item in submissions.items}
-    present = tuple(one for one in items if one.student in handed_in)
     meant = roster.who_is_meant(replace(submissions, items=present))
     work = _Work.begun(rubric, options, desk, lost)
     work.grade([item for item in items if item.log_name is not None])
-    texts = {key: entry.grade.partner for key, entry in work.entries.items()}
-    texts |= {item.student: item.partner for item in items if item.log_name is None}
-    partners = find_partners(texts, roster, meant)
+    partners = find_partners(_texts_on_partners(items, work), roster, meant)
     items = _with_shared_logs(items, partners, desk, options)
     work.grade([item for item in items if item.student not in work.entries])
     entries = work.written(items)
-    undrawn = work.undrawn_notes()
-    submissions = replace(
-        submissions,
-        items=items,
-        diagnostics=(*submissions.diagnostics, *notes, *undrawn),
-    )
     groups = [*partners.groups, *partners_by_log(items)]
-    grades, references, scatters = _settled(
+    settled, references, scatters = _settled(
         items, entries, rubric, roster, options, desk
     )
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
-    looked = [_with_look(one, looks.get(one.student)) for one in grades]
-    prints = {
-        key: entry.grade.fingerprint
-        for key, entry in entries.items()
-        if entry.grade.fingerprint is not None
-    }
-    flags = (*flag_class(prints, [*groups, *desk.partners], previous),)
-    flags = in_order([*flags, *flag_examples(prints)])
+    looked = [_with_look(one, looks.get(one.student)) for one in settled]
+    grades = [
+        desk.applied(grade, item, entries[grade.student].seen)
+        for grade, item in zip(looked, items, strict=True)
+    ]
+    diagnostics = (*submissions.diagnostics, *notes, *work.undrawn_notes())
     return ClassGrades(
         source=items[0].source.resolve().name,
-        submissions=submissions,
+        submissions=replace(submissions, items=items, diagnostics=diagnostics),
         rubric=rubric,
-        grades=tuple(
-            desk.applied(grade, item, entries[grade.student].seen)
-            for grade, item in zip(looked, items, strict=True)
-        ),
+        grades=tuple(grades),
         references=references,
         scatters=scatters,
-        flags=flags,
+        flags=_flags(entries, [*groups, *desk.partners], previous),
         again=work.again,
         damaged=work.damaged,
         desk=desk,
@@ -212,6 +199,25 @@ def grade_class(
         partners=groups,
         figures={key: one.figures for key, one in entries.items() if one.figures},
     )
+
+
+def _texts_on_partners(items: Iterable[Submission], work: _Work) -> dict[str, str]:
+    """Return what each student says about partners, by student."""
+    texts = {item.student: item.partner for item in items}
+    return texts | {key: entry.grade.partner for key, entry in work.entries.items()}
+
+
+def _flags(
+    entries: Mapping[str, Entry],
+    groups: Sequence[frozenset[str]],
+    previous: Mapping[str, Fingerprint],
+) -> tuple[Flag, ...]:
+    """Compare all logs, but not those of a group with each other."""
+    prints = {}
+    for student, entry in entries.items():
+        if entry.grade.fingerprint is not None:
+            prints[student] = entry.grade.fingerprint
+    return in_order([*flag_class(prints, groups, previous), *flag_examples(prints)])
 
 
 def _decided_without_hand_in(
@@ -270,44 +276,49 @@ def _with_shared_logs(
 ) -> tuple[Submission, ...]:
     """Give the log of a partner to each student who has none."""
     with_log = {item.student: item for item in items if item.log_name is not None}
-    shared: dict[str, Submission] = {}
-    for item in items:
-        if item.student in with_log:
-            continue
-        chosen = desk.partners_of(item.student)
-        if not chosen and not (item.problem or "").startswith(NO_LOG):
-            continue
-        known = (chosen or partners.of(item.student)) & with_log.keys()
-        logs = {with_log[key].log_digest: key for key in sorted(known, reverse=True)}
-        if len(logs) == 1:
-            (lender,) = logs.values()
-            log = with_log[lender]
-            shared[item.student] = replace(
-                item,
-                log_name=log.log_name,
-                log_file=log.log_file,
-                log_of=lender,
-                shares_answer=bool(chosen),
-                problem=None,
-                known_digest="",
-            )
-        elif logs:
-            names = listing(sorted(known))
-            problem = f"{item.problem}; its partners have different logs: {names}"
-            shared[item.student] = replace(item, problem=problem)
-    if not shared:
-        return tuple(items)
-    waiting = [one for one in shared.values() if one.log_of]
-    with closing(
-        in_workers(
+    made = {
+        item.student: _with_shared_log(item, with_log, partners, desk)
+        for item in items
+        if item.student not in with_log
+    }
+    waiting = [one for one in made.values() if one.log_of]
+    if waiting:
+        answers = in_workers(
             _with_digest, waiting, options.workers, options.limit, options.cluster
         )
-    ) as answers:
-        for item, answer in answers:
-            if isinstance(answer, Failed):
-                answer = unread(item, f"{answer}; {LOOK}")
-            shared[item.student] = answer
-    return tuple(shared.get(item.student, item) for item in items)
+        with closing(answers):
+            for item, answer in answers:
+                if isinstance(answer, Failed):
+                    answer = unread(item, f"{answer}; {LOOK}")
+                made[item.student] = answer
+    return tuple(made.get(item.student, item) for item in items)
+
+
+def _with_shared_log(
+    item: Submission, with_log: Mapping[str, Submission], partners: Partners, desk: Desk
+) -> Submission:
+    """Give a student the log of the partner; say so if the partners have several."""
+    decided = desk.partners_of(item.student)
+    if not decided and not (item.problem or "").startswith(NO_LOG):
+        return item
+    known = sorted((decided or partners.of(item.student)) & with_log.keys())
+    logs = {with_log[key].log_digest: with_log[key] for key in reversed(known)}
+    if not logs:
+        return item
+    if len(logs) > 1:
+        names = listing(known)
+        problem = f"{item.problem}; its partners have different logs: {names}"
+        return replace(item, problem=problem, known_digest="")
+    (lender,) = logs.values()
+    return replace(
+        item,
+        log_name=lender.log_name,
+        log_file=lender.log_file,
+        log_of=lender.student,
+        shares_answer=bool(decided),
+        problem=None,
+        known_digest="",
+    )
 
 
 def _with_digest(item: Submission) -> Submission:

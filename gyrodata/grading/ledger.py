@@ -162,55 +162,69 @@ class Desk(Struct, frozen=True):
         if not lines:
             return grade
         given = {one.what: one for one in lines}
-        stale = []
-        for line in lines:
-            key, digest = _seen_with(line, grade, item)
-            if line.what not in (*SEVERAL, *BARE) and seen.get(key, digest) != digest:
-                stale.append(
-                    f"{STALE} {line.what} {line.value} was set by hand: change its "
-                    f"line in {DESK} to confirm it"
-                )
-        numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
-        marks = list(grade.marks)
-        for at, mark in enumerate(marks):
-            if one := given.get(mark.criterion):
-                points, reason = (
-                    round(numbers[one.what], 2),
-                    f"given by hand: {one.told}".removesuffix(": "),
-                )
-                marks[at] = replace(
-                    mark, points=points, reason=reason, detail={}, rule=""
-                )
-        if late := given.get("late"):
-            looks = tuple(look for look in grade.look if look != grade.late_reason)
-            grade = replace(
-                grade,
-                late_deduction=numbers["late"],
-                late_reason="late, as decided by hand",
-                look=looks,
-            )
-        if tuple(marks) != grade.marks or late:
-            grade = added_up(replace(grade, marks=tuple(marks)))
-        if "total" in given:
-            grade = replace(
-                grade,
-                status="graded",
-                why=None,
-                points=round(numbers["total"], 2),
-                late_deduction=0.0,
-            )
-        if "bonus" in given and grade.points is not None:
-            grade = replace(
-                grade, points=max(0.0, round(grade.points + numbers["bonus"], 2))
-            )
-        for what, status in (("hold", "on hold"), ("excuse", "excused")):
-            if what in given:
-                grade = replace(grade, status=status, why=None, points=None)
-        looks = () if any(what in given for what in SETTLING) else grade.look
         digest = hashlib.sha256(
             f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         ).hexdigest()
+        stale = _stale(lines, grade, item, seen)
+        grade = _with_points(_with_marks(grade, given), given)
+        looks = () if any(what in given for what in SETTLING) else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
+
+
+def _stale(
+    lines: Iterable[Decision], grade: Grade, item: Submission, seen: Mapping[str, str]
+) -> list[str]:
+    """Ask about each line that was written for an earlier submission."""
+    stale = []
+    for line in lines:
+        key, digest = _seen_with(line, grade, item)
+        if line.what not in (*SEVERAL, *BARE) and seen.get(key, digest) != digest:
+            stale.append(
+                f"{STALE} {line.what} {line.value} was set by hand: change its "
+                f"line in {DESK} to confirm it"
+            )
+    return stale
+
+
+def _with_marks(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+    """Give the points of criteria and lateness that a person decided."""
+    marks = []
+    for mark in grade.marks:
+        if one := given.get(mark.criterion):
+            points = round(read_number(one.value) or 0.0, 2)
+            reason = f"given by hand: {one.told}".removesuffix(": ")
+            mark = replace(mark, points=points, reason=reason, detail={}, rule="")
+        marks.append(mark)
+    late = given.get("late")
+    if tuple(marks) == grade.marks and late is None:
+        return grade
+    grade = replace(grade, marks=tuple(marks))
+    if late is not None:
+        grade = replace(
+            grade,
+            late_deduction=read_number(late.value) or 0.0,
+            late_reason="late, as decided by hand",
+            look=tuple(look for look in grade.look if look != grade.late_reason),
+        )
+    return added_up(grade)
+
+
+def _with_points(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+    """Give the total and the bonus that a person decided, or no points."""
+    if total := given.get("total"):
+        points = round(read_number(total.value) or 0.0, 2)
+        grade = replace(
+            grade, status="graded", why=None, points=points, late_deduction=0.0
+        )
+    bonus = given.get("bonus")
+    if bonus is not None and grade.points is not None:
+        points = round(grade.points + (read_number(bonus.value) or 0.0), 2)
+        grade = replace(grade, points=max(0.0, points))
+    if "excuse" in given:
+        return replace(grade, status="excused", why=None, points=None)
+    if "hold" in given:
+        return replace(grade, status="on hold", why=None, points=None)
+    return grade
 
 
 def _seen_with(one: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
@@ -305,59 +319,57 @@ def _lines(
 
 
 def _decision(
-    row: dict[str, str], points: dict[str, float], known: Known, folder: Path
+    row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
-    name, value = row["student"], row["value"]
-    what = row["what"] if row["what"] in points else row["what"].casefold()
+    name, what, value = row["student"], row["what"], row["value"]
+    if what not in points:
+        what = what.casefold()
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
-    names = (
-        name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
-    )
-    people, fault = sorted({_student(one, known) for one in names}), ""
-    short, most = value[:60], points.get(what, points["total"])
-    told: dict[str, object] = {
-        "what": what,
-        "value": short,
-        "written": row["what"][:60],
-        "most": most,
-    }
+    names = [name]
+    if what == FLAG and name.casefold() not in known:
+        names = name.split(BETWEEN)
+    people = sorted({_student(one, known) for one in names})
     if what not in (*points, *WORDS, CORRECTED):
-        fault, told["near"] = (
-            "desk_word_unknown",
-            nearest(row["what"], (*points, *WORDS[1:])),
-        )
-    elif what in BARE or not value:
+        near = nearest(row["what"], (*points, *WORDS[1:]))
+        raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
+    if what in BARE:
         value = ""
-    elif what in points and value.startswith(("+", "-")):
-        fault, told["number"] = "desk_points_with_sign", short.removeprefix("+")
-    elif what == "bonus" and read_number(value) is None:
-        fault = "desk_bonus_not_a_number"
-    elif what == CORRECTED and not (folder / value).is_file():
-        fault = "desk_log_not_found"
-    elif what in (*points, "late") and not is_points(value, most):
-        fault, told["half"] = "desk_points_unfit", most / 2
-    elif what == "reported" and (read := read_reported("inertia", value)).fault in (
-        "unreadable",
-        "wrong unit",
-    ):
-        fault, told["problem"] = (
-            "desk_report_unreadable",
-            read.problem or "it is not a number",
-        )
-    elif what == FLAG and (value := value.casefold()) not in VERDICTS:
-        fault, told["verdicts"] = (
-            "desk_flag_not_settled",
-            f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}",
-        )
-    elif what == FLAG and not row["by"]:
-        fault = "desk_flag_by_nobody"
-    elif what == "partner":
+    elif value:
+        value = _checked(what, value, points)
+    if what == FLAG and value and not row["by"]:
+        raise unfit("desk_flag_by_nobody", what=what)
+    if what == "partner" and value:
         value = _student(value, known)
-    if fault:
-        raise unfit(fault, **told)
+    if what == CORRECTED and not (folder / value).is_file():
+        raise unfit("desk_log_not_found", what=what, value=value[:60])
     return people, Decision(what, value, row["by"], row["why"])
+
+
+def _checked(what: str, value: str, points: Mapping[str, float]) -> str:
+    """Return the value of a line; raise UnfitError if it is of another kind."""
+    most = points.get(what, points["total"])
+    values = {"what": what, "value": value[:60], "most": most}
+    if what in (*points, "late"):
+        if what != "late" and value.startswith(("+", "-")):
+            number = value[:60].removeprefix("+")
+            raise unfit("desk_points_with_sign", **values, number=number)
+        if not is_points(value, most):
+            raise unfit("desk_points_unfit", **values, half=most / 2)
+    elif what == "bonus" and read_number(value) is None:
+        raise unfit("desk_bonus_not_a_number", **values)
+    elif what == "reported":
+        read = read_reported("inertia", value)
+        if read.fault in ("unreadable", "wrong unit"):
+            problem = read.problem or "it is not a number"
+            raise unfit("desk_report_unreadable", **values, problem=problem)
+    elif what == FLAG:
+        value = value.casefold()
+        if value not in VERDICTS:
+            verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+            raise unfit("desk_flag_not_settled", **values, verdicts=verdicts)
+    return value
 
 
 def _student(name: str, known: Known) -> str:

@@ -290,60 +290,67 @@ def find_slips(
         Several if they explain it equally well; empty if the runs explain the report,
         or no known slip does.
     """
-    if (
-        min(
-            distance(reported, value.value, step, own.yardstick) for value in own.values
-        )
-        <= FROM
-    ):
+    honest = [distance(reported, one.value, step, own.yardstick) for one in own.values]
+    if min(honest) <= FROM:
         return []
-    plain, margin = (
-        {value.name: value.value for value in own.values},
-        FROM * own.yardstick,
-    )
-    yardstick = min(own.yardstick, SLIP_U)
-    low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
+    search = _Search(reported, step, own)
     singles = list(possible_mistakes(own, readings, measured).values())
-    found: list[tuple[int, Slip]] = []
-    for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
-        if any(slip.distance <= BOTH_WITHIN for _, slip in found):
-            break
+    found = search.explained_by(singles, WITHIN)
+    if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
+        found += search.explained_by(_pairs(singles), BOTH_WITHIN, CLEAR)
+    return _most_likely(found)
+
+
+Ranked = list[tuple[int, "Slip"]]
+"""Slips with their ranks: 0 for a mistake that the units of the log suggest."""
+
+
+class _Search(NamedTuple):
+    """The search for mistakes that explain one answer."""
+
+    reported: float  # [kg*m^2]
+    step: float  # of its last digit [kg*m^2]
+    own: OwnRuns
+
+    def explained_by(
+        self, kinds: Iterable[Mistake], within: float, clear: float = math.inf
+    ) -> Ranked:
+        """Return the mistakes with a fit nearer to the answer than `within` [u].
+
+        A fit whose u is more than the share `clear` of its value says nothing.
+        """
+        found = []
         for kind in kinds:
-            for one in sorted(
-                with_mistake(kind, own), key=lambda one: abs(one.value - reported)
-            ):
-                away = (
-                    distance(reported, one.value, step, yardstick)
-                    if one.value
-                    else math.inf
-                )
-                if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
-                    continue
-                # A value among honest answers cannot be separated from them.
-                if (
-                    away <= min(within, NEAREST / yardstick)
-                    and one.name in plain
-                    and not low <= one.value <= high
-                ):
-                    factor, away = (
-                        one.value / plain[one.name],
-                        away * yardstick / own.yardstick,
-                    )
-                    found.append(
-                        (
-                            kind.rank,
-                            Slip(
-                                kind.kind,
-                                kind.words,
-                                kind.check,
-                                factor,
-                                one.name,
-                                one.u,
-                                away,
-                            ),
-                        )
-                    )
+            fits = with_mistake(kind, self.own)
+            fits.sort(key=lambda one: abs(one.value - self.reported))
+            for fit in fits:
+                slip = self._slip(kind, fit, within)
+                if slip is not None and (fit.u or 0.0) <= clear * abs(fit.value):
+                    found.append((kind.rank, slip))
                     break
+        return found
+
+    def _slip(self, kind: Mistake, fit: OwnValue, within: float) -> Slip | None:
+        """Return a mistake if a fit with it explains the answer."""
+        plain = {one.name: one.value for one in self.own.values}
+        if not fit.value or fit.name not in plain:
+            return None
+        usual = self.own.yardstick
+        yardstick = min(usual, SLIP_U)
+        away = distance(self.reported, fit.value, self.step, yardstick)
+        # A value among honest answers cannot be separated from them.
+        low = min(plain.values()) * (1 - FROM * usual)
+        high = max(plain.values()) * (1 + FROM * usual)
+        if away > min(within, NEAREST / yardstick) or low <= fit.value <= high:
+            return None
+        factor = fit.value / plain[fit.name]
+        away *= yardstick / usual
+        words = kind.kind, kind.words, kind.check
+        return Slip(*words, factor, fit.name, fit.u, away)
+
+
+def _most_likely(found: Ranked) -> list[Slip]:
+    """Return the slips that explain an answer equally well, the most likely first."""
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))

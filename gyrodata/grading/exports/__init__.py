@@ -171,25 +171,26 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     return tuple(sorted(changes, key=_size, reverse=True))
 
 
-Row = Mapping[str, str]
+Row = dict[str, str]
 """The cells of a student by column."""
 
 
 def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     """Return what has changed for one student; None for nothing that is shown."""
     before, after = _total(was), _total(now)
-    parts = []
-    if was is not None and now is not None:
-        for column in {**was, **now}:
-            old, new = was.get(column, ""), now.get(column, "")
-            if column in ("name", TOTAL, STATUS) or _same(column, old, new):
-                continue
-            parts.append(CellChange(column, old, new))
-        names = was["name"], now["name"]
-        if before == after and not parts and names[0] == names[1]:
-            return None
     name = (now or was or {}).get("name") or student
-    return Change(student, name, before, after, tuple(parts))
+    if was is None or now is None:
+        return Change(student, name, before, after, ())
+    cells = [CellChange(one, was.get(one, ""), now.get(one, "")) for one in was | now]
+    parts = tuple(
+        cell
+        for cell in cells
+        if cell.column not in ("name", TOTAL, STATUS)
+        and not _same(cell.column, cell.before, cell.after)
+    )
+    if before == after and not parts and was["name"] == now["name"]:
+        return None
+    return Change(student, name, before, after, parts)
 
 
 def _total(row: Row | None) -> str | None:

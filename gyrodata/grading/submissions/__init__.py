@@ -22,9 +22,8 @@ from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions import names
 from gyrodata.grading.submissions.archives import (
-    TABLES,
+    SHEETS,
     TEXTS,
-    WORKBOOKS,
     Listing,
     ending,
     list_files,
@@ -260,32 +259,35 @@ def _members_of_group(item: Submission) -> list[Submission]:
     members = [one for one in re.split(_JOINING, item.student) if one]
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     owners = {name: _owners_of(file, members) for name, file in files.items()}
-    of_one = {some[0] for some in owners.values() if len(some) == 1}
-    has_one_log = (
-        sum(ending(file) in (*TABLES, *WORKBOOKS) for file in files.values()) == 1
-    )
-    if len(members) < 2 or of_one != set(members) or not has_one_log:
+    logs = [name for name, file in files.items() if ending(file) in SHEETS]
+    if len(members) < 2 or len(logs) != 1:
         return [item]
-    log = next(
-        name for name, file in files.items() if ending(file) in (*TABLES, *WORKBOOKS)
+    found = []
+    for one in members:
+        own = [name for name in files if owners[name] == [one]]
+        if not own:
+            return [item]
+        of_all = [name for name in files if name in logs or not owners[name]]
+        parts = {name: item.parts[name] for name in files if name in (*own, *of_all)}
+        found.append(_member(item, one, parts))
+    return found
+
+
+def _member(
+    group: Submission, name: str, parts: Mapping[str, Submission]
+) -> Submission:
+    """Return the submission of a member of a group."""
+    key = f"{group.student}/{name}"
+    return replace(
+        group,
+        student=key,
+        name=name,
+        ids={"folder": key, "username": name},
+        feedback_stem=key,
+        log_of=group.student,
+        shares_answer=True,
+        parts=parts,
     )
-    return [
-        replace(
-            item,
-            student=f"{item.student}/{one}",
-            name=one,
-            ids={"folder": f"{item.student}/{one}", "username": one},
-            feedback_stem=f"{item.student}/{one}",
-            log_of=item.student,
-            shares_answer=True,
-            parts={
-                name: item.parts[name]
-                for name in files
-                if name == log or owners[name] in ([], [one])
-            },
-        )
-        for one in members
-    ]
 
 
 def _owners_of(file: str, members: Sequence[str]) -> list[str]:

@@ -40,6 +40,7 @@ MOST_LEVELS, MOST_INNER = (
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
 PDF = ".pdf"
+SHEETS = (*TABLES, *WORKBOOKS)
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 # Endings of files that are a log if it is a table in them.
 REPORTS = (

@@ -155,23 +155,32 @@ class _Row(NamedTuple):
         """
         line = ""
         for title, cell in self.columns:
-            if _is_number(cell):
-                number = cell
-                if not re.search(_UNIT, cell):
-                    number = f"{cell} {_unit_behind(title) or self.unit}".rstrip()
-                if line and (_is_unsure(title) or cell == self.u):
-                    line += f" ± {number}{' %' * ('%' in title)}"
-                    continue
-                cell = number
+            text = self._with_unit(title, cell)
+            if self._is_u(title, cell) and line:
+                line += f" ± {text}{' %' * ('%' in title)}"
+            elif _is_blank_or_unit(text) and not _is_number(cell):
+                line += f" {text}"
+            elif is_alone or re.search(SAYS["other"], title):
+                line += f" | {title} = {text}"
             else:
-                if self.unit:
-                    cell = re.sub(r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$", "", cell)
-                if not cell or _unit_behind(f"/{cell}") or kinds_of(cell):
-                    line += f" {cell}"
-                    continue
-            has_title = is_alone or re.search(SAYS["other"], title)
-            line += f" | {title} = {cell}" if has_title else f" | {cell}"
+                line += f" | {text}"
         return line
+
+    def _with_unit(self, title: str, cell: str) -> str:
+        """Write the unit of a title or of the row behind a number instead of a name."""
+        if not _is_number(cell):
+            in_brackets = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
+            return re.sub(in_brackets, "", cell) if self.unit else cell
+        if re.search(_UNIT, cell):
+            return cell
+        return f"{cell} {_unit_behind(title) or self.unit}".rstrip()
+
+    def _is_u(self, title: str, cell: str) -> bool:
+        return _is_number(cell) and (_is_unsure(title) or cell == self.u)
+
+
+def _is_blank_or_unit(cell: str) -> bool:
+    return not cell or bool(_unit_behind(f"/{cell}") or kinds_of(cell))
 
 
 def _is_number(text: str) -> bool:
@@ -326,12 +335,10 @@ def _candidate(
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
     # Without its own u, a value behind a word of u is an uncertainty.
-    if not has_u and (quantity.is_unsure or not is_named):
-        return None
+    is_value = has_u or (is_named and not quantity.is_unsure)
     around = f"{before}\n{after}"
-    is_other = re.search(SAYS["other"], around) is not None
-    compared = is_other and is_named and has_u and _is_compared(around)
-    if is_other and not compared:
+    compared = _is_other(around)
+    if not is_value or (compared and not (is_named and has_u and _is_compared(around))):
         return None
     rank = Rank(
         is_named,
@@ -343,9 +350,14 @@ def _candidate(
     return Candidate(rank, place, read, read.line in document.doubted, compared)
 
 
+def _is_other(around: str) -> bool:
+    """Return whether words say that a value is not the answer."""
+    return re.search(SAYS["other"], around) is not None
+
+
 def _is_compared(around: str) -> bool:
     """Return whether only words of a comparison say that a value is not the answer."""
-    return not re.search(SAYS["other"], re.sub(SAYS["comparison"], " ", around))
+    return not _is_other(re.sub(SAYS["comparison"], " ", around))
 
 
 # --- versions: a draft, a corrected and a final value ---
@@ -431,20 +443,30 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 
 def _value_of(cut: str, is_whole: bool, label: _Label) -> str:
     """Return a text as `read_reported` reads it, or "" if it is no value of I_zz."""
-    with_unit = f"{cut} {label.unit}" if label.is_near and label.unit else ""
-    if with_unit and read_reported("inertia", with_unit).fault is None:
-        return with_unit
+    if label.is_near and label.unit:
+        with_unit = f"{cut} {label.unit}"
+        if read_reported("inertia", with_unit).fault is None:
+            return with_unit
     read = read_reported("inertia", cut)
     if read.fault is None:
         return cut
-    if not label.is_near or not is_whole:
-        return ""
+    if is_whole and _is_nearly_value(read, cut, label):
+        return cut
+    return ""
+
+
+def _is_nearly_value(read: Reported, cut: str, label: _Label) -> bool:
+    """Return whether a number behind the name of I_zz lacks the right unit alone.
+
+    "I_zz = 4.4e-3 ± 0.1e-3 kg/m^2" is an answer, and its unit costs a point.
+    """
+    if not label.is_near:
+        return False
+    if read.u is not None:
+        return read.fault == "no unit" or re.fullmatch(_OTHER_UNIT, cut) is not None
     # A single letter may be the name of anything.
-    if read.u is None and not re.search(r"\w\w\W*$", label.name):
-        return ""
-    # "I_zz = 4.4e-3 ± 0.1e-3 kg/m^2" is an answer, and its unit costs a point.
-    has_other_unit = read.u is not None and re.fullmatch(_OTHER_UNIT, cut)
-    return cut if read.fault == "no unit" or has_other_unit else ""
+    has_long_name = re.search(r"\w\w\W*$", label.name) is not None
+    return has_long_name and read.fault == "no unit"
 
 
 _MOST_PARTS, _LONGEST_MEAN = 20, 40

@@ -174,9 +174,7 @@ def grade_class(
     work.grade([item for item in items if item.student not in work.entries])
     entries = work.written(items)
     groups = [*partners.groups, *partners_by_log(items)]
-    settled, references, scatters = _settled(
-        items, entries, rubric, roster, options, desk
-    )
+    settled, references, scatters = _settled(items, entries, roster, work)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     looked = [_with_look(one, looks.get(one.student)) for one in settled]
     grades = [
@@ -242,12 +240,11 @@ def _decided_without_hand_in(
 def _settled(
     items: Sequence[Submission],
     entries: Mapping[str, Entry],
-    rubric: Rubric,
     roster: Roster,
-    options: GradingOptions,
-    desk: Desk,
+    work: _Work,
 ) -> tuple[list[Grade], References, Scatters]:
     """Compare the grades with the class, and look for mistakes in doubtful logs."""
+    desk, rubric = work.desk, work.rubric
     named = []
     for item in items:
         grade = replace(entries[item.student].grade, fingerprint=None)
@@ -257,7 +254,7 @@ def _settled(
         (grade, item, desk.value(item.student, "reported"))
         for grade, item in zip(grades, items, strict=True)
     ]
-    judged = _reconsidered(doubts, rubric, references, scatters, options)
+    judged = _reconsidered(doubts, rubric, references, scatters, work.options)
     return judged, references, scatters
 
 

@@ -207,14 +207,14 @@ def grade_submission(
         readings = bench.readings
         if mistake is not None:
             readings = yardsticks.corrected(readings, mistake)
-        analysis, lacks = _analysed(readings, rubric)
+        log = analysis, lacks = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
         why = "; ".join(filter(None, [_why_not(error), wide]))
         return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
     answers = bench.answers
     if reported is not None:
         answers = Answers(read_reported("inertia", reported), unread=answers.unread)
-    evidence = _evidence(submission, rubric, bench, answers, analysis, lacks)
+    evidence = _evidence(submission, bench, answers, log, rubric)
     doubts = [*_looks(evidence), *_questions(answers, evidence), wide]
     # The suspected outliers are in the analysis already.
     diagnostics_of_all = (
@@ -259,13 +259,13 @@ def _partners_of(submission: Submission, readings: Readings) -> str:
 
 def _evidence(
     submission: Submission,
-    rubric: Rubric,
     bench: yardsticks.AtBench,
     answers: Answers,
-    analysis: FittedLog,
-    lacks: Sequence[Diagnostic],
+    log: tuple[FittedLog, list[Diagnostic]],
+    rubric: Rubric,
 ) -> Evidence:
     """Collect what the criteria look at, and compare the answer with the own runs."""
+    analysis, lacks = log
     outliers = [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     evidence = Evidence(
         rubric,
@@ -278,19 +278,26 @@ def _evidence(
         from_cells=ending(answers.file) in WORKBOOKS,
         unread=tuple(one.message for one in answers.unread),
     )
-    answer, own = answers.inertia, evidence.own
+    answer = answers.inertia
     if answer is None or answer.value is None:
         return evidence
-    value, step = answer.value, answer.step or 0.0
-    slips: tuple[yardsticks.Slip, ...] = ()
-    # Many mistakes agree with an answer of one digit by chance: none is named.
-    if (answer.digits or 0) > 1:
-        log = analysis.readings, analysis.measurements
-        slips = tuple(yardsticks.find_slips(value, step, own, *log))
-    named = [one for one in own.values if slips and one.name == slips[0].fit]
-    matched = min(named or own.values, key=lambda one: abs(one.value - value))
+    own, value, step = evidence.own, answer.value, answer.step or 0.0
+    slips = _slips(evidence, answer, value)
+    fits = [one for one in own.values if slips and one.name == slips[0].fit]
+    matched = min(fits or own.values, key=lambda one: abs(one.value - value))
     d = yardsticks.distance(value, matched.value, step, own.yardstick)
     return replace(evidence, matched=matched, d=d, slips=slips)
+
+
+def _slips(
+    evidence: Evidence, answer: ReportedValue, value: float
+) -> tuple[yardsticks.Slip, ...]:
+    """Name the mistakes that explain an answer; of one digit, many agree by chance."""
+    if (answer.digits or 0) < 2:
+        return ()
+    log = evidence.analysis.readings, evidence.analysis.measurements
+    step = answer.step or 0.0
+    return tuple(yardsticks.find_slips(value, step, evidence.own, *log))
 
 
 def _values_of(evidence: Evidence) -> dict[str, Any]:
@@ -329,22 +336,23 @@ def settle(
     returned them. Returns the grades in the same order, and what they are compared
     with. No grade depends on the order.
     """
-    # A log counts once, however many students it is of.
-    by_log = {one.log_of or one.student: one for one in grades}.values()
+    logs = _each_log_once(grades)
     references, scatters = rubric.references, {}
     if rubric.class_reference:
         references = yardsticks.class_references(
-            (one.station, one.inertia, one.inertia_u or 0.0)
-            for one in by_log
-            if one.inertia is not None
+            (one.station, one.inertia or 0.0, one.inertia_u or 0.0) for one in logs
         )
-    checks = {criterion.check for criterion in rubric.criteria}
+    checks = [criterion.check for criterion in rubric.criteria]
     if "from" in rubric.bench and "constancy" in checks:
-        scatters = yardsticks.class_scatter(
-            (one.station, one.scatters) for one in by_log
-        )
+        scatters = yardsticks.class_scatter((one.station, one.scatters) for one in logs)
     settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
     return tuple(settled), references, scatters
+
+
+def _each_log_once(grades: Iterable[Grade]) -> list[Grade]:
+    """Return a grade for each log that is analysed, however many students it is of."""
+    logs = {one.log_of or one.student: one for one in grades if one.own}
+    return list(logs.values())
 
 
 def _settle_one(
@@ -720,19 +728,23 @@ def _note_on_answer(
         return Diagnostic.named(
             "answer_read", handed_in.file or "", handed_in.line, told=what, log=log
         )
-    more, file = "", handed_in.file or log
     if answers.inertia is None:
-        read = [one for one in (submission.log_name, *submission.report_names) if one]
-        unread = [one for one in submission.members if one not in read]
-        what = f"no I_zz is found in {_files_in_words(read)}"
-        if unread:
-            what += f"; not read: {_files_in_words(unread)}"
+        more, what = "", f"no I_zz is found in {_read_and_unread(submission)}"
     else:
-        what = f"the answer cannot be read: {reported.problem}"
+        more, what = "", f"the answer cannot be read: {reported.problem}"
         if handed_in.file == log:
             more = ", and take its other lines with an I_zz out"
     values = {"told": what, "log": log, "more": more}
+    file = handed_in.file or log
     return Diagnostic.named("answer_missing", file, handed_in.line, **values)
+
+
+def _read_and_unread(submission: Submission) -> str:
+    """Name the files in which an answer is searched for, and the others."""
+    read = [one for one in (submission.log_name, *submission.report_names) if one]
+    unread = [one for one in submission.members if one not in read]
+    more = f"; not read: {_files_in_words(unread)}" if unread else ""
+    return f"{_files_in_words(read)}{more}"
 
 
 def _files_in_words(names: Sequence[str]) -> str:

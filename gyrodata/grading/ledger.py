@@ -322,54 +322,77 @@ def _decision(
     row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
-    name, what, value = row["student"], row["what"], row["value"]
-    if what not in points:
-        what = what.casefold()
-    if what == "log" and value and (what not in points or read_number(value) is None):
-        what = CORRECTED
-    names = [name]
-    if what == FLAG and name.casefold() not in known:
-        names = name.split(BETWEEN)
-    people = sorted({_student(one, known) for one in names})
+    what, value = _word_of(row, points), row["value"]
+    people = sorted({_student(one, known) for one in _names_of(row, what, known)})
     if what not in (*points, *WORDS, CORRECTED):
         near = nearest(row["what"], (*points, *WORDS[1:]))
         raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
-    if what in BARE:
-        value = ""
-    elif value:
-        value = _checked(what, value, points)
-    if what == FLAG and value and not row["by"]:
-        raise unfit("desk_flag_by_nobody", what=what)
-    if what == "partner" and value:
+    if what in BARE or not value:
+        return people, Decision(what, "", row["by"], row["why"])
+    if what in (*points, "late"):
+        _check_points(what, value, points.get(what, points["total"]))
+    elif what == "partner":
         value = _student(value, known)
-    if what == CORRECTED and not (folder / value).is_file():
+    elif what == CORRECTED and not (folder / value).is_file():
         raise unfit("desk_log_not_found", what=what, value=value[:60])
+    elif what == FLAG:
+        value = _verdict(value, row["by"])
+    else:
+        _check_value(what, value)
     return people, Decision(what, value, row["by"], row["why"])
 
 
-def _checked(what: str, value: str, points: Mapping[str, float]) -> str:
-    """Return the value of a line; raise UnfitError if it is of another kind."""
-    most = points.get(what, points["total"])
+def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:
+    """Return what a line decides; "log" may be a criterion, or the file of a log."""
+    written = row["what"]
+    what = written if written in points else written.casefold()
+    if what != "log" or not row["value"]:
+        return what
+    is_points = what in points and read_number(row["value"]) is not None
+    return what if is_points else CORRECTED
+
+
+def _names_of(row: Mapping[str, str], what: str, known: Known) -> list[str]:
+    """Return the names of the students of a line; a line of ``flag`` has several."""
+    name = row["student"]
+    is_one = what != FLAG or name.casefold() in known
+    return [name] if is_one else name.split(BETWEEN)
+
+
+def _check_points(what: str, value: str, most: float) -> None:
+    """Raise UnfitError if a value is not a number of points."""
     values = {"what": what, "value": value[:60], "most": most}
-    if what in (*points, "late"):
-        if what != "late" and value.startswith(("+", "-")):
-            number = value[:60].removeprefix("+")
-            raise unfit("desk_points_with_sign", **values, number=number)
-        if not is_points(value, most):
-            raise unfit("desk_points_unfit", **values, half=most / 2)
-    elif what == "bonus" and read_number(value) is None:
-        raise unfit("desk_bonus_not_a_number", **values)
-    elif what == "reported":
-        read = read_reported("inertia", value)
-        if read.fault in ("unreadable", "wrong unit"):
-            problem = read.problem or "it is not a number"
-            raise unfit("desk_report_unreadable", **values, problem=problem)
-    elif what == FLAG:
-        value = value.casefold()
-        if value not in VERDICTS:
-            verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
-            raise unfit("desk_flag_not_settled", **values, verdicts=verdicts)
-    return value
+    if what != "late" and value.startswith(("+", "-")):
+        number = value[:60].removeprefix("+")
+        raise unfit("desk_points_with_sign", **values, number=number)
+    if not is_points(value, most):
+        raise unfit("desk_points_unfit", **values, half=most / 2)
+
+
+def _check_value(what: str, value: str) -> None:
+    """Raise UnfitError if a value is of another kind than its word."""
+    if what == "bonus" and read_number(value) is None:
+        raise unfit("desk_bonus_not_a_number", what=what, value=value[:60])
+    if what != "reported":
+        return
+    read = read_reported("inertia", value)
+    if read.fault in ("unreadable", "wrong unit"):
+        problem = read.problem or "it is not a number"
+        raise unfit(
+            "desk_report_unreadable", what=what, value=value[:60], problem=problem
+        )
+
+
+def _verdict(value: str, by: str) -> str:
+    """Return how a flag is settled; raise UnfitError if it is not, or by nobody."""
+    verdict = value.casefold()
+    if verdict not in VERDICTS:
+        verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+        values = {"value": value[:60], "verdicts": verdicts}
+        raise unfit("desk_flag_not_settled", what=FLAG, **values)
+    if not by:
+        raise unfit("desk_flag_by_nobody", what=FLAG)
+    return verdict
 
 
 def _student(name: str, known: Known) -> str:

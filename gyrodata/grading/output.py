@@ -86,13 +86,13 @@ def _listed(files: list[str]) -> str:
     return ", ".join(files[:MOST_LISTED]) + more
 
 
-def rubric_used(text: bytes) -> list[bytes]:
-    """Return the text of a rubric, with the version that grades by it in the first line."""
+def write_rubric(folder: Path, text: bytes) -> None:
+    """Write the rubric, with the version that grades by it in the first line."""
     head = b"# gyrodata %b graded by this rubric.\n"
     lines = text.removeprefix(b"\xef\xbb\xbf").splitlines(keepends=True)
     pattern = re.escape(head).replace(b"%b", rb"\S+")
     kept = [line for line in lines if not re.fullmatch(pattern, line)]
-    return [head % __version__.encode(), *kept]
+    write_whole(folder / RUBRIC, [head % __version__.encode(), *kept], private=True)
 
 
 # --- what is written ---

@@ -664,48 +664,36 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     usual.
     """
     readings, answers = submission.read()
-    known = {
-        *APPARATUS,
-        *SHARED_UNCERTAINTIES,
-        *(key for role in readings.columns for key in u_keys(role)),
+    of_columns = {key for role in readings.columns for key in u_keys(role)}
+    known = {*APPARATUS, *SHARED_UNCERTAINTIES, *of_columns}
+    stated = _stated_in(readings)
+    missing = {
+        key: " ".join(text.split())
+        for key, text in lines.items()
+        if key in known and stated.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
     }
-    balanced = (
-        readings.balance_tilt or readings.balance_drift or readings.balanced is not None
-    )
-    # g follows from the latitude, and a test of the balance is better than its usual
-    # uncertainty.
-    also = {
-        "motion": readings.motion,
-        "g": "latitude" in readings.constants,
-        "u_imbalance": balanced,
-    }
-    own = {
-        *readings.constants,
-        *readings.columns,
-        *readings.uncertainties,
-        *(key for key in also if also[key]),
-    }
-    own |= {
-        key
-        for role, column in readings.columns.items()
-        if column.stated
-        for key in u_keys(role)
-    }
-    left = [
-        key
-        for key in lines
-        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
-    ]
-    missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
     readings, too_wide = with_usual(readings, lines)
-    return AtBench(
-        readings,
-        answers,
-        tuple(f"{key} {text}" for key, text in missing.items()),
-        too_wide,
-    )
+    added = tuple(f"{key} {text}" for key, text in missing.items())
+    return AtBench(readings, answers, added, too_wide)
+
+
+def _stated_in(readings: Readings) -> set[str]:
+    """Return the keys of all values and uncertainties that a log states."""
+    found = {*readings.constants, *readings.columns, *readings.uncertainties}
+    for role, column in readings.columns.items():
+        found.update(u_keys(role) if column.stated else ())
+    if readings.motion:
+        found.add("motion")
+    # g follows from the latitude, and a test of the balance is better than its usual
+    # uncertainty.
+    if "latitude" in readings.constants:
+        found.add("g")
+    is_tested = readings.balance_tilt or readings.balance_drift
+    if is_tested or readings.balanced is not None:
+        found.add("u_imbalance")
+    return found
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated

@@ -794,3 +794,11 @@ def test_common_mistake_in_exact_arithmetic_is_no_question(fit: str) -> None:
     assert [one["slips"][0]["kind"] for one in (exact, near)] == ["cm_as_m"] * 2
     assert exact["look"] == []
     assert near["look"] != []
+
+
+@pytest.mark.parametrize("kind", ["md", "html", "txt"])
+def test_property_of_word_in_another_text_is_no_fault(kind: str) -> None:
+    """A property may stand outside of a piece of text."""
+    for part in ("<w:strike/>", "<w:color w:val='ffffff'/>", "<p><w:vanish/></p>"):
+        found = alone(f"report.{kind}", f"{part}\n\n{RIGHT}\n")
+        assert (found["status"], found["look"]) == ("graded", [])

@@ -181,16 +181,20 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     name = (now or was or {}).get("name") or student
     if was is None or now is None:
         return Change(student, name, before, after, ())
-    cells = [CellChange(one, was.get(one, ""), now.get(one, "")) for one in was | now]
-    parts = tuple(
-        cell
-        for cell in cells
-        if cell.column not in ("name", TOTAL, STATUS)
-        and not _same(cell.column, cell.before, cell.after)
+    parts = tuple(_changed_cells(was, now))
+    is_same = before == after and was["name"] == now["name"]
+    return (
+        None if is_same and not parts else Change(student, name, before, after, parts)
     )
-    if before == after and not parts and was["name"] == now["name"]:
-        return None
-    return Change(student, name, before, after, parts)
+
+
+def _changed_cells(was: Row, now: Row) -> Iterator[CellChange]:
+    """Give the other cells that look different now."""
+    for column in was | now:
+        old, new = was.get(column, ""), now.get(column, "")
+        is_other = column not in ("name", TOTAL, STATUS)
+        if is_other and not _same(column, old, new):
+            yield CellChange(column, old, new)
 
 
 def _total(row: Row | None) -> str | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -256,27 +256,30 @@ def _members_of_group(item: Submission) -> list[Submission]:
     Each member has the own report, and all files that are of no single member. Any other
     folder is one submission.
     """
-    members = [one for one in re.split(_JOINING, item.student) if one]
+    members = list(filter(None, re.split(_JOINING, item.student)))
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
-    owners = {name: _owners_of(file, members) for name, file in files.items()}
-    logs = [name for name, file in files.items() if ending(file) in SHEETS]
-    if len(members) < 2 or len(logs) != 1:
+    logs = {name for name, file in files.items() if ending(file) in SHEETS}
+    own = {one: _files_of(one, members, files) for one in members}
+    if len(members) < 2 or len(logs) != 1 or not all(own.values()):
         return [item]
-    found = []
-    for one in members:
-        own = [name for name in files if owners[name] == [one]]
-        if not own:
-            return [item]
-        of_all = [name for name in files if name in logs or not owners[name]]
-        parts = {name: item.parts[name] for name in files if name in (*own, *of_all)}
-        found.append(_member(item, one, parts))
+    shared = (files.keys() - set().union(*own.values())) | logs
+    return [_member(item, one, some | shared) for one, some in own.items()]
+
+
+def _files_of(
+    member: str, members: Sequence[str], files: Mapping[str, str]
+) -> set[str]:
+    """Return the files whose names contain the name of one member of a group alone."""
+    found = set()
+    for name, file in files.items():
+        words = squeezed_words(file)
+        if [one for one in members if squeezed_words(one) <= words] == [member]:
+            found.add(name)
     return found
 
 
-def _member(
-    group: Submission, name: str, parts: Mapping[str, Submission]
-) -> Submission:
-    """Return the submission of a member of a group."""
+def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
+    """Return the submission of a member of a group, with some of its files."""
     key = f"{group.student}/{name}"
     return replace(
         group,
@@ -286,14 +289,8 @@ def _member(
         feedback_stem=key,
         log_of=group.student,
         shares_answer=True,
-        parts=parts,
+        parts={file: group.parts[file] for file in sorted(files)},
     )
-
-
-def _owners_of(file: str, members: Sequence[str]) -> list[str]:
-    """Return the members of a group whose names are in the name of a file."""
-    words = squeezed_words(file)
-    return [one for one in members if squeezed_words(one) <= words]
 
 
 def _no_submission(

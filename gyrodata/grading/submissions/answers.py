@@ -7,7 +7,7 @@ Nothing is guessed: of two different values that are equally good, neither is ta
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import PurePosixPath
 
@@ -282,24 +282,26 @@ def partners_in(
         one if isinstance(one, Document) else read_document(*one) for one in reports
     ]
     texts = ["\n".join(one.lines) for one in documents]
+    # A report says who worked with a student whose log is of others.
     with_lines = texts if log is None else [log.source_text]
-    lines = chain.from_iterable(
-        re.finditer(SAYS["partner"], text, re.M) for text in with_lines
+    names = []
+    for text in with_lines:
+        names += [one[1].strip() for one in re.finditer(SAYS["partner"], text, re.M)]
+    named = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
+    called = dict.fromkeys(
+        chain.from_iterable(
+            islice(_called_in(text), _MOST_NAMES)
+            for text in (texts if log is None else [log.source_text, *texts])
+        )
     )
-    names = (one[1].strip() for one in islice(lines, _MOST_NAMES))
-    named = " & ".join(names)[:_LONGEST_NAMES]
-    called: dict[str, None] = {}
-    for text in with_lines if log is None else [*with_lines, *texts]:
-        for one in re.finditer(SAYS["called"], text):
-            words = re.split("[ ,]+", one[0][:_LONGEST_NAMES])
-            # "Team Ann Lee" contains "Ann Lee".
-            parts = (
-                words[at : at + size]
-                for size in (2, 3, 4)
-                for at in range(len(words) - size + 1)
-            )
-            called |= dict.fromkeys(" ".join(part) for part in parts)
-            if len(called) > _MOST_NAMES:
-                break
-    said = list(called)[:_MOST_NAMES]
-    return named + (f" ~ {' & '.join(said)}" if said else "")
+    words = " & ".join(islice(called, _MOST_NAMES))
+    return named + (f" ~ {words}" if words else "")
+
+
+def _called_in(text: str) -> Iterator[str]:
+    """Give all words of a text that may be a name: "Team Ann Lee" contains "Ann Lee"."""
+    for match in re.finditer(SAYS["called"], text):
+        words = re.split("[ ,]+", match[0][:_LONGEST_NAMES])
+        for size in (2, 3, 4):
+            for at in range(len(words) - size + 1):
+                yield " ".join(words[at : at + size])

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import chain, islice, takewhile
+from itertools import islice, takewhile
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -68,21 +68,26 @@ class Text(Struct, frozen=True):
 
 def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
-    filled = [at for at, line in enumerate(document.lines, 1) if line.strip()]
-    end = filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(document.lines)
+    end = _end_of_read(document.lines)
     sentences = _sentences(document.lines[:end])
     short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
-    unread = chain(
-        document.lines[end:],
-        (line[LONGEST_LINE:] for line in document.lines[:end]),
-        (text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
-    )
+    unread = [
+        *document.lines[end:],
+        *(line[LONGEST_LINE:] for line in document.lines[:end]),
+        *(text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
+    ]
     if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
         return Text(values)
     cut = f"{document.name} is too long: a part of it is not read"
     cut += ", and may have another answer"
     return Text(values[:_MOST_VALUES], cut)
+
+
+def _end_of_read(lines: Sequence[str]) -> int:
+    """Return the number of lines that are read, of which blank ones do not count."""
+    filled = [at for at, line in enumerate(lines, 1) if line.strip()]
+    return filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(lines)
 
 
 # --- lines become sentences ---
@@ -105,20 +110,18 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
+        is_table = len(cells) > 1
         if not any(map(_is_number, cells)):
             if not set(line) <= set("-: |"):
-                titles, width = cells if len(cells) > 1 else [], 0
-            yield line
-        elif len(cells) == 1:
-            yield line
-        else:
+                titles, width = cells * is_table, 0
+        elif is_table:
             # Titles on the right of a table of runs have values in as many cells.
             width = width or len(cells)
-            if len(cells) != width > len(titles):
-                titles = []
+            titles = [] if len(cells) != width > len(titles) else titles
             row = _Row.below(titles, cells, is_run[at + 1])
             # A column of I_zz with a value for each run is not the answer.
-            yield row.as_prose(is_run[at : at + 3] == [False, True, False])
+            line = row.as_prose(is_run[at : at + 3] == [False, True, False])
+        yield line
 
 
 class _Row(NamedTuple):
@@ -258,6 +261,12 @@ class _Quantity(NamedTuple):
     end: int  # place of its end in the sentence
 
     @property
+    def is_denied(self) -> bool:
+        """Whether words say that it is no answer; a person must look at two numbers."""
+        in_front = re.search(_TWO_NUMBERS, self.before)
+        return bool(in_front or re.search(SAYS["denied"], self.behind))
+
+    @property
     def is_unsure(self) -> bool:
         """Whether the last words in front are those of an uncertainty."""
         return _is_unsure(re.split(r"\d", self.before)[-1])
@@ -327,24 +336,23 @@ def _candidate(
     quantity: _Quantity, heading: str, document: Document
 ) -> Candidate | None:
     """Return a quantity as an answer; None if the words around say that it is none."""
-    read, before, behind, after, _ = quantity
-    # A person must look at two numbers.
-    if re.search(_TWO_NUMBERS, before) or re.search(SAYS["denied"], behind):
+    read, before, _, after, _ = quantity
+    if quantity.is_denied:
         return None
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
     # Without its own u, a value behind a word of u is an uncertainty.
-    is_value = has_u or (is_named and not quantity.is_unsure)
-    around = f"{before}\n{after}"
-    compared = _is_other(around)
-    if not is_value or (compared and not (is_named and has_u and _is_compared(around))):
+    if not has_u and (quantity.is_unsure or not is_named):
+        return None
+    compared = _is_other(f"{before}\n{after}")
+    if compared and not _is_compared(f"{before}\n{after}", is_named and has_u):
         return None
     rank = Rank(
         is_named,
         has_u and read.fault != "wrong unit",
         is_result and not re.search(r"\d", before),
-        _version_in(before) or version_in(after),
+        _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
     return Candidate(rank, place, read, read.line in document.doubted, compared)
@@ -355,9 +363,12 @@ def _is_other(around: str) -> bool:
     return re.search(SAYS["other"], around) is not None
 
 
-def _is_compared(around: str) -> bool:
-    """Return whether only words of a comparison say that a value is not the answer."""
-    return not _is_other(re.sub(SAYS["comparison"], " ", around))
+def _is_compared(around: str, is_complete: bool) -> bool:
+    """Return whether only words of a comparison say that a value is not the answer.
+
+    `is_complete`: whether the value has a name and an uncertainty.
+    """
+    return is_complete and not _is_other(re.sub(SAYS["comparison"], " ", around))
 
 
 # --- versions: a draft, a corrected and a final value ---
@@ -372,14 +383,15 @@ def version_in(text: str) -> int:
     return _version(words[-1]) if words else 0
 
 
-def _version_in(before: str) -> int:
-    """Return the rank of the version that the words in front of a value state.
+def _version_around(before: str, after: str) -> int:
+    """Return the rank of the version that the words around a value state.
 
     "Final results" is the title of a part, but "Corrected value:" belongs to the next
     line.
     """
     belongs = re.search(r":\s*\|", before)
-    return version_in(before if belongs else before.rpartition(" | ")[2])
+    in_front = before if belongs else before.rpartition(" | ")[2]
+    return version_in(in_front) or version_in(after)
 
 
 def _version(words: re.Match[str]) -> int:
@@ -478,12 +490,13 @@ def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] 
     if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
         return None
     values = [one.value for one in parts if one.value is not None]
-    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$", parts[-1].text) if parts else None
-    if unit is None or len(values) < 2:
+    if len(values) < 2:
         return None
+    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$|$", parts[-1].text)
     for cut, _ in _cuts(text[:_LONGEST_MEAN]):
-        read = read_reported("inertia", f"{cut} {unit[0]}")
-        if read.fault is None and min(values) <= (read.value or 0.0) <= max(values):
+        read = read_reported("inertia", f"{cut} {unit and unit[0]}")
+        is_between = min(values) <= (read.value or 0.0) <= max(values)
+        if read.fault is None and is_between:
             return read.text, len(cut)
     return None
 
@@ -566,30 +579,43 @@ def _with_next_number(read: Reported, behind: str) -> Reported:
     if not _is_unsure(words) or re.search(SAYS["other"], words):
         return read
     unit = gap[2] if kinds_of(gap[2] or "") else ""
-    more = [
+    return _with_number(read, number, unit, _other_words(words))
+
+
+def _other_words(words: str) -> list[str]:
+    """Return the words that are neither of an uncertainty nor of I_zz."""
+    return [
         word
         for word in re.findall(r"[^\W\d_]{4,}", words)
         if not _is_unsure(word) and not _names_inertia(word)
     ]
-    return _with_number(read, number, unit, more)
 
 
 def _with_number(
-    read: Reported, number: str, unit: str, more: Sequence[str]
+    read: Reported, number: str, unit: str, others: Sequence[str]
 ) -> Reported:
-    """Add the uncertainty with which a text begins.
-
-    `more`: Words in front of it that are not of an uncertainty.
-    """
-    is_plain = all(re.fullmatch(SAYS["small"], word) for word in more)
+    """Add the uncertainty with which a text begins, behind some other words."""
+    is_plain = all(re.fullmatch(SAYS["small"], word) for word in others)
     # Without a unit of its own, the number may be of anything that is said in between.
-    is_of_other = any(name_roles(word)[0] for word in more)
+    is_of_other = any(name_roles(word)[0] for word in others)
     for cut, is_whole in _cuts(number):
-        text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
-        both = read_reported("inertia", text, read.line)
-        if (both.fault, both.value) != (read.fault, read.value):
+        has_unit = re.search(_UNIT, cut) is not None
+        is_clear = is_plain and (is_whole or "%" in cut)
+        if not is_clear and (is_of_other or not has_unit):
             continue
-        has_unit = re.search(_UNIT, cut) and not is_of_other
-        if has_unit or (is_plain and (is_whole or "%" in cut)):
-            return both if (both.u or 0) < abs(read.value or 0) else read
+        both = _with_text(read, f"{cut} {unit}")
+        if both is not None:
+            return both
     return read
+
+
+def _with_text(read: Reported, u: str) -> Reported | None:
+    """Return a value with an uncertainty in words; None if the value changes by it.
+
+    An uncertainty larger than the value is none.
+    """
+    text = " ".join(f"{read.text} ± {u}".replace("|", " ").split())
+    both = read_reported("inertia", text, read.line)
+    if (both.fault, both.value) != (read.fault, read.value):
+        return None
+    return both if (both.u or 0) < abs(read.value or 0) else read

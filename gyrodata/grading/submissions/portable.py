@@ -27,7 +27,7 @@ FAINTEST = 0.2  # opacity of text that a person can read
 WHITE = 0.9  # share of white in the colour of text that a person cannot read
 
 _SHOWING = (b"Tj", b"TJ", b"'", b'"')
-_COLOURS = (b"g", b"rg", b"k", b"sc", b"scn")
+_COLOURS = (b"g", b"rg", b"k", b"cs", b"sc", b"scn")
 _PAINTED = (0, 1, 2, 4, 5, 6)  # modes in which letters are filled or drawn
 
 
@@ -96,27 +96,31 @@ def _with_operator(
     ink: _Ink, operator: bytes, operands: Sequence[Any], page: PageObject
 ) -> _Ink:
     """Return how text is painted after an operator of the page."""
+    change: dict[str, Any] = {}
     if operator == b"cm":
-        return replace(ink, place=_matrix(operands) @ ink.place)
-    if operator == b"BT":
-        return replace(ink, text=np.eye(3))
-    if operator == b"Tm":
-        return replace(ink, text=_matrix(operands))
-    if operator in (b"Td", b"TD"):
-        return replace(ink, text=_matrix([1, 0, 0, 1, *operands]) @ ink.text)
-    if operator == b"Tf":
-        return replace(ink, size=float(operands[1]))
-    if operator == b"Tr":
-        return replace(ink, is_painted=int(operands[0]) in _PAINTED)
-    if operator in _COLOURS:
-        return replace(ink, is_white=_is_white(operands))
-    if operator == b"cs":
-        return replace(ink, is_white=False)
-    if operator == b"gs":
+        change["place"] = _matrix(operands) @ ink.place
+    elif operator in (b"BT", b"Tm", b"Td", b"TD"):
+        change["text"] = _text_matrix(ink.text, operator, operands)
+    elif operator == b"Tf":
+        change["size"] = float(operands[1])
+    elif operator == b"Tr":
+        change["is_painted"] = int(operands[0]) in _PAINTED
+    elif operator in _COLOURS:
+        change["is_white"] = _is_white(operands)
+    elif operator == b"gs":
         resources: Any = page["/Resources"]
         state = resources["/ExtGState"][operands[0]]
-        return replace(ink, opacity=float(state.get("/ca", ink.opacity)))
-    return ink
+        change["opacity"] = float(state.get("/ca", ink.opacity))
+    return replace(ink, **change)
+
+
+def _text_matrix(text: Floats, operator: bytes, operands: Sequence[Any]) -> Floats:
+    """Return the matrix of the text at its beginning, or after it moves."""
+    if operator == b"BT":
+        return np.eye(3)
+    if operator == b"Tm":
+        return _matrix(operands)
+    return _matrix([1, 0, 0, 1, *operands]) @ text
 
 
 def _matrix(numbers: Sequence[Any]) -> Floats:

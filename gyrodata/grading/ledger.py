@@ -249,36 +249,13 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults, left, number = list[Diagnostic](), set[tuple[str, str]](), 0
-    lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
-    settled: dict[frozenset[str], str] = {}
+    faults, number = list[Diagnostic](), 0
+    read = _ReadDesk()
     try:
         for number, cells in _lines(data, path.name, points):
+            row = dict.fromkeys(COLUMNS, "") | cells
             try:
-                people, one = _decision(
-                    dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent
-                )
-                if not one.value and one.what not in BARE:
-                    left |= {(student, one.what) for student in people if one.by}
-                    continue
-                key = (
-                    one.what,
-                    one.value if one.what in SEVERAL else BETWEEN.join(people),
-                )
-                if one.what == FLAG:
-                    settled[frozenset(people)] = one.value
-                for student in people:
-                    mine = lines.setdefault(student, {})
-                    at, before = mine.get(key, (number, one))
-                    if before.value != one.value:
-                        values = {
-                            "what": one.what,
-                            "who": cells["student"],
-                            "here": one.value,
-                            "before": before.value,
-                        }
-                        raise unfit("desk_lines_contradict", line=at, **values)
-                    mine[key] = at, one
+                read.add(number, *_decision(row, points, students, path.parent), row)
             except UnfitError as error:
                 place = {"file": path.name, "line": number}
                 faults.append(replace(error.diagnostic, **place))
@@ -289,9 +266,38 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
         raise InputError(faults)
     decided = {
         student: tuple(one for _, one in mine.values())
-        for student, mine in lines.items()
+        for student, mine in read.lines.items()
     }
-    return Desk(decided, frozenset(left), settled, path.parent)
+    return Desk(decided, frozenset(read.left), read.settled, path.parent)
+
+
+class _ReadDesk(Struct):
+    """The decisions of the lines that are read."""
+
+    lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
+    """The number and the decision of each line, by student and by what is decided."""
+    left: set[tuple[str, str]] = set()
+    settled: dict[frozenset[str], str] = {}
+
+    def add(
+        self, number: int, people: list[str], one: Decision, row: Mapping[str, str]
+    ) -> None:
+        """Add a line; raise UnfitError if an earlier one says something else."""
+        if not one.value and one.what not in BARE:
+            if one.by:
+                self.left |= {(student, one.what) for student in people}
+            return
+        if one.what == FLAG:
+            self.settled[frozenset(people)] = one.value
+        about = one.value if one.what in SEVERAL else BETWEEN.join(people)
+        for student in people:
+            mine = self.lines.setdefault(student, {})
+            at, before = mine.get((one.what, about), (number, one))
+            if before.value != one.value:
+                values = {"what": one.what, "who": row["student"]}
+                both = {"here": one.value, "before": before.value}
+                raise unfit("desk_lines_contradict", line=at, **values, **both)
+            mine[one.what, about] = at, one
 
 
 def _lines(
@@ -470,19 +476,13 @@ def read_list(
     LookupError or ValueError, with what is wrong, if it is not a table or lacks a
     column.
     """
-    if data.startswith(b"PK"):
-        text = csv_lines(
-            map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), [])
-        )
-    else:
-        text = decode(data, Faults(name))[0]
+    text = _text_of_table(data, name)
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
-    reader = csv.reader(
-        io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True
-    )
-    head = [
-        cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])
-    ]
+    lines = io.StringIO(text, newline="")
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    head = [cell.strip() for cell in next(reader, [])]
+    if lower:
+        head = [cell.casefold() for cell in head]
     lacks = [f'"{column}"' for column in needed if column not in head]
     if lacks and text.strip():
         raise LookupError(f"there is no column {' and '.join(lacks)}")
@@ -490,15 +490,18 @@ def read_list(
     for cells in reader:
         row = [re.sub(_MARKED, "", cell.strip()) for cell in cells]
         if any(row):
-            yield (
-                number,
-                {
-                    column: cell
-                    for column, cell in zip_longest(head, row, fillvalue="")
-                    if column
-                },
-            )
+            named = dict(zip_longest(head, row, fillvalue=""))
+            named.pop("", None)
+            yield number, named
         number = reader.line_num + 1
+
+
+def _text_of_table(data: bytes, name: str) -> str:
+    """Return the text of a table; the first sheet of a workbook as CSV."""
+    if not data.startswith(b"PK"):
+        return decode(data, Faults(name))[0]
+    rows = next(iter(sheet_rows(data).values()), [])
+    return csv_lines(map(csv_cell, row) for row in rows)
 
 
 # --- the lines that wait for a person: ``desk-todo.csv`` ---

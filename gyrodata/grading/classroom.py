@@ -379,12 +379,10 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     if made.log_name is None:
         made = replace(made, partner=partners_in(None, made.documents))
     digest = made.digest
-    log_digest = hashlib.sha256(made.log()).hexdigest() if _has_log(made) else ""
+    log_digest = ""
+    if made.log_name is not None and isinstance(made.texts[made.log_name], bytes):
+        log_digest = hashlib.sha256(made.texts[made.log_name]).hexdigest()
     return replace(made, known_digest=digest, log_digest=log_digest), notes
-
-
-def _has_log(item: Submission) -> bool:
-    return item.log_name is not None and isinstance(item.texts[item.log_name], bytes)
 
 
 def _load_analysis() -> None:

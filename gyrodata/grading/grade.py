@@ -741,7 +741,12 @@ def _note_on_answer(
 
 def _read_and_unread(submission: Submission) -> str:
     """Name the files in which an answer is searched for, and the others."""
-    read = [one for one in (submission.log_name, *submission.report_names) if one]
+    damaged = {one.name for one in submission.documents if one.problem}
+    read = [
+        one
+        for one in (submission.log_name, *submission.report_names)
+        if one and shown(PurePosixPath(one).name) not in damaged
+    ]
     unread = [one for one in submission.members if one not in read]
     more = f"; not read: {_files_in_words(unread)}" if unread else ""
     return f"{_files_in_words(read)}{more}"

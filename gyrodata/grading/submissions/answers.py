@@ -26,6 +26,8 @@ from gyrodata.grading.submissions.candidates import (
     with_u,
 )
 from gyrodata.grading.submissions.documents import (
+    LONGEST_LINE,
+    MOST_LINES,
     NO_TEXT,
     SAYS,
     Document,
@@ -281,12 +283,16 @@ def partners_in(
     documents = [
         one if isinstance(one, Document) else read_document(*one) for one in reports
     ]
-    texts = ["\n".join(one.lines) for one in documents]
+    texts = [
+        "\n".join(line[:LONGEST_LINE] for line in one.lines[:MOST_LINES])
+        for one in documents
+    ]
     # A report says who worked with a student whose log is of others.
     with_lines = texts if log is None else [log.source_text]
     names = []
     for text in with_lines:
-        names += [one[1].strip() for one in re.finditer(SAYS["partner"], text, re.M)]
+        lines = islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
+        names += [one[1].strip() for one in lines]
     named = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
     called = dict.fromkeys(
         chain.from_iterable(

@@ -379,9 +379,8 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     if made.log_name is None:
         made = replace(made, partner=partners_in(None, made.documents))
     digest = made.digest
-    log_digest = ""
-    if made.log_name is not None and isinstance(made.texts[made.log_name], bytes):
-        log_digest = hashlib.sha256(made.texts[made.log_name]).hexdigest()
+    log = made.texts.get(made.log_name or "")
+    log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
     return replace(made, known_digest=digest, log_digest=log_digest), notes
 
 

@@ -118,6 +118,7 @@ def grade(
             if not quiet:
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
+                output.write_rubric(target, _rubric(rubric)[0])
                 _write(grades, target, filled, options.figures, quiet)
         except KeyboardInterrupt:
             kept = "nothing is kept"
@@ -194,12 +195,8 @@ def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | Non
     from gyrodata.grading.exports import compare_tables
 
     table = folder / output.TABLE if folder is not None else None
-    if table is None or not table.is_file():
-        return ()
-    old = table.read_bytes()
-    if not old:
-        return ()
-    return compare_tables(old, grades.table.encode("utf-8", "replace"))
+    old = table.read_bytes() if table is not None and table.is_file() else b""
+    return compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
 
 
 def _write(

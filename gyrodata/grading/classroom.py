@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import os
 import statistics
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
@@ -39,8 +39,8 @@ from gyrodata.grading.grade import (
     reconsider,
     settle,
 )
-from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
-from gyrodata.grading.roster import Roster, partners_of
+from gyrodata.grading.ledger import DESK, NO_DESK, Desk, find_offers
+from gyrodata.grading.roster import Partners, Roster, find_partners, partners_by_log
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import (
     Submission,
@@ -49,6 +49,8 @@ from gyrodata.grading.submissions import (
     list_submissions,
     unread,
 )
+from gyrodata.grading.submissions.answers import partners_in
+from gyrodata.grading.submissions.log_choice import NO_LOG
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import listing
 from gyrodata.results import decode, encode
@@ -59,6 +61,7 @@ JOURNAL = "journal.ndjson"  # in the folder of the grades
 LOOK = "a person must look"
 
 EVERYBODY = Roster()
+OTHER_VERSION = "gyrodata changed"  # first words of a reason to grade again
 
 Figures = Mapping[str, tuple[bytes, str]]
 """PNG file of each figure, and what it shows in words, by its name."""
@@ -156,70 +159,184 @@ def grade_class(
         A submission that hangs, ends its process or breaks the tool is "not graded",
         with the reason, and is tried again in the next run.
     """
-    # A student who handed in nothing is graded if a person decides so.
-    absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
-    source, why = submissions.items[0].source, "nothing is handed in"
-    extra = [
-        Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key)
-        for key, one in absent.items()
-    ]
     options = options or GradingOptions()
-    listed = [
-        desk.corrected(one)
-        for one in sorted([*submissions.items, *extra], key=lambda item: item.student)
-    ]
-    items, notes, lost = _chosen(listed, options)
-    left = tuple(one for one in roster.absent if one.student not in absent)
-    present = tuple(one for one in items if one.student not in absent)
+    extra = _decided_without_hand_in(submissions, desk, roster)
+    listed = sorted([*submissions.items, *extra], key=lambda item: item.student)
+    items, notes, lost = _chosen([desk.corrected(one) for one in listed], options)
+    without = {one.student for one in extra}
+    present = tuple(one for one in items if one.student not in without)
+    roster = roster.with_submissions(one.student for one in extra)
     meant = roster.who_is_meant(replace(submissions, items=present))
-    roster = Roster({**roster.people, **absent}, left, roster.unclear)
-    made, again, damaged, undrawn = _entries(items, rubric, options, desk, lost)
-    diagnostics = (*submissions.diagnostics, *notes, *undrawn)
-    submissions = replace(submissions, items=items, diagnostics=diagnostics)
-    prints = {
-        student: one.grade.fingerprint
-        for student, one in made.items()
-        if one.grade.fingerprint is not None
-    }
-    plain = (replace(one.grade, fingerprint=None) for one in made.values())
-    grades: Sequence[Grade] = [
-        roster.named(one, desk.value(one.student, "station")) for one in plain
-    ]
-    grades, references, scatters = settle(grades, rubric)
-    typed = {item.student: desk.value(item.student, "reported") for item in items}
-    doubts = [
-        (one, item, typed[item.student])
-        for one, item in zip(grades, items, strict=True)
-    ]
-    grades = _reconsidered(doubts, rubric, references, scatters, options)
-    partners, looks = partners_of(grades, roster, meant)
+    work = _Work.begun(rubric, options, desk, lost)
+    work.grade([item for item in items if item.log_name is not None])
+    partners = find_partners(_texts_on_partners(items, work), roster, meant)
+    items = _with_shared_logs(items, partners, desk, options)
+    work.grade([item for item in items if item.student not in work.entries])
+    entries = work.written(items)
+    groups = [*partners.groups, *partners_by_log(items)]
+    settled, references, scatters = _settled(items, entries, roster, work)
+    looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
+    looked = [_with_look(one, looks.get(one.student)) for one in settled]
     grades = [
-        replace(one, look=(*one.look, looks[one.student]))
-        if one.student in looks
-        else one
-        for one in grades
+        desk.applied(grade, item, entries[grade.student].seen)
+        for grade, item in zip(looked, items, strict=True)
     ]
-    flags = in_order(
-        [
-            *flag_class(prints, [*partners, *desk.partners], previous),
-            *flag_examples(prints),
-        ]
-    )
+    diagnostics = (*submissions.diagnostics, *notes, *work.undrawn_notes())
     return ClassGrades(
         source=items[0].source.resolve().name,
-        submissions=submissions,
+        submissions=replace(submissions, items=items, diagnostics=diagnostics),
         rubric=rubric,
-        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades),
+        grades=tuple(grades),
         references=references,
         scatters=scatters,
-        flags=flags,
-        again=again,
-        damaged=damaged,
+        flags=_flags(entries, [*groups, *desk.partners], previous),
+        again=work.again,
+        damaged=work.damaged,
         desk=desk,
         roster=roster,
-        partners=partners,
-        figures={student: one.figures for student, one in made.items() if one.figures},
+        partners=groups,
+        figures={key: one.figures for key, one in entries.items() if one.figures},
     )
+
+
+def _texts_on_partners(items: Iterable[Submission], work: _Work) -> dict[str, str]:
+    """Return what each student says about partners, by student."""
+    texts = {item.student: item.partner for item in items}
+    return texts | {key: entry.grade.partner for key, entry in work.entries.items()}
+
+
+def _flags(
+    entries: Mapping[str, Entry],
+    groups: Sequence[frozenset[str]],
+    previous: Mapping[str, Fingerprint],
+) -> tuple[Flag, ...]:
+    """Compare all logs, but not those of a group with each other."""
+    prints = {}
+    for student, entry in entries.items():
+        if entry.grade.fingerprint is not None:
+            prints[student] = entry.grade.fingerprint
+    return in_order([*flag_class(prints, groups, previous), *flag_examples(prints)])
+
+
+def _decided_without_hand_in(
+    submissions: Submissions, desk: Desk, roster: Roster
+) -> list[Submission]:
+    """Return students who handed in nothing, if a person decides about them."""
+    source, why = submissions.items[0].source, "nothing is handed in"
+    return [
+        Submission(
+            one.student,
+            one.name or one.student,
+            {},
+            source,
+            problem=why,
+            feedback_stem=one.student,
+        )
+        for one in roster.absent
+        if desk.lines.get(one.student)
+    ]
+
+
+def _settled(
+    items: Sequence[Submission],
+    entries: Mapping[str, Entry],
+    roster: Roster,
+    work: _Work,
+) -> tuple[list[Grade], References, Scatters]:
+    """Compare the grades with the class, and look for mistakes in doubtful logs."""
+    desk, rubric = work.desk, work.rubric
+    named = []
+    for item in items:
+        grade = replace(entries[item.student].grade, fingerprint=None)
+        named.append(roster.named(grade, desk.value(item.student, "station")))
+    grades, references, scatters = settle(named, rubric)
+    doubts = [
+        (grade, item, desk.value(item.student, "reported"))
+        for grade, item in zip(grades, items, strict=True)
+    ]
+    judged = _reconsidered(doubts, rubric, references, scatters, work.options)
+    return judged, references, scatters
+
+
+def _with_look(grade: Grade, look: str | None) -> Grade:
+    return grade if look is None else replace(grade, look=(*grade.look, look))
+
+
+# --- students without a log of their own ---
+
+
+def _with_shared_logs(
+    items: Sequence[Submission],
+    partners: Partners,
+    desk: Desk,
+    options: GradingOptions,
+) -> tuple[Submission, ...]:
+    """Give the log of a partner to each student who has none."""
+    with_log = {item.student: item for item in items if item.log_name is not None}
+    made = {
+        item.student: _with_shared_log(item, with_log, partners, desk)
+        for item in items
+        if item.student not in with_log
+    }
+    waiting = [one for one in made.values() if one.log_of]
+    if waiting:
+        answers = in_workers(
+            _with_digest, waiting, options.workers, options.limit, options.cluster
+        )
+        with closing(answers):
+            for item, answer in answers:
+                if isinstance(answer, Failed):
+                    answer = unread(item, f"{answer}; {LOOK}")
+                made[item.student] = answer
+    return tuple(made.get(item.student, item) for item in items)
+
+
+def _with_shared_log(
+    item: Submission, with_log: Mapping[str, Submission], partners: Partners, desk: Desk
+) -> Submission:
+    """Give a student the log of the partner; say so if the partners have several."""
+    decided = desk.partners_of(item.student)
+    if not decided and not (item.problem or "").startswith(NO_LOG):
+        return item
+    known = sorted((decided or partners.of(item.student)) & with_log.keys())
+    logs = {with_log[key].log_digest: with_log[key] for key in reversed(known)}
+    if not logs:
+        return item
+    if len(logs) > 1:
+        names = listing(known)
+        problem = f"{item.problem}; its partners have different logs: {names}"
+        return replace(item, problem=problem, known_digest="")
+    (lender,) = logs.values()
+    return replace(
+        item,
+        log_name=lender.log_name,
+        log_file=lender.log_file,
+        log_of=lender.student,
+        shares_answer=bool(decided),
+        problem=None,
+        known_digest="",
+    )
+
+
+def _with_digest(item: Submission) -> Submission:
+    """Compute the digest of what a grade depends on."""
+    return replace(item, known_digest=item.digest)
+
+
+def _looks_of_shared_logs(
+    items: Iterable[Submission], partners: Partners
+) -> dict[str, str]:
+    """Ask about each log that only the student without one says is shared."""
+    return {
+        item.student: (
+            f"graded on the log of {item.log_of}, but only {item.student} says that "
+            f"they are partners: confirm it with a line partner in {DESK}"
+        )
+        for item in items
+        if item.log_of
+        and not item.shares_answer
+        and not partners.lends(item.log_of, item.student)
+    }
 
 
 # --- the work that needs the files of a submission: it is done in workers, where time
@@ -255,7 +372,16 @@ def _chosen(
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     """Choose the log of one submission, and compute the digest of what its grade depends on."""
     made, notes = choose(item)
-    return replace(made, known_digest=made.digest), notes
+    if item.log_name is not None:
+        # A person corrected the log: a new log of the student must be noticed.
+        own, _ = choose(replace(item, log_name=None, log_file=None))
+        made = replace(made, original_digest=own.digest)
+    if made.log_name is None:
+        made = replace(made, partner=partners_in(None, made.documents))
+    digest = made.digest
+    log = made.texts.get(made.log_name or "")
+    log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
+    return replace(made, known_digest=digest, log_digest=log_digest), notes
 
 
 def _load_analysis() -> None:
@@ -376,81 +502,124 @@ def _why_again(
     for name, value in _inputs_of(item, rubric, reported).items():
         if (before := known.inputs.get(name)) != value:
             return (
-                f"gyrodata changed from {before} to {value}"
+                f"{OTHER_VERSION} from {before} to {value}"
                 if name == "tool"
                 else f"the {name} changed"
             )
     return ""
 
 
-def _entries(
-    items: Sequence[Submission],
-    rubric: Rubric,
-    options: GradingOptions,
-    desk: Desk,
-    unopened: Mapping[str, Failed],
-) -> tuple[dict[str, Entry], dict[str, str], int, list[Diagnostic]]:
-    """Read the entry of each student from the journal, or make it.
+class _Work(Struct):
+    """The grades of a class, as they are taken from the journal or made."""
 
-    `unopened`: Why submissions could not be opened, by student. Also returns why
-    entries are made, the number of damaged lines, and warnings about figures.
-    """
-    journal = options.journal or Path()
-    written = journal.read_bytes() if journal.is_file() else b""
-    known, damaged = read_journal(written)
-    entries: dict[str, Entry] = {}
-    again: dict[str, str] = {}
-    waiting: list[_Task] = []
-    for item in items:
-        reported = desk.value(item.student, "reported") or ""
-        entry = known.get(item.student)
-        why = _why_again(entry, item, rubric, reported)
-        if entry is not None and not why and _lacks_figures(entry, item, options):
-            why = "its figures are missing"
-        if entry is not None and not why:
-            seen = desk.first_seen(entry.grade, entry.seen)
-            entries[item.student] = replace(entry, seen=seen)
-        else:
-            again[item.student] = why
-            waiting.append((item, reported))
-    undrawn: dict[str, list[str]] = {}  # students by the reason
-    # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-    with closing(_answers(waiting, rubric, options, unopened)) as answers:
-        for item, answer in answers:
-            if answer.undrawn:
-                undrawn.setdefault(answer.undrawn, []).append(item.name)
-            entry = _entry(answer, desk, known.get(item.student))
-            entries[item.student] = entry
-            # The figures are written first, so that everything in the journal exists.
-            for name, (data, _) in answer.figures.items():
-                path = figure_path(options.figures or Path(), item, name)
-                disk.write_whole(path, [data], private=True)
-            if options.journal and options.keep:
-                # The last line may have no end, if a run was stopped.
-                disk.add_to(journal, b"\n%b\n" % encode(entry))
-            if options.progress is not None:
-                options.progress(len(entries))
-    entries = {item.student: entries[item.student] for item in items}
-    lines = [encode(entry) + b"\n" for entry in entries.values()]
-    if options.journal and options.keep and (again or b"".join(lines) != written):
-        disk.write_whole(journal, lines, private=True, sync=True)
-    notes = [
-        Diagnostic.named(
-            "figure_not_drawn",
-            what=f"the figures of {listing(sorted(some), 5)}",
-            why=why,
+    rubric: Rubric
+    options: GradingOptions
+    desk: Desk
+    unopened: Mapping[str, Failed]
+    """Why submissions could not be opened, by student."""
+    journal: bytes
+    """The file before this run."""
+    known: Mapping[str, Entry]
+    damaged: int
+    """Number of lines of the journal that cannot be read."""
+    entries: dict[str, Entry]
+    again: dict[str, str]
+    """Why the grades of this run are made, by student."""
+    undrawn: dict[str, list[str]]
+    """Names of students without figures, by the reason."""
+
+    @classmethod
+    def begun(
+        cls,
+        rubric: Rubric,
+        options: GradingOptions,
+        desk: Desk,
+        unopened: Mapping[str, Failed],
+    ) -> _Work:
+        """Read the journal."""
+        path = options.journal
+        journal = path.read_bytes() if path is not None and path.is_file() else b""
+        known, damaged = read_journal(journal)
+        return cls(rubric, options, desk, unopened, journal, known, damaged, {}, {}, {})
+
+    @property
+    def writes(self) -> Path | None:
+        """The journal, if it is written."""
+        return self.options.journal if self.options.keep else None
+
+    def grade(self, items: Sequence[Submission]) -> None:
+        """Take each grade from the journal, or make it."""
+        waiting: list[_Task] = []
+        for item in items:
+            reported = self.desk.value(item.student, "reported") or ""
+            entry = self.known.get(item.student)
+            why = _why_again(entry, item, self.rubric, reported)
+            if entry is not None and not why and self._lacks_figures(entry, item):
+                why = "its figures are missing"
+            if entry is None or why:
+                self.again[item.student] = why
+                waiting.append((item, reported))
+            else:
+                seen = self.desk.first_seen(entry.grade, item, entry.seen)
+                self.entries[item.student] = replace(entry, seen=seen)
+        # Closed at once if Ctrl-C stops this process, so that no worker goes on.
+        answers = _answers(waiting, self.rubric, self.options, self.unopened)
+        with closing(answers):
+            for item, answer in answers:
+                self._keep(item, answer)
+
+    def _keep(self, item: Submission, answer: _Answer) -> None:
+        """Keep a grade that was made, also if the run is stopped afterwards."""
+        if answer.undrawn:
+            self.undrawn.setdefault(answer.undrawn, []).append(item.name)
+        # The grade goes through JSON at once, so that a grade from the journal is the
+        # same to the last digit.
+        grade = decode(answer.grade, Grade)
+        before = self.known.get(item.student)
+        entry = Entry(
+            inputs=answer.inputs,
+            grade=grade,
+            lost=answer.lost,
+            figures={name: words for name, (_, words) in answer.figures.items()},
+            seen=self.desk.first_seen(grade, item, before.seen if before else {}),
         )
-        for why, some in sorted(undrawn.items())
-    ]
-    return entries, again, damaged, notes
+        self.entries[item.student] = entry
+        # The figures are written first, so that everything in the journal exists.
+        for name, (data, _) in answer.figures.items():
+            path = figure_path(self.options.figures or Path(), item, name)
+            disk.write_whole(path, [data], private=True)
+        if self.writes:
+            # The last line may have no end, if a run was stopped.
+            disk.add_to(self.writes, b"\n%b\n" % encode(entry))
+        if self.options.progress is not None:
+            self.options.progress(len(self.entries))
 
+    def written(self, items: Iterable[Submission]) -> dict[str, Entry]:
+        """Return the entries in the order of the items, and write the journal."""
+        entries = {item.student: self.entries[item.student] for item in items}
+        lines = [encode(entry) + b"\n" for entry in entries.values()]
+        if self.writes and (self.again or b"".join(lines) != self.journal):
+            disk.write_whole(self.writes, lines, private=True, sync=True)
+        return entries
 
-def _lacks_figures(entry: Entry, item: Submission, options: GradingOptions) -> bool:
-    """Return whether figures are wanted, and one of an entry does not exist."""
-    if options.figures is None or not entry.grade.own:
-        return False
-    paths = [figure_path(options.figures, item, name) for name in entry.figures]
-    return not paths or not all(path.is_file() for path in paths)
+    def undrawn_notes(self) -> list[Diagnostic]:
+        """Warn about the figures that cannot be drawn."""
+        return [
+            Diagnostic.named(
+                "figure_not_drawn",
+                what=f"the figures of {listing(sorted(some), 5)}",
+                why=why,
+            )
+            for why, some in sorted(self.undrawn.items())
+        ]
+
+    def _lacks_figures(self, entry: Entry, item: Submission) -> bool:
+        """Return whether figures are wanted, and one of an entry does not exist."""
+        folder = self.options.figures
+        if folder is None or not entry.grade.own:
+            return False
+        paths = [figure_path(folder, item, name) for name in entry.figures]
+        return not paths or not all(path.is_file() for path in paths)
 
 
 def _answers(
@@ -483,22 +652,6 @@ def _failed(item: Submission, rubric: Rubric, failed: Failed) -> _Answer:
     """Return the grade of a submission that stopped its worker, or cannot be opened."""
     grade = not_graded(item, rubric, f"{failed}; {LOOK}")
     return _Answer({}, encode(grade), {}, lost=str(failed))
-
-
-def _entry(answer: _Answer, desk: Desk, before: Entry | None) -> Entry:
-    """Return the line of the journal for a grade.
-
-    The grade goes through JSON at once, so that a grade from the journal is the same to
-    the last digit.
-    """
-    grade = decode(answer.grade, Grade)
-    return Entry(
-        inputs=answer.inputs,
-        grade=grade,
-        lost=answer.lost,
-        figures={name: words for name, (_, words) in answer.figures.items()},
-        seen=desk.first_seen(grade, before.seen if before else {}),
-    )
 
 
 _Task = tuple[Submission, str]
@@ -669,6 +822,16 @@ class ClassGrades(Struct, frozen=True, dict=True):
         """Return the name of a student, with the key if the name does not contain it."""
         name = self.names.get(student, student)
         return name if student in name else f"{name} ({student})"
+
+    @cached_property
+    def groups(self) -> list[list[str]]:
+        """The students who work together, each group sorted."""
+        groups: list[set[str]] = []
+        for some in [*self.partners, *self.desk.partners]:
+            joined = [group for group in groups if group & some]
+            groups = [group for group in groups if not group & some]
+            groups.append(set(some).union(*joined))
+        return sorted(sorted(group & self.names.keys()) for group in groups)
 
     @cached_property
     def flags_of(self) -> Mapping[str, list[Flag]]:

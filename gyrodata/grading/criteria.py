@@ -6,6 +6,7 @@ Each function returns a mark with the points and the reason.
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -444,7 +445,7 @@ ROUNDED = 0.3
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, own = evidence.given[0], evidence.own
+    reported = evidence.given[0]
     if criterion.curve.variable == "stated":
         said = "does not state" if reported.u is None else "states"
         return mark(
@@ -460,38 +461,15 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
             0.0,
         )
     u = reported.u / abs(evidence.factor)
-    known = [one.u for one in own.values if one.u]
-    # A mistake that differs between runs may scatter the points so much that u says
-    # nothing.
-    of_slip = [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
-    known += [one for one in of_slip if one < abs(own.values[0].value)]
-    known = known or [own.yardstick * abs(own.values[0].value)]
-    low, high = min(known), max(known)
+    low, high = _u_of_fits(evidence)
     ratio = min(u / low, max(1.0, u / high))
-    # Students also take the mean of one I_zz for each weight; by chance, its
-    # uncertainty may be very small.
-    each = [
-        abs(one.torque / one.product.value)
-        for one in evidence.analysis.torques
-        if one.torque
-    ]
-    count, mean = len(each), sum(each) / (len(each) or 1)
-    spread = (
-        math.sqrt(sum((one - mean) ** 2 for one in each) / (count - 1) / count)
-        if count > 1
-        else 0.0
-    )
+    spread = _spread_of_weights(evidence.analysis)
     if abs(u - spread) < ROUNDED * spread:
         ratio = 1.0
-    reason, whole = (
-        f"± {inertia_range_text(reported.u, reported.u)}",
-        inertia_range_text(low, high),
-    )
-    reason += (
-        f", {inertia_range_text(u, u)} after correcting the mistake,"
-        if evidence.slips
-        else ""
-    )
+    whole = inertia_range_text(low, high)
+    reason = f"± {inertia_range_text(reported.u, reported.u)}"
+    if evidence.slips:
+        reason += f", {inertia_range_text(u, u)} after correcting the mistake,"
     if ratio == 1:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
@@ -499,72 +477,111 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += (
             f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of "
-            f"your runs give, {whole}"
+            f"your runs give, {whole}{_cause_of_large_u(evidence, u)}"
         )
-        runs = sum(
-            1 for run in evidence.analysis.run_table if run.torque and not run.left_out
-        )
-        if any(
-            one.name == "mean_of_ratios" and abs(u - (one.u or 0) * runs**0.5) < 0.1 * u
-            for one in own.values
-        ):
-            reason += (
-                "; this is the scatter of single runs; the uncertainty of their mean "
-                "is √n times smaller"
-            )
     return mark(
         criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
     )
 
 
+def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
+    """Return the smallest and the largest u of the accepted fits [kg*m^2]."""
+    own = evidence.own
+    known = [one.u for one in own.values if one.u]
+    for slip in evidence.slips[:1]:
+        # A mistake that differs between runs may scatter the points so much that u says
+        # nothing.
+        u = (slip.u or 0.0) / abs(slip.factor)
+        if 0 < u < abs(own.values[0].value):
+            known.append(u)
+    known = known or [own.yardstick * abs(own.values[0].value)]
+    return min(known), max(known)
+
+
+def _spread_of_weights(analysis: FittedLog) -> float:
+    """Return u of the mean of one I_zz for each weight [kg*m^2]; by chance, it is small.
+
+    Students also take this mean.
+    """
+    each = [
+        abs(one.torque / one.product.value) for one in analysis.torques if one.torque
+    ]
+    if len(each) < 2:
+        return 0.0
+    return statistics.stdev(each) / math.sqrt(len(each))
+
+
+def _cause_of_large_u(evidence: Evidence, u: float) -> str:
+    """Say that an uncertainty is the scatter of single runs, or ""."""
+    table = evidence.analysis.run_table
+    runs = sum(1 for run in table if run.torque and not run.left_out)
+    for one in evidence.own.values:
+        of_run = (one.u or 0.0) * math.sqrt(runs)
+        if one.name == "mean_of_ratios" and abs(u - of_run) < 0.1 * u:
+            return (
+                "; this is the scatter of single runs; the uncertainty of their mean "
+                "is √n times smaller"
+            )
+    return ""
+
+
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, _ = evidence.given
     if not value:
-        return mark(
-            criterion,
-            f'"{reported.text}" rounds the value to zero: it has no digit',
-            {"faults": 2.0},
-            0.0,
-        )
-    faults = [reported.problem] if reported.problem else []
-    u_digits = reported.u_digits or 0
-    if reported.u and reported.u_step:
-        # ± 0.102 with k = 2 is u = 0.051.
-        u_digits = min(
-            u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1
-        )
+        reason = f'"{reported.text}" rounds the value to zero: it has no digit'
+        return mark(criterion, reason, {"faults": 2.0}, 0.0)
+    u_digits = _digits_of_u(reported)
     # A formula in a cell has all digits of the computer; its student has typed none of
     # them.
     formula = evidence.from_cells and u_digits > 10
+    faults = [reported.problem] if reported.problem else []
     if u_digits > 2 and not formula:
         faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
-    low, high = _last_place(reported.step, value, reported.digits)
-    if reported.step and reported.u_step and reported.u:
-        # A ± that was divided by its k has as many digits as before; its last place is
-        # at most that of the first digit of u.
-        u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
-        u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
-        low, u_low = (low / 100, u_low / 10) if evidence.from_cells else (low, u_low)
-        if max(low, u_low) > 1.26 * min(high, u_high):
-            which = (
-                f"{'finer' if high < u_low else 'coarser'} than that of its uncertainty"
-            )
-            faults.append(
-                f"the value's last digit is {which}: round both to the same place"
-            )
-    elif (
-        reported.step
-        and not reported.u_step
-        and high < (reported.u or evidence.own.yardstick * abs(value)) / 150
-    ):
-        faults.append("the value has more digits than its uncertainty justifies")
-    digits = (
-        "its digits are those of a formula" if formula else "the right number of digits"
-    )
-    reason = (
-        "; ".join(faults) if faults else f'"{reported.text}" has its unit and {digits}'
-    )
+    if fault := _fault_of_last_digit(evidence):
+        faults.append(fault)
+    digits = "the right number of digits"
+    if formula:
+        digits = "its digits are those of a formula"
+    reason = "; ".join(faults) or f'"{reported.text}" has its unit and {digits}'
     return mark(criterion, reason, {"faults": float(len(faults))})
+
+
+def _digits_of_u(reported: Reported) -> int:
+    """Return the digits of the uncertainty; ± 0.102 with k = 2 is u = 0.051."""
+    digits = reported.u_digits or 0
+    if not reported.u or not reported.u_step:
+        return digits
+    steps = math.log10(reported.u / reported.u_step) + 1e-9
+    return min(digits, math.floor(steps) + 1)
+
+
+def _fault_of_last_digit(evidence: Evidence) -> str:
+    """Say that the last digit of the value does not fit its uncertainty, or ""."""
+    reported, value, _ = evidence.given
+    if not reported.step:
+        return ""
+    low, high = _last_place(reported.step, value, reported.digits)
+    if not reported.u_step:
+        u = reported.u or evidence.own.yardstick * abs(value)
+        if high < u / 150:
+            return "the value has more digits than its uncertainty justifies"
+        return ""
+    if not reported.u:
+        return ""
+    # A ± that was divided by its k has as many digits as before; its last place is at
+    # most that of the first digit of u.
+    u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
+    u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
+    if evidence.from_cells:
+        # A cell does not show the zeros at its end.
+        low, u_low = low / 100, u_low / 10
+    if max(low, u_low) <= 1.26 * min(high, u_high):
+        return ""
+    which = "finer" if high < u_low else "coarser"
+    return (
+        f"the value's last digit is {which} than that of its uncertainty: round both to "
+        f"the same place"
+    )
 
 
 def _last_place(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict
 
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
@@ -37,8 +37,12 @@ from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.judging import mistakes
 from gyrodata.judging.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
+from gyrodata.readings import Reported as ReportedValue
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn, Options
+
+if TYPE_CHECKING:
+    from gyrodata.results import FittedLog
 
 # a report farther than this from every accepted fit [u], without a common mistake,
 # needs a look
@@ -115,6 +119,7 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     ] = ()  # common mistakes that explain the report, the most likely first
     look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
+    log_of: str = ""  # the partner or group whose log it is; "" for an own log
     section: str = ""  # of the roster
     reported: Annotated[
         Reported,
@@ -193,97 +198,128 @@ def grade_submission(
     `reported`: I_zz typed in by a person, instead of the submitted value. `mistake`: A
     mistake in the log that is corrected first.
     """
-    # The main process only distributes the work, and does not need these.
-    from gyrodata.analysis import check_fit, fit_log
-    from gyrodata.judging.procedure import what_lacks
-
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
     wide = ""
     try:
-        readings, answers, bench, too_wide = yardsticks.at_bench(
-            submission, rubric.bench
-        )
-        wide = f"{TOO_WIDE}: {', '.join(too_wide)}" if too_wide else ""
-        answer = (
-            answers.inertia if reported is None else read_reported("inertia", reported)
-        )
-        meant = yardsticks.corrected(readings, mistake) if mistake else readings
-        analysis = check_fit(fit_log(meant, Options()))
-        asked = {
-            criteria.ASKS[ask]
-            for criterion in rubric.criteria
-            for ask in criterion.asks
-        }
-        lacks = (
-            what_lacks(analysis.readings, analysis.measurements, analysis.lab, asked)
-            if asked
-            else []
-        )
+        bench = yardsticks.at_bench(submission, rubric.bench)
+        wide = f"{TOO_WIDE}: {', '.join(bench.too_wide)}" if bench.too_wide else ""
+        readings = bench.readings
+        if mistake is not None:
+            readings = yardsticks.corrected(readings, mistake)
+        log = analysis, lacks = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
         why = "; ".join(filter(None, [_why_not(error), wide]))
         return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
+    answers = bench.answers
+    if reported is not None:
+        answers = Answers(read_reported("inertia", reported), unread=answers.unread)
+    evidence = _evidence(submission, bench, answers, log, rubric)
+    doubts = [*_looks(evidence), *_questions(answers, evidence), wide]
     # The suspected outliers are in the analysis already.
-    blank = not_graded(
-        submission,
-        rubric,
-        None,
-        (*analysis.diagnostics, *lacks, *answers.diagnostics, *answers.unread),
+    diagnostics_of_all = (
+        *analysis.diagnostics,
+        *lacks,
+        *bench.answers.diagnostics,
+        *answers.unread,
     )
-    lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
-    own = yardsticks.own_runs(analysis, rubric.accept)
+    grade = replace(
+        not_graded(submission, rubric, None, diagnostics_of_all),
+        **_values_of(evidence),
+        bench=bench.added,
+        station=station_of(bench.readings),
+        partner=submission.partner or _partners_of(submission, bench.readings),
+        fingerprint=fingerprint(bench.readings, analysis.measurements),
+    )
+    grade = replace(grade, look=(*grade.look, *filter(None, doubts)))
+    if rubric.class_reference:
+        return added_up(grade)
+    return _settle_one(grade, rubric, rubric.references, {})
+
+
+def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, list[Diagnostic]]:
+    """Analyse a log; also return the requirements of the rubric that it does not meet."""
+    # The main process only distributes the work, and does not need these.
+    from gyrodata.analysis import check_fit, fit_log
+    from gyrodata.judging.procedure import what_lacks
+
+    analysis = check_fit(fit_log(readings, Options()))
+    asked = {criteria.ASKS[ask] for one in rubric.criteria for ask in one.asks}
+    if not asked:
+        return analysis, []
+    measured = analysis.measurements
+    return analysis, what_lacks(analysis.readings, measured, analysis.lab, asked)
+
+
+def _partners_of(submission: Submission, readings: Readings) -> str:
+    """Return the partners that a student names; the log of a partner does not count."""
+    own_log = None if submission.log_of else readings
+    return partners_in(own_log, submission.documents)
+
+
+def _evidence(
+    submission: Submission,
+    bench: yardsticks.AtBench,
+    answers: Answers,
+    log: tuple[FittedLog, list[Diagnostic]],
+    rubric: Rubric,
+) -> Evidence:
+    """Collect what the criteria look at, and compare the answer with the own runs."""
+    analysis, lacks = log
+    outliers = [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     evidence = Evidence(
         rubric,
         analysis,
-        lacks,
-        own,
-        answer,
+        [*lacks, *outliers],
+        yardsticks.own_runs(analysis, rubric.accept),
+        answers.inertia,
         submission.members,
-        bench,
+        bench.added,
+        from_cells=ending(answers.file) in WORKBOOKS,
         unread=tuple(one.message for one in answers.unread),
     )
-    if answer is not None and (value := answer.value) is not None:
-        step = answer.step or 0.0
-        slips = tuple(
-            yardsticks.find_slips(
-                value, step, own, analysis.readings, analysis.measurements
-            )
-        )
-        named = [one for one in own.values if slips and one.name == slips[0].fit]
-        matched = min(named or own.values, key=lambda one: abs(one.value - value))
-        d = yardsticks.distance(value, matched.value, step, own.yardstick)
-        cells = reported is None and ending(answers.file) in WORKBOOKS
-        evidence = replace(
-            evidence, matched=matched, d=d, slips=slips, from_cells=cells
-        )
-    questions = _questions(answers, evidence) if reported is None else []
-    doubts = filter(None, [*questions, wide])
-    grade = replace(
-        blank,
-        marks=tuple(
-            criteria.judge(criterion, evidence) for criterion in rubric.criteria
+    answer = answers.inertia
+    if answer is None or answer.value is None:
+        return evidence
+    own, value, step = evidence.own, answer.value, answer.step or 0.0
+    slips = _slips(evidence, answer, value)
+    fits = [one for one in own.values if slips and one.name == slips[0].fit]
+    matched = min(fits or own.values, key=lambda one: abs(one.value - value))
+    d = yardsticks.distance(value, matched.value, step, own.yardstick)
+    return replace(evidence, matched=matched, d=d, slips=slips)
+
+
+def _slips(
+    evidence: Evidence, answer: ReportedValue, value: float
+) -> tuple[yardsticks.Slip, ...]:
+    """Name the mistakes that explain an answer; of one digit, many agree by chance."""
+    if (answer.digits or 0) < 2:
+        return ()
+    log = evidence.analysis.readings, evidence.analysis.measurements
+    step = answer.step or 0.0
+    return tuple(yardsticks.find_slips(value, step, evidence.own, *log))
+
+
+def _values_of(evidence: Evidence) -> dict[str, Any]:
+    """Return the marks and the numbers of a grade, by the names of its fields."""
+    analysis, answer, matched = evidence.analysis, evidence.reported, evidence.matched
+    scatters = criteria.scatter_of(analysis)
+    return {
+        "marks": tuple(
+            criteria.judge(criterion, evidence)
+            for criterion in evidence.rubric.criteria
         ),
-        slips=evidence.slips,
-        look=(*blank.look, *_looks(evidence), *doubts),
-        station=station_of(readings),
-        partner=partners_in(readings, submission.documents),
-        reported={name: getattr(answer, name) for name in _REPORTED if answer},
-        own={one.name: {"value": one.value, "u": one.u} for one in own.values},
-        inertia=analysis.inertia.value,
-        inertia_u=analysis.inertia.u,
-        matched=evidence.matched.name if evidence.matched else None,
-        d=evidence.d if evidence.matched else None,
-        bench=bench,
-        scatters=()
-        if times_stated(analysis.measurements)
-        else criteria.scatter_of(analysis),
-        fingerprint=fingerprint(readings, analysis.measurements),
-    )
-    return (
-        added_up(grade)
-        if rubric.class_reference
-        else _settle_one(grade, rubric, rubric.references, {})
-    )
+        "slips": evidence.slips,
+        "reported": {name: getattr(answer, name) for name in _REPORTED if answer},
+        "own": {
+            one.name: {"value": one.value, "u": one.u} for one in evidence.own.values
+        },
+        "inertia": analysis.inertia.value,
+        "inertia_u": analysis.inertia.u,
+        "matched": matched.name if matched else None,
+        "d": evidence.d if matched else None,
+        "scatters": () if times_stated(analysis.measurements) else scatters,
+    }
 
 
 References = Mapping[str, yardsticks.Reference]
@@ -300,25 +336,23 @@ def settle(
     returned them. Returns the grades in the same order, and what they are compared
     with. No grade depends on the order.
     """
+    logs = _each_log_once(grades)
     references, scatters = rubric.references, {}
     if rubric.class_reference:
-        known = [
-            (one.station, one.inertia, one.inertia_u or 0.0)
-            for one in grades
-            if one.inertia is not None
-        ]
-        references = yardsticks.class_references(known)
-    if "from" in rubric.bench and any(
-        criterion.check == "constancy" for criterion in rubric.criteria
-    ):
-        scatters = yardsticks.class_scatter(
-            (grade.station, grade.scatters) for grade in grades
+        references = yardsticks.class_references(
+            (one.station, one.inertia or 0.0, one.inertia_u or 0.0) for one in logs
         )
-    return (
-        tuple(_settle_one(grade, rubric, references, scatters) for grade in grades),
-        references,
-        scatters,
-    )
+    checks = [criterion.check for criterion in rubric.criteria]
+    if "from" in rubric.bench and "constancy" in checks:
+        scatters = yardsticks.class_scatter((one.station, one.scatters) for one in logs)
+    settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
+    return tuple(settled), references, scatters
+
+
+def _each_log_once(grades: Iterable[Grade]) -> list[Grade]:
+    """Return a grade for each log that is analysed, however many students it is of."""
+    logs = {one.log_of or one.student: one for one in grades if one.own}
+    return list(logs.values())
 
 
 def _settle_one(
@@ -420,53 +454,53 @@ def reconsider(
     doubt = _doubt(grade, references)
     if doubt is None:
         return grade
-    reference, inertia, value, far, wrong_log = doubt
     try:
-        readings = yardsticks.at_bench(submission, rubric.bench)[0]
+        readings = yardsticks.at_bench(submission, rubric.bench).readings
         measured = fit_log(readings, Options()).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
-    found = mistakes.explaining_mistakes(
-        readings, measured, abs(inertia), value if wrong_log else reference.inertia
-    )
+    wanted = doubt.value if doubt.wrong_log else doubt.reference.inertia
+    found = mistakes.explaining_mistakes(readings, measured, abs(doubt.inertia), wanted)
     kinds = [kind for kind, _ in found if not kind.kind.startswith("ball_")]
-    if wrong_log:
+    if doubt.wrong_log:
         # Several headers may explain the same factor: the first one tried leaves
         # readings of the usual size.
         kinds.sort(
             key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind))
         )
-        again = (grade_submission(submission, rubric, typed, kind) for kind in kinds)
-        known = {
-            name: getattr(grade, name)
-            for name in ("name", "section", "station", "fingerprint")
-        }
-        right = next(
-            (
-                replace(one, **known)
-                for one in again
-                if one.d is not None and one.d <= FAR
-            ),
-            None,
-        )
-        if right is not None:
-            return _settle_one(right, rubric, references, scatters)
-    why = (
-        f"one mistake in the log that would explain this factor: "
-        f"{' or '.join(kind.log for kind in kinds)}"
+        for kind in kinds:
+            again = grade_submission(submission, rubric, typed, kind)
+            if again.d is not None and again.d <= FAR:
+                return _settle_one(
+                    replace(again, **_known_of(grade)), rubric, references, scatters
+                )
+    return _with_question(grade, doubt, kinds)
+
+
+def _known_of(grade: Grade) -> dict[str, Any]:
+    """Return what a grade has from the class, by the names of its fields."""
+    names = ("name", "section", "station", "fingerprint")
+    return {name: getattr(grade, name) for name in names}
+
+
+def _with_question(grade: Grade, doubt: _Doubt, kinds: Sequence[Mistake]) -> Grade:
+    """Ask a person to look at a log, and tell the student which mistakes explain it."""
+    factor = factor_text(doubt.inertia / doubt.reference.inertia)
+    look = (
+        f"the log's own I_zz is {doubt.far:.3g} standard uncertainties from the "
+        f"reference, {factor} it"
     )
-    told = (
-        f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
-    )
-    told += (
-        f"{factor_text(inertia / reference.inertia)} it{f'; {why}' if kinds else ''}"
-    )
-    more = f"; {why}; {kinds[0].remedy}" if kinds else ""
-    marks = tuple(
-        replace(one, reason=one.reason + more * (one.check == "reference"))
-        for one in grade.marks
-    )
-    return replace(grade, marks=marks, look=(*grade.look, told))
+    if not kinds:
+        return replace(grade, look=(*grade.look, look))
+    words = " or ".join(kind.log for kind in kinds)
+    why = f"one mistake in the log that would explain this factor: {words}"
+    marks = []
+    for mark in grade.marks:
+        if mark.check == "reference":
+            reason = f"{mark.reason}; {why}; {kinds[0].remedy}"
+            mark = replace(mark, reason=reason)
+        marks.append(mark)
+    return replace(grade, marks=tuple(marks), look=(*grade.look, f"{look}; {why}"))
 
 
 def added_up(grade: Grade) -> Grade:
@@ -504,17 +538,16 @@ def two_decimals(points: float | None) -> str:
 def _questions(answers: Answers, evidence: Evidence) -> list[str]:
     """Return what is to be asked about the answer."""
     own = evidence.own
-    rivals = [
-        rival.question
-        for rival in answers.rivals
-        if evidence.matched is not None
-        and min(
+    if evidence.matched is None:
+        return list(answers.questions)
+    for rival in answers.rivals:
+        away = (
             yardsticks.distance(rival.value, one.value, 0.0, own.yardstick)
             for one in own.values
         )
-        > evidence.d
-    ]
-    return [*answers.questions, *rivals[:1]]
+        if min(away) > evidence.d:
+            return [*answers.questions, rival.question]
+    return list(answers.questions)
 
 
 def _looks(evidence: Evidence) -> list[str]:
@@ -630,6 +663,8 @@ def not_graded(
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
+        log_of=submission.log_of,
+        partner=submission.partner,
     )
 
 
@@ -664,59 +699,73 @@ def read_hand_in(
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
-    reported, station = (
-        answers.inertia or read_reported("inertia", ""),
-        station_of(readings),
-    )
-    file, text = answers.file or None, reported.text or None
-    one = HandIn(
-        text=text,
+    reported = answers.inertia or read_reported("inertia", "")
+    handed_in = HandIn(
+        text=reported.text or None,
         inertia=reported.value,
         u=reported.u,
-        file=file,
+        file=answers.file or None,
         line=reported.line,
-        station=station,
+        station=station_of(readings),
     )
     # The place of the answer is reported once.
     others = [
-        found
-        for found in (*answers.diagnostics, *answers.unread)
-        if found.code != diagnostics.ANSWER_ELSEWHERE
+        note
+        for note in (*answers.diagnostics, *answers.unread)
+        if note.code != diagnostics.ANSWER_ELSEWHERE
     ]
-    log, name, more = (
-        shown(PurePosixPath(submission.log_file or "").name),
-        "answer_missing",
-        "",
-    )
-    if one.inertia is not None:
-        place = f"{one.file}, line {one.line}" if one.line else one.file
-        said = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {place}"
-        doubts = (
-            "no uncertainty is found with it" if one.u is None else "",
-            reported.problem,
+    found = _note_on_answer(submission, answers, reported, handed_in)
+    return readings, handed_in, (*told, *others, found)
+
+
+def _note_on_answer(
+    submission: Submission, answers: Answers, reported: ReportedValue, handed_in: HandIn
+) -> Diagnostic:
+    """Say which answer is read, or why none is."""
+    log = shown(PurePosixPath(submission.log_file or "").name)
+    if handed_in.inertia is not None:
+        what = _words_of_answer(handed_in.inertia, reported.problem, handed_in)
+        return Diagnostic.named(
+            "answer_read", handed_in.file or "", handed_in.line, told=what, log=log
         )
-        name = "answer_read"
-        what = "; ".join(
-            filter(None, [said, *doubts, f"station: {station}" if station else ""])
-        )
-    elif answers.inertia is None:
-        read = [one for one in (submission.log_name, *submission.report_names) if one]
-        unread = [one for one in submission.members if one not in read]
-        here, left = (
-            listing(sorted(shown(PurePosixPath(one).name) for one in some))
-            for some in (read, unread)
-        )
-        what = f"no I_zz is found in {here}{f'; not read: {left}' if unread else ''}"
+    if answers.inertia is None:
+        more, what = "", f"no I_zz is found in {_read_and_unread(submission)}"
     else:
-        what = f"the answer cannot be read: {reported.problem}"
-        more = ", and take its other lines with an I_zz out" if one.file == log else ""
-    file = file or (log if name == "answer_missing" else "")
-    return (
-        readings,
-        one,
-        (
-            *told,
-            *others,
-            Diagnostic.named(name, file, one.line, told=what, log=log, more=more),
-        ),
-    )
+        more, what = "", f"the answer cannot be read: {reported.problem}"
+        if handed_in.file == log:
+            more = ", and take its other lines with an I_zz out"
+    values = {"told": what, "log": log, "more": more}
+    file = handed_in.file or log
+    return Diagnostic.named("answer_missing", file, handed_in.line, **values)
+
+
+def _read_and_unread(submission: Submission) -> str:
+    """Name the files in which an answer is searched for, and the others."""
+    damaged = {one.name for one in submission.documents if one.problem}
+    read = [
+        one
+        for one in (submission.log_name, *submission.report_names)
+        if one and shown(PurePosixPath(one).name) not in damaged
+    ]
+    unread = [one for one in submission.members if one not in read]
+    more = f"; not read: {_files_in_words(unread)}" if unread else ""
+    return f"{_files_in_words(read)}{more}"
+
+
+def _files_in_words(names: Sequence[str]) -> str:
+    return listing(sorted(shown(PurePosixPath(one).name) for one in names))
+
+
+def _words_of_answer(inertia: float, problem: str | None, handed_in: HandIn) -> str:
+    """Describe an answer that is read, with what is unusual about it."""
+    place = handed_in.file or ""
+    if handed_in.line:
+        place += f", line {handed_in.line}"
+    words = [f"I_zz = {inertia_text(inertia, handed_in.u)}, read from {place}"]
+    if handed_in.u is None:
+        words.append("no uncertainty is found with it")
+    if problem:
+        words.append(problem)
+    if handed_in.station:
+        words.append(f"station: {handed_in.station}")
+    return "; ".join(words)

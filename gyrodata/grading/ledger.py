@@ -129,15 +129,21 @@ class Desk(Struct, frozen=True):
         ]
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
-    def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
+    def partners_of(self, student: str) -> set[str]:
+        """Return the students with whom a student hands in the same data."""
+        groups = (group for group in self.partners if student in group)
+        return set[str]().union(*groups) - {student}
+
+    def first_seen(
+        self, grade: Grade, item: Submission, before: Mapping[str, str]
+    ) -> dict[str, str]:
         """Return the digest of the submission for which each line was written.
 
         It is the digest of the first run with the line.
         """
-        return {
-            key: before.get(key, grade.digest)
-            for key in map(repr, self.lines.get(grade.student, ()))
-        }
+        lines = self.lines.get(grade.student, ())
+        now = dict(_seen_with(one, grade, item) for one in lines)
+        return {key: before.get(key, digest) for key, digest in now.items()}
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected.
@@ -150,62 +156,86 @@ class Desk(Struct, frozen=True):
         path = (self.folder / name).resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
-    def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
+    def applied(self, grade: Grade, item: Submission, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
         lines = self.lines.get(grade.student, ())
         if not lines:
             return grade
         given = {one.what: one for one in lines}
-        stale = [
-            (
-                f"{STALE} {one.what} {one.value} was set by hand: change its line in "
-                f"{DESK} to confirm it"
-            )
-            for one in lines
-            if one.what not in (*SEVERAL, *BARE, CORRECTED)
-            and seen.get(repr(one), grade.digest) != grade.digest
-        ]
-        numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
-        marks = list(grade.marks)
-        for at, mark in enumerate(marks):
-            if one := given.get(mark.criterion):
-                points, reason = (
-                    round(numbers[one.what], 2),
-                    f"given by hand: {one.told}".removesuffix(": "),
-                )
-                marks[at] = replace(
-                    mark, points=points, reason=reason, detail={}, rule=""
-                )
-        if late := given.get("late"):
-            looks = tuple(look for look in grade.look if look != grade.late_reason)
-            grade = replace(
-                grade,
-                late_deduction=numbers["late"],
-                late_reason="late, as decided by hand",
-                look=looks,
-            )
-        if tuple(marks) != grade.marks or late:
-            grade = added_up(replace(grade, marks=tuple(marks)))
-        if "total" in given:
-            grade = replace(
-                grade,
-                status="graded",
-                why=None,
-                points=round(numbers["total"], 2),
-                late_deduction=0.0,
-            )
-        if "bonus" in given and grade.points is not None:
-            grade = replace(
-                grade, points=max(0.0, round(grade.points + numbers["bonus"], 2))
-            )
-        for what, status in (("hold", "on hold"), ("excuse", "excused")):
-            if what in given:
-                grade = replace(grade, status=status, why=None, points=None)
-        looks = () if any(what in given for what in SETTLING) else grade.look
         digest = hashlib.sha256(
             f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         ).hexdigest()
+        stale = _stale(lines, grade, item, seen)
+        grade = _with_points(_with_marks(grade, given), given)
+        looks = () if any(what in given for what in SETTLING) else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
+
+
+def _stale(
+    lines: Iterable[Decision], grade: Grade, item: Submission, seen: Mapping[str, str]
+) -> list[str]:
+    """Ask about each line that was written for an earlier submission."""
+    stale = []
+    for line in lines:
+        key, digest = _seen_with(line, grade, item)
+        if line.what not in (*SEVERAL, *BARE) and seen.get(key, digest) != digest:
+            stale.append(
+                f"{STALE} {line.what} {line.value} was set by hand: change its "
+                f"line in {DESK} to confirm it"
+            )
+    return stale
+
+
+def _with_marks(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+    """Give the points of criteria and lateness that a person decided."""
+    marks = []
+    for mark in grade.marks:
+        if one := given.get(mark.criterion):
+            points = round(read_number(one.value) or 0.0, 2)
+            reason = f"given by hand: {one.told}".removesuffix(": ")
+            mark = replace(mark, points=points, reason=reason, detail={}, rule="")
+        marks.append(mark)
+    late = given.get("late")
+    if tuple(marks) == grade.marks and late is None:
+        return grade
+    grade = replace(grade, marks=tuple(marks))
+    if late is not None:
+        grade = replace(
+            grade,
+            late_deduction=read_number(late.value) or 0.0,
+            late_reason="late, as decided by hand",
+            look=tuple(look for look in grade.look if look != grade.late_reason),
+        )
+    return added_up(grade)
+
+
+def _with_points(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+    """Give the total and the bonus that a person decided, or no points."""
+    if total := given.get("total"):
+        points = round(read_number(total.value) or 0.0, 2)
+        grade = replace(
+            grade, status="graded", why=None, points=points, late_deduction=0.0
+        )
+    bonus = given.get("bonus")
+    if bonus is not None and grade.points is not None:
+        points = round(grade.points + (read_number(bonus.value) or 0.0), 2)
+        grade = replace(grade, points=max(0.0, points))
+    if "excuse" in given:
+        return replace(grade, status="excused", why=None, points=None)
+    if "hold" in given:
+        return replace(grade, status="on hold", why=None, points=None)
+    return grade
+
+
+def _seen_with(one: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
+    """Return the key of a line in the journal, and the digest of what it was written for.
+
+    A corrected log replaces that of the student: a new one is seen by the files that the
+    student handed in.
+    """
+    if one.what == CORRECTED:
+        return f"handed in: {one!r}", item.original_digest
+    return repr(one), grade.digest
 
 
 NO_DESK = Desk()
@@ -219,36 +249,13 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults, left, number = list[Diagnostic](), set[tuple[str, str]](), 0
-    lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
-    settled: dict[frozenset[str], str] = {}
+    faults, number = list[Diagnostic](), 0
+    read = _ReadDesk()
     try:
         for number, cells in _lines(data, path.name, points):
+            row = dict.fromkeys(COLUMNS, "") | cells
             try:
-                people, one = _decision(
-                    dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent
-                )
-                if not one.value and one.what not in BARE:
-                    left |= {(student, one.what) for student in people if one.by}
-                    continue
-                key = (
-                    one.what,
-                    one.value if one.what in SEVERAL else BETWEEN.join(people),
-                )
-                if one.what == FLAG:
-                    settled[frozenset(people)] = one.value
-                for student in people:
-                    mine = lines.setdefault(student, {})
-                    at, before = mine.get(key, (number, one))
-                    if before.value != one.value:
-                        values = {
-                            "what": one.what,
-                            "who": cells["student"],
-                            "here": one.value,
-                            "before": before.value,
-                        }
-                        raise unfit("desk_lines_contradict", line=at, **values)
-                    mine[key] = at, one
+                read.add(number, *_decision(row, points, students, path.parent), row)
             except UnfitError as error:
                 place = {"file": path.name, "line": number}
                 faults.append(replace(error.diagnostic, **place))
@@ -259,9 +266,38 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
         raise InputError(faults)
     decided = {
         student: tuple(one for _, one in mine.values())
-        for student, mine in lines.items()
+        for student, mine in read.lines.items()
     }
-    return Desk(decided, frozenset(left), settled, path.parent)
+    return Desk(decided, frozenset(read.left), read.settled, path.parent)
+
+
+class _ReadDesk(Struct):
+    """The decisions of the lines that are read."""
+
+    lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
+    """The number and the decision of each line, by student and by what is decided."""
+    left: set[tuple[str, str]] = set()
+    settled: dict[frozenset[str], str] = {}
+
+    def add(
+        self, number: int, people: list[str], one: Decision, row: Mapping[str, str]
+    ) -> None:
+        """Add a line; raise UnfitError if an earlier one says something else."""
+        if not one.value and one.what not in BARE:
+            if one.by:
+                self.left |= {(student, one.what) for student in people}
+            return
+        if one.what == FLAG:
+            self.settled[frozenset(people)] = one.value
+        about = one.value if one.what in SEVERAL else BETWEEN.join(people)
+        for student in people:
+            mine = self.lines.setdefault(student, {})
+            at, before = mine.get((one.what, about), (number, one))
+            if before.value != one.value:
+                values = {"what": one.what, "who": row["student"]}
+                both = {"here": one.value, "before": before.value}
+                raise unfit("desk_lines_contradict", line=at, **values, **both)
+            mine[one.what, about] = at, one
 
 
 def _lines(
@@ -289,59 +325,80 @@ def _lines(
 
 
 def _decision(
-    row: dict[str, str], points: dict[str, float], known: Known, folder: Path
+    row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
-    name, value = row["student"], row["value"]
-    what = row["what"] if row["what"] in points else row["what"].casefold()
-    if what == "log" and value and (what not in points or read_number(value) is None):
-        what = CORRECTED
-    names = (
-        name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
-    )
-    people, fault = sorted({_student(one, known) for one in names}), ""
-    short, most = value[:60], points.get(what, points["total"])
-    told: dict[str, object] = {
-        "what": what,
-        "value": short,
-        "written": row["what"][:60],
-        "most": most,
-    }
+    what, value = _word_of(row, points), row["value"]
+    people = sorted({_student(one, known) for one in _names_of(row, what, known)})
     if what not in (*points, *WORDS, CORRECTED):
-        fault, told["near"] = (
-            "desk_word_unknown",
-            nearest(row["what"], (*points, *WORDS[1:])),
-        )
-    elif what in BARE or not value:
-        value = ""
-    elif what in points and value.startswith(("+", "-")):
-        fault, told["number"] = "desk_points_with_sign", short.removeprefix("+")
-    elif what == "bonus" and read_number(value) is None:
-        fault = "desk_bonus_not_a_number"
-    elif what == CORRECTED and not (folder / value).is_file():
-        fault = "desk_log_not_found"
-    elif what in (*points, "late") and not is_points(value, most):
-        fault, told["half"] = "desk_points_unfit", most / 2
-    elif what == "reported" and (read := read_reported("inertia", value)).fault in (
-        "unreadable",
-        "wrong unit",
-    ):
-        fault, told["problem"] = (
-            "desk_report_unreadable",
-            read.problem or "it is not a number",
-        )
-    elif what == FLAG and (value := value.casefold()) not in VERDICTS:
-        fault, told["verdicts"] = (
-            "desk_flag_not_settled",
-            f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}",
-        )
-    elif what == FLAG and not row["by"]:
-        fault = "desk_flag_by_nobody"
+        near = nearest(row["what"], (*points, *WORDS[1:]))
+        raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
+    if what in BARE or not value:
+        return people, Decision(what, "", row["by"], row["why"])
+    if what in (*points, "late"):
+        _check_points(what, value, points.get(what, points["total"]))
     elif what == "partner":
         value = _student(value, known)
-    if fault:
-        raise unfit(fault, **told)
+    elif what == CORRECTED and not (folder / value).is_file():
+        raise unfit("desk_log_not_found", what=what, value=value[:60])
+    elif what == FLAG:
+        value = _verdict(value, row["by"])
+    else:
+        _check_value(what, value)
     return people, Decision(what, value, row["by"], row["why"])
+
+
+def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:
+    """Return what a line decides; "log" may be a criterion, or the file of a log."""
+    written = row["what"]
+    what = written if written in points else written.casefold()
+    if what != "log" or not row["value"]:
+        return what
+    is_points = what in points and read_number(row["value"]) is not None
+    return what if is_points else CORRECTED
+
+
+def _names_of(row: Mapping[str, str], what: str, known: Known) -> list[str]:
+    """Return the names of the students of a line; a line of ``flag`` has several."""
+    name = row["student"]
+    is_one = what != FLAG or name.casefold() in known
+    return [name] if is_one else name.split(BETWEEN)
+
+
+def _check_points(what: str, value: str, most: float) -> None:
+    """Raise UnfitError if a value is not a number of points."""
+    values = {"what": what, "value": value[:60], "most": most}
+    if what != "late" and value.startswith(("+", "-")):
+        number = value[:60].removeprefix("+")
+        raise unfit("desk_points_with_sign", **values, number=number)
+    if not is_points(value, most):
+        raise unfit("desk_points_unfit", **values, half=most / 2)
+
+
+def _check_value(what: str, value: str) -> None:
+    """Raise UnfitError if a value is of another kind than its word."""
+    if what == "bonus" and read_number(value) is None:
+        raise unfit("desk_bonus_not_a_number", what=what, value=value[:60])
+    if what != "reported":
+        return
+    read = read_reported("inertia", value)
+    if read.fault in ("unreadable", "wrong unit"):
+        problem = read.problem or "it is not a number"
+        raise unfit(
+            "desk_report_unreadable", what=what, value=value[:60], problem=problem
+        )
+
+
+def _verdict(value: str, by: str) -> str:
+    """Return how a flag is settled; raise UnfitError if it is not, or by nobody."""
+    verdict = value.casefold()
+    if verdict not in VERDICTS:
+        verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+        values = {"value": value[:60], "verdicts": verdicts}
+        raise unfit("desk_flag_not_settled", what=FLAG, **values)
+    if not by:
+        raise unfit("desk_flag_by_nobody", what=FLAG)
+    return verdict
 
 
 def _student(name: str, known: Known) -> str:
@@ -419,19 +476,13 @@ def read_list(
     LookupError or ValueError, with what is wrong, if it is not a table or lacks a
     column.
     """
-    if data.startswith(b"PK"):
-        text = csv_lines(
-            map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), [])
-        )
-    else:
-        text = decode(data, Faults(name))[0]
+    text = _text_of_table(data, name)
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
-    reader = csv.reader(
-        io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True
-    )
-    head = [
-        cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])
-    ]
+    lines = io.StringIO(text, newline="")
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+    head = [cell.strip() for cell in next(reader, [])]
+    if lower:
+        head = [cell.casefold() for cell in head]
     lacks = [f'"{column}"' for column in needed if column not in head]
     if lacks and text.strip():
         raise LookupError(f"there is no column {' and '.join(lacks)}")
@@ -439,18 +490,29 @@ def read_list(
     for cells in reader:
         row = [re.sub(_MARKED, "", cell.strip()) for cell in cells]
         if any(row):
-            yield (
-                number,
-                {
-                    column: cell
-                    for column, cell in zip_longest(head, row, fillvalue="")
-                    if column
-                },
-            )
+            named = dict(zip_longest(head, row, fillvalue=""))
+            named.pop("", None)
+            yield number, named
         number = reader.line_num + 1
 
 
+def _text_of_table(data: bytes, name: str) -> str:
+    """Return the text of a table; the first sheet of a workbook as CSV."""
+    if not data.startswith(b"PK"):
+        return decode(data, Faults(name))[0]
+    rows = next(iter(sheet_rows(data).values()), [])
+    return csv_lines(map(csv_cell, row) for row in rows)
+
+
 # --- the lines that wait for a person: ``desk-todo.csv`` ---
+
+
+LONGEST = 300  # characters of a text in a table or on the page of the class
+
+
+def short(text: str) -> str:
+    """Return a text, or its beginning if it is very long."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
 
 
 class Offer(Struct, frozen=True):
@@ -466,10 +528,8 @@ class Offer(Struct, frozen=True):
     @property
     def cells(self) -> list[str]:
         """The columns of the desk, without a name under ``by``."""
-        return [
-            csv_cell(one)
-            for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)
-        ]
+        people, why = BETWEEN.join(self.people), short(self.why)
+        return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -599,8 +659,9 @@ def todo_csv(
     for one in sorted(
         offers, key=lambda one: (one.student, one.what, one.value, one.why)
     ):
-        told = (
-            BETWEEN.join(texts[key] for key in one.people) for texts in (names, files)
-        )
+        told = [
+            short(BETWEEN.join(texts[key] for key in one.people))
+            for texts in (names, files)
+        ]
         rows.append([*one.cells, *map(csv_cell, told)])
     return csv_lines(rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import struct
 import zipfile
 import zlib
@@ -15,7 +16,12 @@ from gyrodata.base.disk import file_name, new_file, write_whole
 from gyrodata.base.errors import Diagnostic
 from gyrodata.base.version import __version__
 from gyrodata.grading import exports, ledger
-from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
+from gyrodata.grading.classroom import (
+    JOURNAL,
+    OTHER_VERSION,
+    ClassGrades,
+    figure_path,
+)
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_pages
 from gyrodata.grading.yardsticks import grouped
@@ -23,6 +29,7 @@ from gyrodata.reporting.values import count_text
 from gyrodata.results import encode
 
 FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
+RUBRIC = "rubric-used.toml"
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
@@ -77,6 +84,15 @@ MOST_LISTED = (
 def _listed(files: list[str]) -> str:
     more = f" and {len(files) - MOST_LISTED} more" if len(files) > MOST_LISTED else ""
     return ", ".join(files[:MOST_LISTED]) + more
+
+
+def write_rubric(folder: Path, text: bytes) -> None:
+    """Write the rubric, with the version that grades by it in the first line."""
+    head = b"# gyrodata %b graded by this rubric.\n"
+    lines = text.removeprefix(b"\xef\xbb\xbf").splitlines(keepends=True)
+    pattern = re.escape(head).replace(b"%b", rb"\S+")
+    kept = [line for line in lines if not re.fullmatch(pattern, line)]
+    write_whole(folder / RUBRIC, [head % __version__.encode(), *kept], private=True)
 
 
 # --- what is written ---
@@ -291,6 +307,27 @@ def _keep(folder: Path, page: str, data: bytes) -> str:
 # --- what a run says ---
 
 
+def _reasons(
+    found: ClassGrades, changes: Iterable[exports.Change]
+) -> dict[str, list[str]]:
+    """Say why points change for students whom another version had graded.
+
+    These are the reasons of the criteria with other points, by student.
+    """
+    grades = {grade.student: grade for grade in found.grades}
+    reasons = {}
+    for change in changes:
+        if not found.again.get(change.student, "").startswith(OTHER_VERSION):
+            continue
+        columns = [part.column for part in change.parts]
+        reasons[change.student] = [
+            f"{mark.criterion}: {mark.reason}"
+            for mark in grades[change.student].marks
+            if mark.criterion in columns
+        ]
+    return reasons
+
+
 def told_of(
     found: ClassGrades,
     changes: Iterable[exports.Change] | None,
@@ -312,6 +349,7 @@ def told_of(
         "again": again,
         "lost": lost,
         "changes": changes,
+        "reasons": _reasons(found, changes or ()),
         "filled": filled,
         "skipped": skipped,
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from gyrodata.base.errors import InputError
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
-from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.submissions.documents import SAYS
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
@@ -56,6 +56,13 @@ class Roster(Struct, frozen=True):
     unclear: Mapping[
         str, str
     ] = {}  # why a person must find the row of a submission, by its key
+
+    def with_submissions(self, students: Iterable[str]) -> Roster:
+        """Return the roster in which absent students have a submission."""
+        new = set(students)
+        moved = {one.student: one for one in self.absent if one.student in new}
+        left = tuple(one for one in self.absent if one.student not in new)
+        return replace(self, people={**self.people, **moved}, absent=left)
 
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade.
@@ -133,36 +140,68 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     ]
 
 
-def partners_of(
-    grades: Iterable[Grade], roster: Roster, meant: Known
-) -> tuple[list[frozenset[str]], dict[str, str]]:
-    """Return the partners that the roster names, or that name each other in their logs.
+class Partners(NamedTuple):
+    """Who works together, by the roster and by the texts of the students."""
 
-    Also returns what a person should look at, by student: names that nobody in the
-    class has, or that several have.
-    """
-    declared, looks = list[frozenset[str]](), dict(roster.unclear)
-    named: dict[str, set[str]] = {}
-    for grade in grades:
-        listed, unlisted = students_of(
-            roster.people.get(grade.student, NOBODY).partners, meant
+    groups: Sequence[frozenset[str]]
+    """Students that the roster joins, or that name each other: they are not flagged."""
+    lines: Mapping[str, Collection[str]]
+    """The students that lines such as "partner: Jane Doe" name, by student."""
+    looks: Mapping[str, str]
+    """What a person should look at, by student: names of nobody, or of several."""
+
+    def of(self, student: str) -> set[str]:
+        """Return all partners of a student, also those that one side names."""
+        found = set(self.lines.get(student, ()))
+        found |= {one for one, named in self.lines.items() if student in named}
+        found |= {one for group in self.groups if student in group for one in group}
+        return found - {student}
+
+    def lends(self, lender: str, student: str) -> bool:
+        """Return whether the roster or the lender says that a student is a partner."""
+        return student in self.lines.get(lender, ()) or any(
+            {lender, student} <= group for group in self.groups
         )
-        own, _, said = grade.partner.partition(" ~ ")
-        named[grade.student], unknown = students_of(own, meant)
+
+
+def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Partners:
+    """Find the partners that the roster names, or the texts of the students.
+
+    `texts`: What `partners_in` found, by student.
+    """
+    groups, looks = list[frozenset[str]](), dict(roster.unclear)
+    lines: dict[str, set[str]] = {}
+    named: dict[str, set[str]] = {}
+    for student, text in texts.items():
+        listed, unlisted = students_of(
+            roster.people.get(student, NOBODY).partners, meant
+        )
+        own, _, others = text.partition(" ~ ")
+        lines[student], unknown = students_of(own, meant)
         # Other words may be a name as well, such as "Moment of Inertia".
-        named[grade.student] |= students_of(said, meant)[0]
-        declared += [frozenset((grade.student, *listed))] if listed else []
+        named[student] = lines[student] | students_of(others, meant)[0]
+        if listed:
+            groups.append(frozenset((student, *listed)))
         if unknown := [*unlisted, *unknown]:
-            looks[grade.student] = (
-                f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
+            looks[student] = (
+                f"gyro cannot find the partner, {listing(unknown, 3)}: see the log "
+                f"and the roster"
             )
-    pairs = [
-        (one, other)
-        for one, some in named.items()
-        for other in some - {one}
-        if one in named.get(other, ())
-    ]
-    return [*declared, *map(frozenset, sorted(pairs))], looks
+    mutual = {
+        frozenset((student, other))
+        for student, some in named.items()
+        for other in some - {student}
+        if student in named.get(other, ())
+    }
+    groups += sorted(mutual, key=sorted)
+    return Partners(groups, lines, looks)
+
+
+def partners_by_log(items: Iterable[Submission]) -> list[frozenset[str]]:
+    """Return the students who are graded on one log."""
+    by_log = grouped((item.log_of or item.student, item.student) for item in items)
+    students = {key: {key, *some} for key, some in by_log.items()}
+    return [frozenset(some) for some in students.values() if len(some) > 1]
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:

@@ -290,60 +290,67 @@ def find_slips(
         Several if they explain it equally well; empty if the runs explain the report,
         or no known slip does.
     """
-    if (
-        min(
-            distance(reported, value.value, step, own.yardstick) for value in own.values
-        )
-        <= FROM
-    ):
+    honest = [distance(reported, one.value, step, own.yardstick) for one in own.values]
+    if min(honest) <= FROM:
         return []
-    plain, margin = (
-        {value.name: value.value for value in own.values},
-        FROM * own.yardstick,
-    )
-    yardstick = min(own.yardstick, SLIP_U)
-    low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
+    search = _Search(reported, step, own)
     singles = list(possible_mistakes(own, readings, measured).values())
-    found: list[tuple[int, Slip]] = []
-    for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
-        if any(slip.distance <= BOTH_WITHIN for _, slip in found):
-            break
+    found = search.explained_by(singles, WITHIN)
+    if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
+        found += search.explained_by(_pairs(singles), BOTH_WITHIN, CLEAR)
+    return _most_likely(found)
+
+
+Ranked = list[tuple[int, "Slip"]]
+"""Slips with their ranks: 0 for a mistake that the units of the log suggest."""
+
+
+class _Search(NamedTuple):
+    """The search for mistakes that explain one answer."""
+
+    reported: float  # [kg*m^2]
+    step: float  # of its last digit [kg*m^2]
+    own: OwnRuns
+
+    def explained_by(
+        self, kinds: Iterable[Mistake], within: float, clear: float = math.inf
+    ) -> Ranked:
+        """Return the mistakes with a fit nearer to the answer than `within` [u].
+
+        A fit whose u is more than the share `clear` of its value says nothing.
+        """
+        found = []
         for kind in kinds:
-            for one in sorted(
-                with_mistake(kind, own), key=lambda one: abs(one.value - reported)
-            ):
-                away = (
-                    distance(reported, one.value, step, yardstick)
-                    if one.value
-                    else math.inf
-                )
-                if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
-                    continue
-                # A value among honest answers cannot be separated from them.
-                if (
-                    away <= min(within, NEAREST / yardstick)
-                    and one.name in plain
-                    and not low <= one.value <= high
-                ):
-                    factor, away = (
-                        one.value / plain[one.name],
-                        away * yardstick / own.yardstick,
-                    )
-                    found.append(
-                        (
-                            kind.rank,
-                            Slip(
-                                kind.kind,
-                                kind.words,
-                                kind.check,
-                                factor,
-                                one.name,
-                                one.u,
-                                away,
-                            ),
-                        )
-                    )
+            fits = with_mistake(kind, self.own)
+            fits.sort(key=lambda one: abs(one.value - self.reported))
+            for fit in fits:
+                slip = self._slip(kind, fit, within)
+                if slip is not None and (fit.u or 0.0) <= clear * abs(fit.value):
+                    found.append((kind.rank, slip))
                     break
+        return found
+
+    def _slip(self, kind: Mistake, fit: OwnValue, within: float) -> Slip | None:
+        """Return a mistake if a fit with it explains the answer."""
+        plain = {one.name: one.value for one in self.own.values}
+        if not fit.value or fit.name not in plain:
+            return None
+        usual = self.own.yardstick
+        yardstick = min(usual, SLIP_U)
+        away = distance(self.reported, fit.value, self.step, yardstick)
+        # A value among honest answers cannot be separated from them.
+        low = min(plain.values()) * (1 - FROM * usual)
+        high = max(plain.values()) * (1 + FROM * usual)
+        if away > min(within, NEAREST / yardstick) or low <= fit.value <= high:
+            return None
+        factor = fit.value / plain[fit.name]
+        away *= yardstick / usual
+        words = kind.kind, kind.words, kind.check
+        return Slip(*words, factor, fit.name, fit.u, away)
+
+
+def _most_likely(found: Ranked) -> list[Slip]:
+    """Return the slips that explain an answer equally well, the most likely first."""
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
@@ -657,48 +664,36 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     usual.
     """
     readings, answers = submission.read()
-    known = {
-        *APPARATUS,
-        *SHARED_UNCERTAINTIES,
-        *(key for role in readings.columns for key in u_keys(role)),
+    of_columns = {key for role in readings.columns for key in u_keys(role)}
+    known = {*APPARATUS, *SHARED_UNCERTAINTIES, *of_columns}
+    stated = _stated_in(readings)
+    missing = {
+        key: " ".join(text.split())
+        for key, text in lines.items()
+        if key in known and stated.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
     }
-    balanced = (
-        readings.balance_tilt or readings.balance_drift or readings.balanced is not None
-    )
-    # g follows from the latitude, and a test of the balance is better than its usual
-    # uncertainty.
-    also = {
-        "motion": readings.motion,
-        "g": "latitude" in readings.constants,
-        "u_imbalance": balanced,
-    }
-    own = {
-        *readings.constants,
-        *readings.columns,
-        *readings.uncertainties,
-        *(key for key in also if also[key]),
-    }
-    own |= {
-        key
-        for role, column in readings.columns.items()
-        if column.stated
-        for key in u_keys(role)
-    }
-    left = [
-        key
-        for key in lines
-        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
-    ]
-    missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
     readings, too_wide = with_usual(readings, lines)
-    return AtBench(
-        readings,
-        answers,
-        tuple(f"{key} {text}" for key, text in missing.items()),
-        too_wide,
-    )
+    added = tuple(f"{key} {text}" for key, text in missing.items())
+    return AtBench(readings, answers, added, too_wide)
+
+
+def _stated_in(readings: Readings) -> set[str]:
+    """Return the keys of all values and uncertainties that a log states."""
+    found = {*readings.constants, *readings.columns, *readings.uncertainties}
+    for role, column in readings.columns.items():
+        found.update(u_keys(role) if column.stated else ())
+    if readings.motion:
+        found.add("motion")
+    # g follows from the latitude, and a test of the balance is better than its usual
+    # uncertainty.
+    if "latitude" in readings.constants:
+        found.add("g")
+    is_tested = readings.balance_tilt or readings.balance_drift
+    if is_tested or readings.balanced is not None:
+        found.add("u_imbalance")
+    return found
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated

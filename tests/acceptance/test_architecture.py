@@ -42,6 +42,7 @@ OWNERS = {
     "rich": "cli",
     "jinja2": "reporting grading",
     "yaml": "grading",
+    "pypdf": "grading",
 }
 """The rooms that may import a library; only types are free (`imports`)."""
 

@@ -182,3 +182,32 @@ def test_only_an_uncertainty_behind_the_answer_belongs_to_it(
     ).inertia
     assert found is not None
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(u))
+
+
+EARLIER, LATER = "I_zz = 4.05e-3 ± 0.05e-3 kg m^2", "I_zz = 4.45e-3 ± 0.03e-3 kg m^2"
+
+
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        (f"First attempt (forgot rpm): {EARLIER}\nAfter correction: {LATER}", False),
+        (f"Results\n\n{EARLIER}\n\nCorrected answer: {LATER}", True),
+        (f"{EARLIER}\n\nCorrected value after the comment:\n{LATER}", True),
+        (f"{LATER} (corrected)\n{EARLIER} (first attempt)", False),
+        (f"Final: {LATER}\n{EARLIER}", True),
+        (f"Korrigiert: {LATER}\nEntwurf: {EARLIER}", False),
+    ],
+)
+def test_corrected_answer_goes_before_an_earlier_one(text: str, asked: bool) -> None:
+    """An earlier one without such a word is a question, but costs no grade."""
+    answers = read_answers(None, [("report.txt", text.encode())])
+    assert answers.inertia
+    assert (answers.inertia.value, answers.inertia.u) == (4.45e-3, 0.03e-3)
+    assert bool(answers.questions) == asked
+
+
+def test_two_answers_of_one_version_are_none() -> None:
+    text = f"Corrected: {EARLIER}\nCorrected: {LATER}"
+    answers = read_answers(None, [("report.txt", text.encode())])
+    assert answers.inertia
+    assert answers.inertia.fault == "given twice"

@@ -307,7 +307,7 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(
     todo = lab.read("desk-todo.csv").splitlines()
     assert "s0,report,,,a person gives these points,s0,lab.csv" in todo
     assert any(
-        line.startswith("s2,reported,,,no I_zz is reported")
+        line.startswith('s2,reported,,,"no I_zz is reported')
         and line.endswith("s2,report.pdf")
         for line in todo
     )

@@ -86,6 +86,7 @@ def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
         ), student.file
     assert {path.name for path in folder.iterdir()} == {
         "class.html",
+        "rubric-used.toml",
         "desk-todo.csv",
         "feedback",
         "feedback.zip",

@@ -16,6 +16,7 @@ from classes.class_cells import grade
 from classes.drawn import draw
 from classes.typed import HABITS, plain
 from grading.classes import make_folder
+from grading.test_pdf_reports import scanned
 from typer.testing import CliRunner
 
 from gyrodata.cli import app, schema
@@ -83,7 +84,7 @@ def test_the_place_of_the_answer_is_told(
 
 LACKING = {
     "none": {"lab.csv": LOG},
-    "a PDF": {"lab.csv": LOG, "report.pdf": b"%PDF-1.4\n"},
+    "a PDF": {"lab.csv": LOG, "report.pdf": scanned()},
     "two in the log": {
         "lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG
     },

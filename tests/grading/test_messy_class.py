@@ -532,3 +532,27 @@ def test_sheet_with_a_column_for_each_decision_is_read(room: Room) -> None:
     (room.out / "desk.xlsx").unlink()
     room.grade("student,totl\np1,3\n", code=2)
     assert "did you mean total?" in room.told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "other",
+    [
+        "Question 2: the other one turns with the stars (15 deg per hour).",
+        "It passes 30 degrees in an hour.\nQuestion 3: half a turn takes 12 hours.",
+    ],
+)
+def test_turns_beside_the_log_are_used_whatever_else_the_text_says(
+    other: str, tmp_path: Path
+) -> None:
+    head, *rows = LOG.splitlines()
+    cells = [row.rpartition(",")[0] for row in (head, *rows)]
+    readme = f"{other}\nAll times are for 1/3 turn.\nI_zz = (4.4 ± 0.1)e-3 kg m^2\n"
+    files: dict[str, str | bytes] = {
+        "ann/lab.csv": "\n".join(cells),
+        "ann/README.txt": readme,
+    }
+    (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
+    log, _ = item.read()
+    assert log.ok
+    assert log.columns["turns"].values == pytest.approx([1 / 3] * 2)

@@ -413,14 +413,14 @@ WIDE = {
 }
 
 
-@pytest.fixture(scope="module")
-def stated() -> dict[str, Any]:
+@pytest.fixture(scope="module", params=["", "# balance: touched\n"])
+def stated(request: pytest.FixtureRequest) -> dict[str, Any]:
     """The grades of wrong answers, from logs without and with a statement for each
-    source of error.
+    source of error, and of the balance.
     """
     files: dict[str, str | bytes] = {}
     for key in SOURCES:
-        log = BY_SOURCE.get(key, STUDENT.log())
+        log = request.param + BY_SOURCE.get(key, STUDENT.log())
         files |= {
             f"{key}-plain/lab.csv": f"{OFF}\n{log}",
             f"{key}-wide/lab.csv": f"# u_{key}: {WIDE[key]}\n{OFF}\n{log}",
@@ -694,21 +694,54 @@ def answered(*texts: str) -> list[dict[str, Any]]:
     return list(grade(files, "--lms", "folder")["students"].values())
 
 
+BALANCES = ["", "# balance: touched\n", "# balance: untouched\n"]
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("balance", BALANCES)
 @pytest.mark.parametrize("factor", [0.6, 0.88, 0.9, 1.12, 1.3])
-def test_fewer_digits_never_give_more_points(factor: float) -> None:
+def test_fewer_digits_never_give_more_points(factor: float, balance: str) -> None:
     """The answers have one digit, of runs with an I_zz that is off by this factor."""
     rows = replace(STUDENT.rows, mass=STUDENT.rows.mass * 0.005 / OWN / factor)
     student = replace(STUDENT, rows=replace(rows, mass=rows.mass.round(2)))
     texts = ["5.00e-3 ± 0.06e-3", "0.005 ± 0.001", "0.005", "5e-3 ± 1e-3"]
     files = {
-        f"s{i}/lab.csv": f"# reported_inertia: {text} kg m^2\n{student.log()}"
+        f"s{i}/lab.csv": f"{balance}# reported_inertia: {text} kg m^2\n{student.log()}"
         for i, text in enumerate(texts)
     }
     fine, *coarse = grade(files, "--lms", "folder")["students"].values()
     for one in coarse:
         assert points(one)["own_data"] <= points(fine)["own_data"]
         assert one["points"] <= fine["points"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("balance", BALANCES)
+@pytest.mark.parametrize("factor", [0.1, 0.5, 2.0, 9.803, 60.0, 1000.0])
+def test_no_mistake_is_named_for_one_digit(factor: float, balance: str) -> None:
+    """An answer of one digit agrees with many mistakes by chance."""
+    power = int(np.floor(np.log10(factor * OWN)))
+    digit = round(factor * OWN / 10.0**power)
+    log = f"{balance}{STUDENT.log()}"
+    for text in (f"{digit}e{power} ± 1e{power}", f"{digit * 10.0**power:.7g}"):
+        (one,) = grade({"ann/lab.csv": f"# reported_inertia: {text} kg m^2\n{log}"})[
+            "students"
+        ].values()
+        assert one["slips"] == []
+        assert points(one)["own_data"] == 0
+        assert any("no common mistake explains it" in look for look in one["look"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("balance", BALANCES[1:])
+def test_statement_about_the_balance_makes_no_wrong_answer_right(balance: str) -> None:
+    files = {
+        "plain/lab.csv": f"{OFF}\n{STUDENT.log()}",
+        "stated/lab.csv": f"{balance}{OFF}\n{STUDENT.log()}",
+    }
+    plain, stated = grade(files, "--lms", "folder")["students"].values()
+    assert stated["points"] <= plain["points"]
+    assert any("no common mistake explains it" in look for look in stated["look"])
 
 
 @pytest.mark.slow
@@ -761,3 +794,11 @@ def test_common_mistake_in_exact_arithmetic_is_no_question(fit: str) -> None:
     assert [one["slips"][0]["kind"] for one in (exact, near)] == ["cm_as_m"] * 2
     assert exact["look"] == []
     assert near["look"] != []
+
+
+@pytest.mark.parametrize("kind", ["md", "html", "txt"])
+def test_property_of_word_in_another_text_is_no_fault(kind: str) -> None:
+    """A property may stand outside of a piece of text."""
+    for part in ("<w:strike/>", "<w:color w:val='ffffff'/>", "<p><w:vanish/></p>"):
+        found = alone(f"report.{kind}", f"{part}\n\n{RIGHT}\n")
+        assert (found["status"], found["look"]) == ("graded", [])

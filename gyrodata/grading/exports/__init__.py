@@ -14,6 +14,7 @@ from msgspec import Struct, field
 
 from gyrodata.base.errors import DiagnosticJson, GyroError
 from gyrodata.base.tool import Tool
+from gyrodata.base.version import __version__
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
@@ -51,6 +52,7 @@ def grades_csv(found: ClassGrades) -> str:
     }
     first = found.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
+    possible["name"] = f"graded by gyrodata {__version__}"
     possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
     columns = list(rows[first.student])
     head = [columns, [possible.get(column, "") for column in columns]]
@@ -155,34 +157,69 @@ class Change(Struct, frozen=True):
 def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     """Compare two files of ``grades.csv``.
 
-    Return the changes by student, None if the old one is not such a table.
+    Return the changes by student, the largest change of points first; None if the old
+    one is not such a table.
     """
     old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
     changes = []
     for student in sorted(old.keys() | new.keys()):
-        was, now = old.get(student, {}), new.get(student, {})
-        if was != now:
-            before, after = (
-                row[TOTAL] or row[STATUS] or "not graded" if row else None
-                for row in (was, now)
-            )
-            both = {**was, **now} if was and now else {}
-            cells = [
-                CellChange(one, was.get(one, ""), now.get(one, "")) for one in both
-            ]
-            parts = tuple(
-                one
-                for one in cells
-                if one.before != one.after and one.column not in ("name", TOTAL, STATUS)
-            )
-            changes.append(
-                Change(
-                    student, (now or was).get("name") or student, before, after, parts
-                )
-            )
-    return tuple(changes)
+        change = _change(student, old.get(student), new.get(student))
+        if change is not None:
+            changes.append(change)
+    return tuple(sorted(changes, key=_size, reverse=True))
+
+
+Row = dict[str, str]
+"""The cells of a student by column."""
+
+
+def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
+    """Return what has changed for one student; None for nothing that is shown."""
+    before, after = _total(was), _total(now)
+    name = (now or was or {}).get("name") or student
+    if was is None or now is None:
+        return Change(student, name, before, after, ())
+    parts = tuple(_changed_cells(was, now))
+    is_same = before == after and was["name"] == now["name"]
+    return (
+        None if is_same and not parts else Change(student, name, before, after, parts)
+    )
+
+
+def _changed_cells(was: Row, now: Row) -> Iterator[CellChange]:
+    """Give the other cells that look different now."""
+    for column in was | now:
+        old, new = was.get(column, ""), now.get(column, "")
+        is_other = column not in ("name", TOTAL, STATUS)
+        if is_other and not _same(column, old, new):
+            yield CellChange(column, old, new)
+
+
+def _total(row: Row | None) -> str | None:
+    return None if row is None else row[TOTAL] or row[STATUS] or "not graded"
+
+
+def _same(column: str, old: str, new: str) -> bool:
+    """Return whether two cells look the same: distances are shown with two digits."""
+    if old == new or column not in DISTANCES:
+        return old == new
+    try:
+        return f"{float(old):.2g}" == f"{float(new):.2g}"
+    except ValueError:
+        return False
+
+
+DISTANCES = ("d", "z")
+
+
+def _size(change: Change) -> float:
+    """Return how many points a change is about."""
+    before, after = (
+        ledger.read_number(text or "") or 0.0 for text in (change.before, change.after)
+    )
+    return abs(after - before)
 
 
 def read_table(data: bytes) -> dict[str, dict[str, str]] | None:

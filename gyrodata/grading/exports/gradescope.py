@@ -35,28 +35,21 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
 
     They are for a zip without a folder around them, which is then uploaded.
     """
-    compared = [
-        one
-        for one in rubric.criteria
-        if one.check == "reference" and rubric.class_reference
-    ]
-    if compared:
-        raise InputError.named("autograder_compares", rubric.name, id=compared[0].id)
+    for one in rubric.criteria:
+        if one.check == "reference" and rubric.class_reference:
+            raise InputError.named("autograder_compares", rubric.name, id=one.id)
     try:
         requirements = requires("gyrodata") or []
-        needed = [f"{one}\n" for one in requirements if "extra ==" not in one]
     except PackageNotFoundError:
         raise InputError.named(
             "autograder_not_installed", version=__version__
         ) from None
+    needed = [f"{one}\n" for one in requirements if "extra ==" not in one]
     home = Path(__file__).parents[2]
-    paths = [
-        path
+    package = {
+        path.relative_to(home.parent).as_posix(): path.read_bytes()
         for path in sorted(home.rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts
-    ]
-    package = {
-        path.relative_to(home.parent).as_posix(): path.read_bytes() for path in paths
     }
     scripts = {
         one: package[f"gyrodata/grading/autograder/{one}"]
@@ -101,26 +94,21 @@ def results_json(grade: Grade) -> str:
     A mark that could not be judged is a test without points, not a failure.
     """
     judged = [mark for mark in grade.marks if mark.points is not None]
-    # Messages of these codes may contain the value of the runs, as findings of the fit
-    # do: only their titles are shown.
-    codes = {code for code in explanations() if code.startswith("G4")}.difference(
-        ASKS.values()
-    )
-    titles = {code: explanations()[code].title for code in codes}
-    secret = any(
-        one["code"] in titles for one in grade.diagnostics if one["severity"] == "error"
-    )
-    visible = [mark for mark in judged if not _compares(mark)]
-    why = "the log cannot be analysed" if secret else grade.why
+    titles = _secret_titles()
+    errors = [one for one in grade.diagnostics if one["severity"] == "error"]
+    is_secret = any(one["code"] in titles for one in errors)
     output = environment().get_template("gradescope.txt.jinja")
+    text = output.render(
+        grade=grade,
+        judged=judged,
+        visible=[mark for mark in judged if not _compares(mark)],
+        why="the log cannot be analysed" if is_secret else grade.why,
+        titles=titles,
+    )
+    score = sum(mark.points or 0.0 for mark in judged) - grade.late_deduction
     results: dict[str, Any] = {
-        "score": round(
-            max(0.0, sum(mark.points or 0.0 for mark in judged) - grade.late_deduction),
-            2,
-        ),
-        "output": output.render(
-            grade=grade, judged=judged, visible=visible, why=why, titles=titles
-        ).rstrip("\n"),
+        "score": round(max(0.0, score), 2),
+        "output": text.rstrip("\n"),
         "stdout_visibility": "hidden",
         "extra_data": {
             "status": grade.status,
@@ -133,6 +121,19 @@ def results_json(grade: Grade) -> str:
     return escape_controls(text.encode("utf-8", "surrogatepass")).decode(
         "utf-8", "surrogatepass"
     )
+
+
+def _secret_titles() -> dict[str, str]:
+    """Return the titles of messages that may contain the value of the runs, by code.
+
+    Findings of the fit do: only their titles are shown.
+    """
+    shown = {*ASKS.values()}
+    return {
+        code: explanation.title
+        for code, explanation in explanations().items()
+        if code.startswith("G4") and code not in shown
+    }
 
 
 def _compares(mark: Mark) -> bool:

@@ -26,7 +26,7 @@ from msgspec.structs import replace
 from gyrodata.base.errors import shown
 from gyrodata.base.version import __version__
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import Offer
+from gyrodata.grading.ledger import Offer, short
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines, templates
@@ -207,28 +207,30 @@ def class_page(
         )
         return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
-    return (
-        environment()
-        .get_template("class.html.jinja")
-        .render(
-            found=found,
-            feedback=feedback,
-            links=links,
-            offers=offers,
-            factor=factor,
-            desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
-            unit=f"{power} kg·m²" if power else "kg·m²",
-            groups=[
-                (reason, list(lines))
-                for reason, lines in groupby(offers, lambda one: one.reason)
-            ],
-            marked={student for one in offers for student in one.people},
-            references=sorted(
-                found.references.items(), key=lambda one: in_order(one[0])
-            ),
-            histogram=count_points(found.totals, found.rubric.points),
-            by_key={grade.student: grade for grade in found.grades},
-        )
+    # Texts of students may be very long; a line for the desk is copied as it is.
+    page = environment().overlay()
+    page.filters = {
+        **page.filters,
+        "plain": lambda text: short(shown(text)),
+        "sentence": lambda text: short(sentence(text)),
+        "whole": shown,
+    }
+    return page.get_template("class.html.jinja").render(
+        found=found,
+        feedback=feedback,
+        links=links,
+        offers=offers,
+        factor=factor,
+        desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
+        unit=f"{power} kg·m²" if power else "kg·m²",
+        groups=[
+            (reason, list(lines))
+            for reason, lines in groupby(offers, lambda one: one.reason)
+        ],
+        marked={student for one in offers for student in one.people},
+        references=sorted(found.references.items(), key=lambda one: in_order(one[0])),
+        histogram=count_points(found.totals, found.rubric.points),
+        by_key={grade.student: grade for grade in found.grades},
     )
 
 

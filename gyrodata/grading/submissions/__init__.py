@@ -8,8 +8,9 @@ graded in workers, where both are limited.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions import names
 from gyrodata.grading.submissions.archives import (
+    SHEETS,
     TEXTS,
     Listing,
     ending,
@@ -33,6 +35,7 @@ from gyrodata.grading.submissions.archives import (
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
+from gyrodata.readings.words import squeezed_words
 
 __all__ = [
     "Submission",
@@ -110,7 +113,7 @@ def list_submissions(
     items = []
     for parts in _by_student(named.owners, about):
         item, attempts_made = _join_attempt(named.files.root, parts, attempts)
-        items.append(item)
+        items += _members_of_group(item) if named.platform == "folder" else [item]
         if attempts_made > 1:
             notes.append(
                 Faults(root.name).message(
@@ -242,6 +245,52 @@ def _join_attempt(
         name: part for name, part in parts.items() if (part.submitted or "") == stamp
     }
     return _joined(root, of_attempt or parts, attempts), len(stamps)
+
+
+_JOINING = r"\s*[+&]\s*|[\s_]+and[\s_]+"
+
+
+def _members_of_group(item: Submission) -> list[Submission]:
+    """Split a folder such as "ann+bob" that has a report of each and one log.
+
+    Each member has the own report, and all files that are of no single member. Any other
+    folder is one submission.
+    """
+    members = list(filter(None, re.split(_JOINING, item.student)))
+    files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
+    logs = {name for name, file in files.items() if ending(file) in SHEETS}
+    own = {one: _files_of(one, members, files) for one in members}
+    if len(members) < 2 or len(logs) != 1 or not all(own.values()):
+        return [item]
+    shared = (files.keys() - set().union(*own.values())) | logs
+    return [_member(item, one, some | shared) for one, some in own.items()]
+
+
+def _files_of(
+    member: str, members: Sequence[str], files: Mapping[str, str]
+) -> set[str]:
+    """Return the files whose names contain the name of one member of a group alone."""
+    found = set()
+    for name, file in files.items():
+        words = squeezed_words(file)
+        if [one for one in members if squeezed_words(one) <= words] == [member]:
+            found.add(name)
+    return found
+
+
+def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
+    """Return the submission of a member of a group, with some of its files."""
+    key = f"{group.student}/{name}"
+    return replace(
+        group,
+        student=key,
+        name=name,
+        ids={"folder": key, "username": name},
+        feedback_stem=key,
+        log_of=group.student,
+        shares_answer=True,
+        parts={file: group.parts[file] for file in sorted(files)},
+    )
 
 
 def _no_submission(

@@ -39,6 +39,8 @@ MOST_LEVELS, MOST_INNER = (
 
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
+PDF = ".pdf"
+SHEETS = (*TABLES, *WORKBOOKS)
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 # Endings of files that are a log if it is a table in them.
 REPORTS = (
@@ -52,6 +54,7 @@ REPORTS = (
     ".r",
     ".m",
     ".json",
+    PDF,
     "",
 )
 # Endings of files with the answer.
@@ -149,26 +152,8 @@ def read_start(root: Path, name: str, count: int) -> bytes:
 
     The name as in `read_file`. Raises InputError.
     """
-    outer, _, inner = name.rpartition("//")
-    plain = root / name
-    file: IO[bytes] | None = None
     try:
-        if not outer and plain.is_file() and not plain.is_symlink():
-            file = plain.open("rb")
-        elif outer or (root.is_file() and not Path(name).is_absolute()):
-            archive, members, _ = _opened(root, outer)
-            member = members.get(inner)
-            # Other ways than these two unpack a whole block at a time, however large.
-            if member and (
-                member.flag_bits & 0x1 or member.compress_type not in _PACKED
-            ):
-                raise OSError(
-                    "it is encrypted, or packed in a way that no platform uses"
-                )
-            file = archive.open(member) if member else None
-        if file is None:
-            raise FileNotFoundError("it is no longer there")
-        with file:
+        with _open_file(root, name) as file:
             # To ask for the most at once takes memory for it.
             data = file.read(min(_FIRST, count))
             return data + (file.read(count - _FIRST) if len(data) == _FIRST else b"")
@@ -182,8 +167,26 @@ def read_start(root: Path, name: str, count: int) -> bytes:
         ValueError,
     ) as error:
         why = f"it is damaged in the zip ({error})"
-    name = inner.rpartition("/")[2]
+    name = name.rpartition("//")[2].rpartition("/")[2]
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
+
+
+def _open_file(root: Path, name: str) -> IO[bytes]:
+    """Open a file of a class, or one in a zip; raise OSError if it cannot be read."""
+    outer, _, inner = name.rpartition("//")
+    plain = root / name
+    if not outer and plain.is_file() and not plain.is_symlink():
+        return plain.open("rb")
+    if not outer and (not root.is_file() or Path(name).is_absolute()):
+        raise FileNotFoundError("it is no longer there")
+    archive, members, _ = _opened(root, outer)
+    member = members.get(inner)
+    if member is None:
+        raise FileNotFoundError("it is no longer there")
+    # Other ways than these two unpack a whole block at a time, however large.
+    if member.flag_bits & 0x1 or member.compress_type not in _PACKED:
+        raise OSError("it is encrypted, or packed in a way that no platform uses")
+    return archive.open(member)
 
 
 def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:

@@ -24,7 +24,8 @@ from msgspec import Struct
 from gyrodata import readings
 from gyrodata.base.errors import GyroError
 from gyrodata.grading.submissions import visible
-from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
+from gyrodata.grading.submissions.archives import PDF, TABLES, WORKBOOKS, ending
+from gyrodata.grading.submissions.portable import pdf_lines
 from gyrodata.readings import workbook
 
 _WORDS = tomllib.loads(
@@ -36,6 +37,8 @@ SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items(
 _PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
 """The part of a file of a word processor that contains its text."""
 MOST_LINES, LONGEST_LINE = 1000, 20_000
+NO_TEXT = "it contains no text, only pictures; a person must look"
+"""Why a PDF cannot be read, such as a scan."""
 
 
 class Document(Struct, frozen=True):
@@ -56,6 +59,8 @@ def read_document(name: str, data: bytes) -> Document:
     except RecursionError:
         return Document(name, problem="it has too many levels of brackets")
     except _DAMAGED as error:
+        if str(error) == NO_TEXT:
+            return Document(name, problem=NO_TEXT)
         why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
@@ -91,39 +96,63 @@ def _read_lines(name: str, data: bytes) -> list[str]:
     if kind in WORKBOOKS:
         sheets = workbook.read_sheets(data)
         return [line for one in sheets if not one.is_hidden for line in _rows_of(one)]
+    if kind == PDF:
+        lines = pdf_lines(data)
+        if not any(map(str.strip, lines)):
+            raise ValueError(NO_TEXT)
+        return [visible.line_seen(line) for line in lines]
     if kind in _PACKED and data.startswith(b"PK"):
         text = _packed_text(data, kind)
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
-        text = re.sub(
-            r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text
-        )
-        text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
+        text = _json_as_lines(text)
     if kind == ".ipynb":
         text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is
-    # a remark.
-    comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
-    for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
-        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
-    text = text.partition(r"\end{document}")[0] if kind == ".tex" else text
-    text = text if kind in TABLES else visible.latex_seen(text)
-    text = visible.markdown_seen(text) if kind == ".md" else text
-    is_page = kind in (".html", ".htm") or (
-        kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text)
-    )
-    text = visible.page_seen(text) if is_page and kind not in _PACKED else text
-    if kind in (".html", ".htm", ".docx", ".odt") or re.search(
-        r"(?i)</p>|<(?:br|sup)\b", text
-    ):
-        for pattern, plain in _MARKUP:
-            text = re.sub(pattern, plain, text)
-        # Lines are counted as they are shown.
-        shown = map(str.strip, html.unescape(text).split("\n"))
-        text = "\n".join(filter(None, shown))
+    text = _without_struck(text, kind)
+    if kind not in TABLES:
+        text = visible.latex_seen(text)
+    if kind == ".md":
+        text = visible.markdown_seen(text)
+    text = _without_markup(text, kind)
     lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
     return in_cells(lines) if kind in TABLES else lines
+
+
+def _json_as_lines(text: str) -> str:
+    """Write JSON as people write values: ``± 0.1`` for ``"u": 0.1``."""
+    uncertainty = r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":'
+    text = re.sub(uncertainty, "±", text)
+    return " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
+
+
+def _without_struck(text: str, kind: str) -> str:
+    """Leave out what is crossed out, and comments; lines keep their numbers."""
+    patterns = list(_STRUCK)
+    if kind == ".tex":
+        patterns.append(r"(?<!\\)%.*")
+    elif kind not in TABLES:
+        # In a table, a line behind % is a remark.
+        patterns.append(r"(?m)^[ \t]*%.*")
+    for pattern in patterns:
+        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
+    return text.partition(r"\end{document}")[0] if kind == ".tex" else text
+
+
+_PAGES = (".html", ".htm")
+_TAG = re.compile(r"(?i)</p>|<(?:br|sup)\b")
+
+
+def _without_markup(text: str, kind: str) -> str:
+    """Turn the page of a browser or a word processor into lines as they are shown."""
+    if kind in _PAGES or (kind not in (".md", *_PACKED) and _TAG.search(text)):
+        text = visible.page_seen(text)
+    if kind not in (*_PAGES, *_PACKED) and not _TAG.search(text):
+        return text
+    for pattern, plain in _MARKUP:
+        text = re.sub(pattern, plain, text)
+    lines = map(str.strip, html.unescape(text).split("\n"))
+    return "\n".join(filter(None, lines))
 
 
 def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
@@ -224,6 +253,6 @@ def as_log(name: str, data: bytes) -> bytes:
     """
     return (
         "\n".join(read_document(name, data).lines).encode()
-        if ending(name) in _PACKED
+        if ending(name) in (*_PACKED, PDF)
         else b""
     ) or data

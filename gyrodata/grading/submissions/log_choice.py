@@ -33,6 +33,10 @@ _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[
 ``lab(1).csv``."""
 
 
+NO_LOG = ("no log", "no files")
+"""First words of a note if there is no file that may be a log."""
+
+
 class LogChoice(Struct, frozen=True):
     """The log among the files of one student, or why there is none."""
 

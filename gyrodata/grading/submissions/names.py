@@ -17,7 +17,7 @@ from __future__ import annotations
 import base64
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -230,33 +230,34 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     key = shown(groups[kind])
     if kind == "canvas_anonymous":
         key = f"anon_{key}"
-    ids = {known: shown(groups[known]) for known in _IDS if known in groups}
-    if "stem" in groups:
-        ids["folder"] = shown(groups["stem"])
-    person = shown(groups.get("name", ""))
+    person = shown(groups.get("name", "")) or key
     if person == "Participant":
         # In anonymous submissions, Moodle calls everybody so.
         person = f"Participant {key}"
     item = Submission(
         key,
-        person or key,
-        ids,
+        person,
+        _ids_in(groups),
         root,
         late="late" in groups,
         submitted=groups.get("submitted") or _time_of_stamp(groups.get("stamp", "")),
     )
     file = match.string.rpartition("/")[2]
     if kind == "student":
-        return replace(
-            item, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_")
-        )
+        own, stem = groups.get("file", file), key.replace("/", "_")
+        return replace(item, log_file=own, feedback_stem=stem)
     # Without its ending, both of "lab.csv.gz".
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    return replace(
-        item,
-        log_file=groups.get("file"),
-        feedback_stem=printable(groups.get("stem") or stem),
-    )
+    stem = printable(groups.get("stem") or stem)
+    return replace(item, log_file=groups.get("file"), feedback_stem=stem)
+
+
+def _ids_in(groups: Mapping[str, str]) -> dict[str, str]:
+    """Return the ids on platforms that a name contains."""
+    ids = {known: shown(groups[known]) for known in _IDS if known in groups}
+    if "stem" in groups:
+        ids["folder"] = shown(groups["stem"])
+    return ids
 
 
 def _time_of_stamp(stamp: str) -> str | None:
@@ -328,31 +329,32 @@ def _with_user_names(named: Named, root: Path) -> Named:
         name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named
     }
     owners = {name: match["owner"] for name, match in matches.items() if match}
-    distinct = sorted(set(owners.values()))
-    # These are not paths, but names whose beginning is equal.
-    shared = commonprefix(distinct)  # noqa: RUF071
-    at = shared.rfind("_") + 1 if len(distinct) > 1 else 0
-    people = {
-        owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2
-        for owner in distinct
-    }
+    people = _users_of(owners.values())
     for name, owner in owners.items():
         part = named[name]
-        with suppress(InputError):
-            is_receipt = part is not None and not part.log_file
-            user, full = _read_receipt(
-                read_start(root, name, _RECEIPT) if is_receipt else b""
-            )
-            # Anybody can write such a text: the user name must be the one in the name
-            # of the file.
-            if user and owner.endswith(f"_{user}"):
-                people[owner] = [shown(user), shown(full)]
+        if part is not None and not part.log_file:
+            with suppress(InputError):
+                user, full = _read_receipt(read_start(root, name, _RECEIPT))
+                # Anybody can write such a text: the user name must be the one in the
+                # name of the file.
+                if user and owner.endswith(f"_{user}"):
+                    people[owner] = shown(user), shown(full)
     for name, part in named.items():
         user, full = people.get(owners.get(name, ""), ("", ""))
         named[name] = part and replace(
             part, student=user, name=full, ids={"username": user}
         )
     return named
+
+
+def _users_of(owners: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """Return the user name behind the name of the assignment, which all files share."""
+    distinct = sorted(set(owners))
+    # These are not paths, but names whose beginning is equal.
+    shared = commonprefix(distinct)  # noqa: RUF071
+    at = shared.rfind("_") + 1 if len(distinct) > 1 else 0
+    users = {one: shown(one[at:] if at else one.rpartition("_")[2]) for one in distinct}
+    return {owner: (user, user) for owner, user in users.items()}
 
 
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` ---
@@ -379,26 +381,28 @@ class _Entry(Struct):
 
         A student is known by number, else by address or name.
         """
-        users = self.submitters or self.users
-        people = {str(one.sid or one.email or one.name or ""): one for one in users}
-        people.pop("", None)
+        people = self._people()
         keys, time = sorted(people), _time(self.created_at)
         about: dict[str, Any] = {
             "submitted": time and time.isoformat(timespec="seconds")
         }
-        if keys:
-            first = people[keys[0]]
-            ids = {
-                "gradescope": number,
-                "sid": str(first.sid or ""),
-                "email": first.email or "",
-                "folder": folder,
-            }
-            about["student"] = "+".join(map(shown, keys))
-            about["name"] = ", ".join(shown(people[key].name or key) for key in keys)
-            about["ids"] = {kind: value for kind, value in ids.items() if value}
-            about["members_of_group"] = tuple(keys) if len(keys) > 1 else ()
+        if not keys:
+            return about
+        first = people[keys[0]]
+        sid, email = str(first.sid or ""), first.email or ""
+        ids = {"gradescope": number, "sid": sid, "email": email, "folder": folder}
+        about["student"] = "+".join(map(shown, keys))
+        about["name"] = ", ".join(shown(people[key].name or key) for key in keys)
+        about["ids"] = {kind: value for kind, value in ids.items() if value}
+        about["members_of_group"] = tuple(keys) if len(keys) > 1 else ()
         return about
+
+    def _people(self) -> dict[str, _Person]:
+        """Return the students by number, else by address or name."""
+        users = self.submitters or self.users
+        people = {str(one.sid or one.email or one.name or ""): one for one in users}
+        people.pop("", None)
+        return people
 
 
 def _time(text: str | None) -> datetime | None:

@@ -79,6 +79,11 @@ class Submission(Struct, frozen=True, dict=True):
     parts: Mapping[str, Submission] = {}
     attempts: Attempts = "newest"  # which of several versions of a file is the log
     known_digest: str = ""  # the `digest`, if it is known without reading the files
+    log_digest: str = ""  # of the log alone, if it is known
+    original_digest: str = ""  # with the student's own log, if a person corrected it
+    partner: str = ""  # as `partners_in` returns it; only of a submission without a log
+    log_of: str = ""  # the partner or group whose log it is; "" for an own log
+    shares_answer: bool = False  # the answer in such a log is that of the student too
 
     @cached_property
     def texts(self) -> Mapping[str, bytes | InputError]:
@@ -174,10 +179,16 @@ class Submission(Struct, frozen=True, dict=True):
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:
         """Return the reported value, and which texts cannot be read."""
-        answers = read_answers(log, self.documents, unseen_in(name, data))
+        own = read_answers(None, self.documents) if self.log_of else None
+        if own is not None and (own.inertia is not None or not self.shares_answer):
+            # The answer in the log of a partner is that of the partner.
+            answers, in_log = own, False
+        else:
+            hidden = unseen_in(name, data)
+            answers, in_log = read_answers(log, self.documents, hidden), True
         # All that follows is about the log, also when it is analysed.
         reads_file(place_of(self.log_name or ""))
-        if answers.inertia is None:
+        if answers.inertia is None and in_log:
             in_rows = read_answers(None, [(name, self.log())])
             answers = replace(in_rows, unread=answers.unread)
         unread = list(answers.unread)
@@ -211,9 +222,9 @@ class Submission(Struct, frozen=True, dict=True):
         """
         if self.known_digest:
             return self.known_digest
-        about = repr(
-            [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]
-        )
+        handed_in = [self.late, self.late_seconds, self.submitted, self.problem]
+        shared = [self.log_of, self.shares_answer] if self.log_of else []
+        about = repr([self.log_file, *handed_in, *shared])
         try:
             data = self.log()
         except GyroError as error:

@@ -182,31 +182,37 @@ class _Seen(HTMLParser):
     def _add_property(self, tag: str, attributes: Attributes) -> None:
         """Apply a property of Word, which is an element in the piece of text that it describes."""
         value = attributes.get("w:val", "").lower()
-        first = next(
-            (
-                at
-                for at in (-1, -2, -3)
-                if self.open[at:] and self.open[at].tag in ("w:r", "w:p")
-            ),
-            0,
-        )
-        if first == 0:
+        inner = [one.tag for one in reversed(self.open[-3:])]
+        depth = next((at for at, one in enumerate(inner, 1) if one in _PIECES), 0)
+        if depth == 0:
             return
-        described = self.open[first]
-        hidden = described.hidden or (
-            tag == "w:vanish" and value not in ("0", "false", "off")
-        )
-        hidden |= tag == "w:sz" and value.isdigit() and int(value) <= _TINIEST
-        white = (
-            _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
-        )
-        style = self.styles.get(value, "") if tag in ("w:pstyle", "w:rstyle") else ""
-        faint = _is_faint(tag, value) and not (tag == "w:color" and self.white_is_seen)
-        doubt = described.doubt or style != "" or faint
-        self.open[first:] = [
-            replace(one, hidden=hidden, white=white, doubt=doubt)
-            for one in self.open[first:]
+        described = self.open[-depth]
+        white = described.white
+        if tag == "w:color":
+            white = _WHITE.fullmatch(value) is not None
+        is_style = tag in ("w:pstyle", "w:rstyle") and bool(self.styles.get(value))
+        is_seen = tag == "w:color" and self.white_is_seen
+        doubt = is_style or (_is_faint(tag, value) and not is_seen)
+        self.open[-depth:] = [
+            replace(
+                one,
+                hidden=described.hidden or _is_hiding(tag, value),
+                white=white,
+                doubt=described.doubt or doubt,
+            )
+            for one in self.open[-depth:]
         ]
+
+
+_PIECES = ("w:r", "w:p")
+"""Elements that a property of Word describes."""
+
+
+def _is_hiding(tag: str, value: str) -> bool:
+    """Return whether a property of Word hides a text."""
+    if tag == "w:vanish":
+        return value not in ("0", "false", "off")
+    return tag == "w:sz" and value.isdigit() and int(value) <= _TINIEST
 
 
 _SMALL = 10

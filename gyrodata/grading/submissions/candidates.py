@@ -1,0 +1,621 @@
+"""Find the values in a text that may be the reported I_zz.
+
+The lines become sentences, without markup and with the rows of tables as people write
+lines. A number in a sentence is a quantity if it has a unit of I_zz, or if the name of
+I_zz is directly in front of it. It becomes a candidate unless the words around it say
+that it is another value, such as one of theory.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import islice, takewhile
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from gyrodata.fitting import K_95
+from gyrodata.grading.submissions.documents import (
+    LONGEST_LINE,
+    MOST_LINES,
+    PLAIN,
+    SAYS,
+    Document,
+)
+from gyrodata.quantities.numerals import to_float
+from gyrodata.quantities.units import kinds_of
+from gyrodata.readings import Reported, read_reported
+from gyrodata.readings.names import name_roles
+from gyrodata.readings.words import UNSURE_WORDS, squeezed_words
+
+MOST_BELOW = 7  # lines in which an uncertainty may follow
+_MOST_VALUES = 100
+_LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 120
+
+
+class Rank(NamedTuple):
+    """How likely a value is the answer; the first difference decides."""
+
+    is_named: bool
+    has_u: bool
+    is_result: bool
+    version: int = 0
+
+
+class Candidate(Struct, frozen=True):
+    """A quantity that may be the answer."""
+
+    rank: Rank
+    place: str
+    read: Reported
+    doubt: bool = False  # whether a person may not see it
+    compared: bool = False  # whether it is no answer by a word of a comparison alone
+
+    @property
+    def file(self) -> str:
+        """The name of the file."""
+        return self.place.rpartition(", line ")[0]
+
+
+class Text(Struct, frozen=True):
+    """The values in a document, and why a part of it is not read."""
+
+    values: Sequence[Candidate]
+    cut: str = ""  # question about a value that may be in a part that is not read
+
+
+def find_candidates(document: Document) -> Text:
+    """Find the quantities of a document that may be the answer."""
+    end = _end_of_read(document.lines)
+    sentences = _sentences(document.lines[:end])
+    short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
+    values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
+    unread = [
+        *document.lines[end:],
+        *(line[LONGEST_LINE:] for line in document.lines[:end]),
+        *(text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
+    ]
+    if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
+        return Text(values)
+    cut = f"{document.name} is too long: a part of it is not read"
+    cut += ", and may have another answer"
+    return Text(values[:_MOST_VALUES], cut)
+
+
+def _end_of_read(lines: Sequence[str]) -> int:
+    """Return the number of lines that are read, of which blank ones do not count."""
+    filled = [at for at, line in enumerate(lines, 1) if line.strip()]
+    return filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(lines)
+
+
+# --- lines become sentences ---
+
+
+def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Split lines into sentences without markup, each with the number of its line."""
+    found, plain = [], [line[:LONGEST_LINE] for line in lines]
+    for pattern, text in PLAIN:
+        plain = [line and re.sub(pattern, text, line) for line in plain]
+    ends = r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])"
+    for number, line in enumerate(_rows_as_prose(plain), 1):
+        found += [(number, one) for one in re.split(ends, line)]
+    return [(number, one) for number, one in found if one.strip()]
+
+
+def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
+    """Write the rows of tables as people write lines, below the titles of each table."""
+    titles, width = list[str](), 0
+    is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
+    for at, line in enumerate(lines):
+        cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
+        is_table = len(cells) > 1
+        if not any(map(_is_number, cells)):
+            if not set(line) <= set("-: |"):
+                titles, width = cells * is_table, 0
+        elif is_table:
+            # Titles on the right of a table of runs have values in as many cells.
+            width = width or len(cells)
+            titles = [] if len(cells) != width > len(titles) else titles
+            row = _Row.below(titles, cells, is_run[at + 1])
+            # A column of I_zz with a value for each run is not the answer.
+            line = row.as_prose(is_run[at : at + 3] == [False, True, False])
+        yield line
+
+
+class _Row(NamedTuple):
+    """A row of a table with numbers."""
+
+    columns: list[tuple[str, str]]  # title and cell; units are behind the numbers
+    unit: str = ""  # that the name of the row states
+    u: str = ""  # the cell with the uncertainty, if no title says which it is
+
+    @classmethod
+    def below(cls, titles: Sequence[str], cells: Sequence[str], is_run: bool) -> _Row:
+        """Find the unit and the uncertainty of a row that is not one of the runs."""
+        # Titles are aligned on the right: the names of rows may have none.
+        missing = [""] * (len(cells) - len(titles))
+        blank = [""] * (len(titles) - len(cells))
+        columns = list(zip([*missing, *titles], [*cells, *blank], strict=True))
+        ahead = [
+            one
+            for one in takewhile(lambda one: not _is_number(one[1]), columns)
+            if "inertia" in kinds_of(one[1])
+        ]
+        columns = [*(one for one in columns if one not in ahead), *ahead]
+        if is_run:
+            return cls(columns)
+        units = (_unit_behind(cell) for cell in cells if not _is_number(cell))
+        unit = next(filter(None, units), "")
+        has_title = any(map(_is_unsure, titles))
+        return cls(columns, unit, "" if has_title else _second_number(columns, unit))
+
+    def as_prose(self, is_alone: bool) -> str:
+        """Write the cells with the sign ± and with units.
+
+        `is_alone`: whether the row is the only one of its table, which has titles.
+        """
+        line = ""
+        for title, cell in self.columns:
+            text = self._with_unit(title, cell)
+            if self._is_u(title, cell) and line:
+                line += f" ± {text}{' %' * ('%' in title)}"
+            elif _is_blank_or_unit(text) and not _is_number(cell):
+                line += f" {text}"
+            elif is_alone or re.search(SAYS["other"], title):
+                line += f" | {title} = {text}"
+            else:
+                line += f" | {text}"
+        return line
+
+    def _with_unit(self, title: str, cell: str) -> str:
+        """Write the unit of a title or of the row behind a number instead of a name."""
+        if not _is_number(cell):
+            in_brackets = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
+            return re.sub(in_brackets, "", cell) if self.unit else cell
+        if re.search(_UNIT, cell):
+            return cell
+        return f"{cell} {_unit_behind(title) or self.unit}".rstrip()
+
+    def _is_u(self, title: str, cell: str) -> bool:
+        return _is_number(cell) and (_is_unsure(title) or cell == self.u)
+
+
+def _is_blank_or_unit(cell: str) -> bool:
+    return not cell or bool(_unit_behind(f"/{cell}") or kinds_of(cell))
+
+
+def _is_number(text: str) -> bool:
+    return re.match(rf"\s*+[-+(]*+(?!{_POWER})[.,]?\d", text) is not None
+
+
+def _second_number(columns: Sequence[tuple[str, str]], unit: str) -> str:
+    """Return the second of two numbers with a unit, if it is an uncertainty.
+
+    An uncertainty is a small part of the first number.
+    """
+    numbers = [cell for _, cell in columns if _is_number(cell)]
+    if len(numbers) < 2:
+        return ""
+    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
+    is_small = 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
+    return numbers[1] if both.fault is None and is_small else ""
+
+
+def _is_unsure(text: str) -> bool:
+    """Return whether words contain one of an uncertainty."""
+    return (
+        bool(squeezed_words(text) & UNSURE_WORDS)
+        or re.search(SAYS["unsure"], text) is not None
+    )
+
+
+def _unit_behind(text: str) -> str:
+    """Return the unit of I_zz, or the power of ten, in a name or title.
+
+    It is in brackets, as in "Value (10⁻³ kg m²)".
+    """
+    found = re.search(
+        rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
+    )
+    power, unit = found.groups("") if found else ("", "")
+    return (
+        power.lstrip(" x×·*") + unit
+        if (power and not unit) or "inertia" in kinds_of(unit)
+        else ""
+    )
+
+
+# --- numbers with a unit or a name become quantities ---
+
+_UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_HAS_UNIT = re.compile(
+    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
+    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
+)
+"""A unit of I_zz in a text that is not read."""
+_OTHER_UNIT = (
+    r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"
+    r"|\*\*)?[\d²³]?){1,3}"
+)
+_POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
+_START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
+_CUT = r"[,;.|]?\s+|(?<![.,;|])[.,;|]*$"
+_OUTER_BARS = r"^\|(?:[\s|]+$)?|(?<![\s|])[\s|]+$"
+_COUNT = r"(?<![\w.,])\d{1,2}(?=\s(?!percent|per cent|Prozent)(?i:[^\W\d]{3}|is\b|es\b|we\b))"
+_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
+_MARK = (
+    rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]{{0,40}}(?:(?:about|ca\.?|approx\S{{0,20}}"
+    rf"|{SAYS['value']})[\s=:|~≈]{{1,40}})?$"
+)
+
+
+class _Quantity(NamedTuple):
+    """A number that may be I_zz, and the words around it."""
+
+    read: Reported
+    before: str  # with the name of the value
+    behind: str  # up to some lines below
+    after: str  # that still belong to the value
+    end: int  # place of its end in the sentence
+
+    @property
+    def is_denied(self) -> bool:
+        """Whether words say that it is no answer; a person must look at two numbers."""
+        in_front = re.search(_TWO_NUMBERS, self.before)
+        return bool(in_front or re.search(SAYS["denied"], self.behind))
+
+    @property
+    def is_unsure(self) -> bool:
+        """Whether the last words in front are those of an uncertainty."""
+        return _is_unsure(re.split(r"\d", self.before)[-1])
+
+
+def _candidates(
+    document: Document, sentences: Sequence[tuple[int, str]]
+) -> Iterator[Candidate]:
+    """Find the quantities of sentences that may be the answer."""
+    above = heading = ""
+    parts: list[Reported] = []  # values of which a mean may follow
+    for at, (number, sentence) in enumerate(sentences):
+        below = [one for _, one in sentences[at + 1 : at + MOST_BELOW]]
+        end = 0
+        for quantity in _quantities(sentence, number, above, below, parts):
+            end = quantity.end
+            parts = [*parts, quantity.read][-_MOST_PARTS:]
+            candidate = _candidate(quantity, heading, document)
+            if candidate is not None:
+                yield candidate
+            heading = f"{heading} | {quantity.before}"
+        # A heading is above all values below it; titles of a table are in its rows
+        # already.
+        heading = heading if end else sentence
+        # The beginning of a sentence that goes on.
+        unfinished = re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])[-1]
+        above = "" if "|" in sentence.strip(" |") else unfinished
+
+
+def _quantities(
+    sentence: str,
+    number: int,
+    above: str,
+    below: Sequence[str],
+    parts: Sequence[Reported],
+) -> Iterator[_Quantity]:
+    """Give the quantities of a sentence."""
+    end, before = 0, ""
+    parts = list(parts)
+    for start in (match.start() for match in re.finditer(_START, sentence)):
+        if start < end:
+            continue
+        words = sentence[end:start] if end else f"{above} | {sentence[:start]}"
+        text = sentence[start : start + _LONGEST_VALUE]
+        value = _value(text, words) or _mean(text, words, parts)
+        if value is None:
+            continue
+        end = start + value[1]
+        # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
+        if not re.fullmatch(rf"[\s,|]*+{SAYS['range']}?\s*", words):
+            before = words
+        behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
+        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[
+            0
+        ]
+        read = read_reported("inertia", value[0], number)
+        found = _Quantity(read, before, behind, after, end)
+        # A row of an uncertainty does not get that of the next row.
+        found = found._replace(
+            read=with_u(read, sentence[end:] if found.is_unsure else behind)
+        )
+        parts.append(found.read)
+        yield found
+
+
+def _candidate(
+    quantity: _Quantity, heading: str, document: Document
+) -> Candidate | None:
+    """Return a quantity as an answer; None if the words around say that it is none."""
+    read, before, _, after, _ = quantity
+    if quantity.is_denied:
+        return None
+    has_u = read.u is not None
+    is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
+    is_named = is_result or _names_inertia(before)
+    # Without its own u, a value behind a word of u is an uncertainty.
+    if not has_u and (quantity.is_unsure or not is_named):
+        return None
+    compared = _is_other(f"{before}\n{after}")
+    if compared and not _is_compared(f"{before}\n{after}", is_named and has_u):
+        return None
+    rank = Rank(
+        is_named,
+        has_u and read.fault != "wrong unit",
+        is_result and not re.search(r"\d", before),
+        _version_around(before, after),
+    )
+    place = f"{document.name}, line {read.line}"
+    return Candidate(rank, place, read, read.line in document.doubted, compared)
+
+
+def _is_other(around: str) -> bool:
+    """Return whether words say that a value is not the answer."""
+    return re.search(SAYS["other"], around) is not None
+
+
+def _is_compared(around: str, is_complete: bool) -> bool:
+    """Return whether only words of a comparison say that a value is not the answer.
+
+    `is_complete`: whether the value has a name and an uncertainty.
+    """
+    return is_complete and not _is_other(re.sub(SAYS["comparison"], " ", around))
+
+
+# --- versions: a draft, a corrected and a final value ---
+
+_RANKS = {"draft": -1, "new": 1, "final": 98}
+"""The words of a version, in their order; without one it is 0."""
+
+
+def version_in(text: str) -> int:
+    """Return the rank of the version that the last of such words states."""
+    words = [*re.finditer(SAYS["version"], text)]
+    return _version(words[-1]) if words else 0
+
+
+def _version_around(before: str, after: str) -> int:
+    """Return the rank of the version that the words around a value state.
+
+    "Final results" is the title of a part, but "Corrected value:" belongs to the next
+    line.
+    """
+    belongs = re.search(r":\s*\|", before)
+    in_front = before if belongs else before.rpartition(" | ")[2]
+    return version_in(in_front) or version_in(after)
+
+
+def _version(words: re.Match[str]) -> int:
+    if words["number"]:
+        return int(words["number"]) - 1
+    return _RANKS.get(words.lastgroup or "", 0)
+
+
+# --- the value of a quantity ---
+
+
+def _cuts(text: str) -> Iterator[tuple[str, bool]]:
+    """Give the beginnings of a text that may be a value, the longest first.
+
+    The second part of each result shows whether no other word follows.
+    """
+    for cut in reversed(list(re.finditer(_CUT, text))):
+        value = text[: cut.start()].strip(" |_").rstrip(".,;")
+        value = (
+            value.removesuffix(")") if value.count(")") > value.count("(") else value
+        )
+        yield value, re.match(r"\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+
+
+class _Label(NamedTuple):
+    """The words directly in front of a value."""
+
+    name: str = ""
+    unit: str = ""  # in brackets behind the name
+    is_near: bool = False  # whether they name I_zz
+
+
+def _label_of(before: str) -> _Label:
+    mark = re.search(_MARK, before)
+    if mark is None:
+        return _Label()
+    label = before[: mark.start()]
+    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
+    name = label[: unit.start()] if unit else label
+    is_near = _names_inertia(name, near=True)
+    return _Label(name, unit[1].lstrip(" x×·*") if unit else "", is_near)
+
+
+def _value(text: str, before: str) -> tuple[str, int] | None:
+    """Find a value at the beginning of a text, as `read_reported` reads it.
+
+    The result also contains the length of the value in the text.
+
+    It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in
+    brackets.
+    """
+    label = _label_of(before)
+    if not label.is_near and not re.search(_UNIT, text):
+        return None
+    for cut, is_whole in _cuts(text):
+        value = _value_of(cut, is_whole, label)
+        if value:
+            return value, len(cut)
+    return None
+
+
+def _value_of(cut: str, is_whole: bool, label: _Label) -> str:
+    """Return a text as `read_reported` reads it, or "" if it is no value of I_zz."""
+    if label.is_near and label.unit:
+        with_unit = f"{cut} {label.unit}"
+        if read_reported("inertia", with_unit).fault is None:
+            return with_unit
+    read = read_reported("inertia", cut)
+    if read.fault is None:
+        return cut
+    if is_whole and _is_nearly_value(read, cut, label):
+        return cut
+    return ""
+
+
+def _is_nearly_value(read: Reported, cut: str, label: _Label) -> bool:
+    """Return whether a number behind the name of I_zz lacks the right unit alone.
+
+    "I_zz = 4.4e-3 ± 0.1e-3 kg/m^2" is an answer, and its unit costs a point.
+    """
+    if not label.is_near:
+        return False
+    if read.u is not None:
+        return read.fault == "no unit" or re.fullmatch(_OTHER_UNIT, cut) is not None
+    # A single letter may be the name of anything.
+    has_long_name = re.search(r"\w\w\W*$", label.name) is not None
+    return has_long_name and read.fault == "no unit"
+
+
+_MOST_PARTS, _LONGEST_MEAN = 20, 40
+
+
+def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
+    """Find a mean without a unit: it has that of the values in front, and is between."""
+    mark = re.search(_MARK, before)
+    if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
+        return None
+    values = [one.value for one in parts if one.value is not None]
+    if len(values) < 2:
+        return None
+    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$|$", parts[-1].text)
+    for cut, _ in _cuts(text[:_LONGEST_MEAN]):
+        read = read_reported("inertia", f"{cut} {unit and unit[0]}")
+        is_between = min(values) <= (read.value or 0.0) <= max(values)
+        if read.fault is None and is_between:
+            return read.text, len(cut)
+    return None
+
+
+def _names_inertia(text: str, near: bool = False) -> bool:
+    """Return whether words name I_zz, with `near` the last of them.
+
+    A single letter must be next to the value.
+    """
+    # Without brackets, and without a verb at the end.
+    text = re.sub(rf"[\[(][^\])]{{0,300}}[\])]|\b{SAYS['verb']}\W*$", " ", text)
+    words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
+    ends = range(len(words) if near else 1, len(words) + 1)
+    names = [
+        (" ".join(words[max(0, end - count) : end]), end)
+        for end in ends
+        for count in (1, 2, 3)
+    ]
+    return any(
+        name_roles(name)[0] == ("inertia",)
+        for name, end in names
+        if len(name) > 1 or end == len(words)
+    )
+
+
+# --- the uncertainty of a quantity ---
+
+_INTERVAL = (
+    rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}"
+    rf"\s*(\d[^\s)\]]*)"
+)
+
+
+def with_u(read: Reported, behind: str) -> Reported:
+    """Add the uncertainty that follows an answer in words.
+
+    An example is "with an error of 0.1e-3 kg m^2".
+    """
+    parts = [behind]
+    if not re.match(_INTERVAL, behind):
+        # The total uncertainty goes before its parts, and that of the mean before that
+        # of one run.
+        for better in ("of_mean", "total"):
+            skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
+            is_there = skipped and skipped != behind
+            if is_there and not re.search(SAYS["other"], skipped):
+                parts.insert(0, behind[len(skipped) :])
+    for part in parts:
+        interval = re.match(_INTERVAL, part)
+        if interval:
+            read = _with_interval(read, *interval.groups())
+        elif read.u is None:
+            read = _with_next_number(read, part)
+    return read
+
+
+def _with_interval(read: Reported, percent: str, low: str, high: str) -> Reported:
+    """Add half of a confidence interval, if it is a possible uncertainty."""
+    with suppress(ValueError):
+        half = (to_float(high) - to_float(low)) / 2
+        u = half if percent == "68" else half / K_95
+        both = read_reported("inertia", f"{read.text} ± {u:.2g}", read.line)
+        if both.fault == read.fault and 0 < u < abs(read.value or 0):
+            return both
+    return read
+
+
+def _with_next_number(read: Reported, behind: str) -> Reported:
+    """Add the number that follows, if the words in front of it are of an uncertainty."""
+    # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
+    start = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
+    gap = re.match(
+        rf"((?:[^\d±]|{_COUNT}){{1,80}}?±?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{start}",
+        behind,
+    )
+    if gap is None:
+        return read
+    number = behind[gap.end() :][:_LONGEST_VALUE]
+    words = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
+    if not _is_unsure(words) or re.search(SAYS["other"], words):
+        return read
+    unit = gap[2] if kinds_of(gap[2] or "") else ""
+    return _with_number(read, number, unit, _other_words(words))
+
+
+def _other_words(words: str) -> list[str]:
+    """Return the words that are neither of an uncertainty nor of I_zz."""
+    return [
+        word
+        for word in re.findall(r"[^\W\d_]{4,}", words)
+        if not _is_unsure(word) and not _names_inertia(word)
+    ]
+
+
+def _with_number(
+    read: Reported, number: str, unit: str, others: Sequence[str]
+) -> Reported:
+    """Add the uncertainty with which a text begins, behind some other words."""
+    is_plain = all(re.fullmatch(SAYS["small"], word) for word in others)
+    # Without a unit of its own, the number may be of anything that is said in between.
+    is_of_other = any(name_roles(word)[0] for word in others)
+    for cut, is_whole in _cuts(number):
+        has_unit = re.search(_UNIT, cut) is not None
+        is_clear = is_plain and (is_whole or "%" in cut)
+        if not is_clear and (is_of_other or not has_unit):
+            continue
+        both = _with_text(read, f"{cut} {unit}")
+        if both is not None:
+            return both
+    return read
+
+
+def _with_text(read: Reported, u: str) -> Reported | None:
+    """Return a value with an uncertainty in words; None if the value changes by it.
+
+    An uncertainty larger than the value is none.
+    """
+    text = " ".join(f"{read.text} ± {u}".replace("|", " ").split())
+    both = read_reported("inertia", text, read.line)
+    if (both.fault, both.value) != (read.fault, read.value):
+        return None
+    return both if (both.u or 0) < abs(read.value or 0) else read

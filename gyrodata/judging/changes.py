@@ -861,11 +861,13 @@ def choose_model(
     except fitting.NoFit:
         # It is unknown what could be left out.
         return stated, None
-    assumed = [each for each in silent if each.is_possible(top, runs)]
-    offered = [each for each in MODELS if each in stated.models or each in assumed]
+    offered = stated
+    for each in silent:
+        if each.is_possible(top, runs):
+            offered = offered.including(each)
     motion = needed_models(lab, offered)
-    for each in assumed:
-        if each in motion.models and _is_contradicted(fits, motion, each):
+    for each in set(silent).intersection(motion.models):
+        if _is_contradicted(fits, motion, each):
             motion = motion.without(each.effect)
     # A fit with the stated widths alone has no posterior distribution.
     is_the_fit = lab.fit.posterior is not None and motion == Motion()
@@ -878,7 +880,7 @@ def _fit_as_stated(measured: Measurements) -> Lab:
     return Lab(None, runs, fit, Motion())
 
 
-def needed_models(lab: Lab, offered: Collection[MotionModel]) -> Motion:
+def needed_models(lab: Lab, offered: Motion) -> Motion:
     """Return those of the offered models whose effects are too large to be left out.
 
     The smallest is left out first, as long as it and the sum of all that are left out
@@ -887,11 +889,8 @@ def needed_models(lab: Lab, offered: Collection[MotionModel]) -> Motion:
     runs show it; what it does not state is assumed for its effect on I_zz only.
     """
     runs = fitting.timed_runs(lab.measured)
-    sizes = {each.effect: size_of_model(lab, each) for each in offered}
-    dropped = _size_of_decay_law(lab)
-    for each in MODELS:
-        if each.always and each not in offered:
-            dropped += size_of_model(lab, each)
+    sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
+    dropped = _size_not_modelled(lab, offered)
     needed = set(sizes)
     for effect in sorted(sizes, key=lambda name: sizes[name]):
         dropped += sizes[effect]
@@ -899,10 +898,21 @@ def needed_models(lab: Lab, offered: Collection[MotionModel]) -> Motion:
         if not (sizes[effect] <= DROP_ONE and dropped <= DROP_ALL):
             break
         needed.remove(effect)
-    for each in offered:
-        if each.is_stated(runs) and _seen_in_scatter(lab, each):
-            needed.add(each.effect)
-    return Motion(tuple([each for each in offered if each.effect in needed]))
+    for each in offered.models:
+        if each.effect in needed:
+            continue
+        if not (each.is_stated(runs) and _seen_in_scatter(lab, each)):
+            offered = offered.without(each.effect)
+    return offered
+
+
+def _size_not_modelled(lab: Lab, offered: Motion) -> float:
+    """Return the sizes of the effects that no offered model contains [u]."""
+    size = _size_of_decay_law(lab)
+    for each in MODELS:
+        if each.always and each not in offered.models:
+            size += size_of_model(lab, each)
+    return size
 
 
 def _size_of_decay_law(lab: Lab) -> float:

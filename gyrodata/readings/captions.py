@@ -38,8 +38,8 @@ MAX_SENTENCES = 2_000
 length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
-_WORDS = re.compile(r"\w.*\s.*[^\W\d_]{3}|[^\W\d_]{3}.*\s.*\w|[\u2e80-\uffef]{3}")
-"""Two words, one of them of three letters; or a text without blanks between words."""
+_LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
+"""A word of three letters; signs of a language without blanks between words."""
 
 _AMOUNT = (
     r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
@@ -316,7 +316,11 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     such as "twice the real rpm".
     """
     notes = _notes_of(grid)
-    rows = [row for row in grid.rows if _has_words(row) and not has_numbers(row)]
+    rows = [
+        row
+        for row in grid.rows
+        if any(map(_has_words, row.texts)) and not has_numbers(row)
+    ]
     titles = [", ".join(row.texts) for row in rows]
     origins = map(noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
@@ -343,8 +347,11 @@ def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
     return any(map(noted_centre, [*notes, *others]))
 
 
-def _has_words(row: Row) -> bool:
-    return any(map(_WORDS.search, row.texts))
+def _has_words(text: str) -> bool:
+    """Return whether a text contains two words, one of them of three letters."""
+    words = [word for word in text.split() if any(map(str.isalnum, word))]
+    has_long = any(map(_LONG_WORD.search, words))
+    return (len(words) > 1 and has_long) or _NO_BLANKS.search(text) is not None
 
 
 def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
@@ -360,7 +367,7 @@ def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
         texts = {
             at: text
             for at, text in enumerate(row.texts)
-            if _WORDS.search(text) and _is_remark(text, is_header)
+            if _has_words(text) and _is_remark(text, is_header)
         }
         if texts:
             yield ", ".join(texts.values()), grid.cell(row, min(texts))

@@ -12,7 +12,7 @@ from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.chosen import Choice, Chosen, columns_of
-from gyrodata.readings.headers import Header, can_measure
+from gyrodata.readings.headers import Header, are_turns, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.roles import kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
@@ -142,11 +142,23 @@ def _with_role(
     if not header.roles and _name(column)[:1] in tuple("Δδσε"):
         names_here = _roles_of_difference(column, names)
     elif lacks_count and header.unit is None and "precession_rate" in header.roles:
-        # It may also count what the time covers: "rotation" above 1/3, or above 120.
-        names_here = ("turns", "angle", *header.roles)
+        names_here = _counted_by_cells(column) or ("turns", "angle", *header.roles)
     if not names_here:
         return column
     return replace(column, header=replace(header, roles=names_here))
+
+
+def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
+    """Return what the cells of a "rotation" or "precession" count, if they show it.
+
+    It is an angle above "120°", and turns above "2/3" or "one third".
+    """
+    texts = [text for text in column.texts if text]
+    marks = [text.lstrip("0123456789., ") for text in texts]
+    if texts and all(kinds_of(mark) == {"angle"} for mark in marks):
+        return ("angle",)
+    nameless = replace(column.header, roles=(), text="")
+    return ("turns",) if are_turns(nameless, texts) else ()
 
 
 def _roles_of_difference(

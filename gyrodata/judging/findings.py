@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -21,6 +22,7 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
+from gyrodata.judging.corrections import timing_role
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -30,15 +32,15 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
+from gyrodata.measurements import BALANCE_CHANGE, Measurements, Source, spin_columns
 from gyrodata.measurements.checks import unit_within
+from gyrodata.measurements.sources import Drag
 from gyrodata.physics import RPM, models
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
-from gyrodata.readings import Readings, kind_of_role, to_display
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE, listing
-from gyrodata.readings.roles import TIMINGS
+from gyrodata.readings import Column, Readings, kind_of_role, to_display
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
 
@@ -68,40 +70,38 @@ class Seen(Lab, frozen=True, kw_only=True):
 
 
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
-    """Name each run that looks odd, what was done with it, and what it does to the answer."""
-    readings, without, out = seen.readings, seen.without, set(seen.left_out)
-    if _is_explained(seen):
-        # The explanations have a message of their own.
-        return
-    kept = (
-        f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
-        if without
-        else ""
-    )
+    """Name each run that looks odd, unless an explanation says more."""
+    if seen.outliers and not _is_explained(seen):
+        yield from _odd_runs(seen)
+
+
+def _odd_runs(seen: Seen) -> Iterator[Diagnostic]:
+    """Say for each odd run what was done with it, and what it does to the answer."""
+    readings, without = seen.readings, seen.without
+    kept = ""
+    if without:
+        kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
-        i, timing = (
-            outlier.index,
-            next(
-                readings.columns[role] for role in TIMINGS if role in readings.columns
-            ),
+        is_out = outlier.index in seen.left_out
+        yield readings.say(
+            "outlier_left_out" if is_out else "outlier_kept",
+            _cell_of(readings, outlier),
+            run=seen.measured.runs[outlier.index],
+            reason=outlier_reason(seen.measured, outlier),
+            without=kept,
         )
-        # "position 15.4 cm would fit" is about the position.
-        about = readings.columns.get(
-            "".join(outlier.cells[:1]).partition(" ")[0].replace("fits", "turns"),
-            timing,
-        )
-        values = {
-            "run": seen.measured.runs[i],
-            "reason": outlier_reason(seen.measured, outlier),
-            "without": kept,
-        }
-        name, cell = (
-            "outlier_left_out" if i in out else "outlier_kept",
-            about.cell(i) or timing.cell(i),
-        )
-        yield readings.say(name, cell, **values)
-    if len(seen.outliers) > MOST_OF_ONE_CODE:
-        yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
+    more = len(seen.outliers) - MOST_OF_ONE_CODE
+    if more > 0:
+        yield readings.say("more_outliers", count=more)
+
+
+def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
+    """Return the cell of an odd run that its correction is about, or its time."""
+    timing = readings.columns[timing_role(readings)]
+    # "position 15.4 cm would fit" is about the position.
+    first_word = "".join(outlier.cells[:1]).partition(" ")[0]
+    about = readings.columns.get(first_word.replace("fits", "turns"), timing)
+    return about.cell(outlier.index) or timing.cell(outlier.index)
 
 
 CONTRADICTING = 10.0
@@ -341,13 +341,16 @@ WORTH = 0.95
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs that have neither a weight nor a direction.
+    """Name the runs that have neither a weight nor a direction."""
+    is_bare = (seen.measured.sense == 0) & (seen.fit.adjusted.kept > 0)
+    if is_bare.any():
+        yield from _missing_direction(seen, np.flatnonzero(is_bare).tolist())
 
-    They are named only if the direction would reduce u of I_zz.
-    """
+
+def _missing_direction(seen: Seen, bare: list[int]) -> Iterator[Diagnostic]:
+    """Ask for the direction of some runs if it would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
-    bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    answers = changes.answers(seen, "direction") if bare else []
+    answers = changes.answers(seen, "direction")
     then = answers[0][1].inertia if answers else None
     if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
@@ -404,58 +407,56 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs in which the spin fell much faster than in the middle run.
+    """Report a spin that fell alone, and whether friction is negligible."""
+    has_ends = seen.measured.spin_start is not None
+    if has_ends and len(seen.measured.runs) >= 4:
+        yield from _spins_that_fell_alone(seen)
+    if seen.measured.drag is not None and seen.readings.spin_down:
+        yield _friction(seen, seen.measured.drag)
 
-    Report whether friction is negligible.
+
+def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs in which the spin fell much faster than in the middle run.
 
     If more than a quarter of the runs would be named, none is.
     """
-    measured, start, end, drag = (
-        seen.measured,
-        seen.measured.spin_start,
-        seen.measured.spin_end,
-        seen.measured.drag,
-    )
-    if start is not None and end is not None and len(measured.runs) >= 4:
-        fall = np.log(start / end)
-        share = (
-            max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
-            * measured.time
-        )
-        far = np.flatnonzero(
-            (fall > FELL_MORE * share) & (fall - share > FELL_BY)
-        ).tolist()
-        if len(far) > len(fall) / 4:
-            far = []
-        for i in far:
-            place, fell = (
-                spin_columns(seen.readings)[-1].place(i),
-                100 * (1 - end[i] / start[i]),
-            )
-            yield seen.readings.say(
-                "spin_fell_alone",
-                place,
-                run=measured.runs[i],
-                percent=fell,
-                more=FELL_MORE,
-            )
-    if drag is None or not seen.readings.spin_down:
+    measured = seen.measured
+    assert measured.spin_start is not None
+    assert measured.spin_end is not None
+    fall = np.log(measured.spin_start / measured.spin_end)
+    usual = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
+    share = usual * measured.time
+    is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
+    far = np.flatnonzero(is_far).tolist()
+    if len(far) > len(fall) / 4:
         return
-    torque, longest = (
-        seen.fit.inertia.value * drag.rate * drag.spin,
-        int(np.argmax(measured.time)),
-    )
+    for run in far:
+        yield seen.readings.say(
+            "spin_fell_alone",
+            spin_columns(seen.readings)[-1].place(run),
+            run=measured.runs[run],
+            percent=-100 * np.expm1(-fall[run]),
+            more=FELL_MORE,
+        )
+
+
+def _friction(seen: Seen, drag: Drag) -> Diagnostic:
+    """Report the torque of friction, and whether it is negligible."""
+    measured, inertia = seen.measured, seen.fit.inertia
+    longest = int(np.argmax(measured.time))
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
-    values = {"time": 1 / drag.rate, "spin": drag.spin / RPM, "torque": 1e3 * torque}
-    small = size < DROP_ONE * relative_u(seen.fit.inertia)
-    hint = (
-        "friction is negligible here"
-        if small
-        else "friction is not negligible: read the spin at start and end too"
-    )
-    yield seen.readings.say(
-        "spin_falls", **values, percent=100 * lost, size=100 * size, hint=hint
+    hint = "friction is not negligible: read the spin at start and end too"
+    if size < DROP_ONE * relative_u(inertia):
+        hint = "friction is negligible here"
+    return seen.readings.say(
+        "spin_falls",
+        time=1 / drag.rate,
+        spin=drag.spin / RPM,
+        torque=1e3 * inertia.value * drag.rate * drag.spin,
+        percent=100 * lost,
+        size=100 * size,
+        hint=hint,
     )
 
 
@@ -484,93 +485,77 @@ digit is worth writing."""
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a column with too few digits.
+    """Report each column whose rounding makes a large part of u(I_zz)."""
+    u = seen.fit.inertia.u or 1.0
+    parts = {share.source: share.u_inertia / u for share in seen.fit.budget}
+    for source in seen.measured.sources:
+        is_read = source.name in ROUNDED and source.name in seen.readings.columns
+        part = parts.get(source.name, 0.0)
+        # The rounding is only a part of the error of a reading.
+        if is_read and source.default and part >= MOST_ROUNDING:
+            yield from _too_few_digits(seen, source, part)
 
-    The report contains the column's part of u(I_zz), u with one more digit, and the
-    text to write.
+
+ROUNDED = ("mass", "position", "time", "spin")
+"""Columns whose digits are compared with u(I_zz)."""
+
+
+def _too_few_digits(seen: Seen, source: Source, part: float) -> Iterator[Diagnostic]:
+    """Report a column with too few digits, and u with one more digit.
+
+    `part`: what all errors of this column make of u(I_zz) [1].
     """
-    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
-    parts = {
-        share.source: share.u_inertia / (inertia.u or 1.0) for share in seen.fit.budget
-    }
-    for source in measured.sources:
-        role = source.name
-        if (
-            role not in ("mass", "position", "time", "spin")
-            or role not in readings.columns
-            or not source.default
-        ):
-            continue
-        if parts.get(role, 0.0) < MOST_ROUNDING:
-            continue  # the rounding is only a part of its error
-        column, kind, touched = (
-            readings.columns[role],
-            kind_of_role(role),
-            source.groups >= 0,
-        )
-        size = np.where(
-            touched,
-            source.absolute + source.relative * np.abs(getattr(measured, role)),
-            1.0,
-        )
-        steps = np.array(column.steps) / math.sqrt(12)
-        steps[[i for i, _ in column.stated]] = 0.0
-        # Share of the rounding in the error of each reading, and in u(I_zz); a reading
-        # may be stated as exact.
-        ratio = np.divide(
-            steps, size, out=np.zeros_like(size), where=touched & (size > 0)
-        )
-        rounding = math.sqrt(np.mean(ratio[touched] ** 2)) * parts[role]
-        if rounding < MOST_ROUNDING:
-            continue
-        run = int(np.argmax(ratio))
-        reading = column.readings[run]
-        value, step = (
-            from_si(number or 0.0, column.unit, kind)
-            for number in (reading.value, reading.step)
-        )
-        if (
-            role == "position"
-            and (written := take_apart(reading.text))
-            and not written.unit
-        ):
-            value = written.value  # from the surface of the ball
-        # One digit more, and at least as many as give a step of 1 %.
-        digits = max(
-            0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value)))
-        )
-        high = f"{value + step / 2:.4g} {column.unit}".rstrip()
-        half, in_unit = to_display(
-            0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role
-        )
-        # A spreadsheet removes zeros at the end of a number.
-        how = (
-            " (by a number format that shows it)"
-            if readings.name.lower().endswith(".xlsx")
-            else ""
-        )
-        typed = {
-            "role": role,
-            "text": reading.text,
-            "low": value - step / 2,
-            "high": high,
-        }
+    column = seen.readings.columns[source.name]
+    touched = source.groups >= 0
+    values = np.abs(getattr(seen.measured, source.name))
+    size = np.where(touched, source.absolute + source.relative * values, 1.0)
+    steps = np.array(column.steps) / math.sqrt(12)
+    steps[[run for run, _ in column.stated]] = 0.0
+    # Share of the rounding in the error of each reading, and in u(I_zz); a reading may
+    # be stated as exact.
+    ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
+    rounding = math.sqrt(np.mean(ratio[touched] ** 2)) * part
+    if rounding < MOST_ROUNDING:
+        return
+    run = int(np.argmax(ratio))
+    now = 100 * relative_u(seen.fit.inertia)
+    yield seen.readings.say(
+        "digits_too_few",
+        column.cell(run),
+        **_one_more_digit(seen.readings, column, run),
+        percent=100 * rounding**2,
+        now=now,
         # A step of a tenth has a hundredth of the variance.
-        now = 100 * relative_u(inertia)
-        gain = {
-            "percent": 100 * rounding**2,
-            "now": now,
-            "then": now * math.sqrt(max(1 - 0.99 * rounding**2, 0.01)),
-        }
-        better_typed = {
-            "example": f"{value:.{digits}f}",
-            "how": how,
-            "u": half,
-            "unit": in_unit,
-        }
-        yield readings.say(
-            "digits_too_few", column.cell(run), **typed, **gain, **better_typed
-        )
+        then=now * math.sqrt(max(1 - 0.99 * rounding**2, 0.01)),
+    )
+
+
+def _one_more_digit(readings: Readings, column: Column, run: int) -> dict[str, Any]:
+    """Return the words about a reading with too few digits, and an example to type."""
+    kind, reading = kind_of_role(column.role), column.readings[run]
+    value = from_si(reading.value or 0.0, column.unit, kind)
+    step = from_si(reading.step or 0.0, column.unit, kind)
+    if column.role == "position":
+        typed = take_apart(reading.text)
+        # The number that was typed may count from the surface of the ball.
+        value = typed.value if typed and not typed.unit else value
+    # One digit more, and at least as many as give a step of 1 %.
+    fewest = math.ceil(2 - math.log10(abs(value)))
+    digits = max(0, 1 - round(math.log10(step)), fewest)
+    factor = parse_unit(column.unit, kind).factor
+    half, unit = to_display(0.5 * 10.0**-digits * factor, column.role)
+    is_workbook = readings.name.lower().endswith(".xlsx")
+    return {
+        "role": column.role,
+        "text": reading.text,
+        "low": value - step / 2,
+        "high": f"{value + step / 2:.4g} {column.unit}".rstrip(),
+        "example": f"{value:.{digits}f}",
+        # A spreadsheet removes zeros at the end of a number.
+        "how": " (by a number format that shows it)" if is_workbook else "",
+        "u": half,
+        "unit": unit,
+    }
 
 
 def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:

@@ -119,8 +119,9 @@ def _read_special(
         quantity = _read_part_of_pi(plain)
     if kind == "number" and plain.endswith("%"):
         quantity = _read_percent(plain[:-1].strip(), unit, ask)
-    if quantity is None:
-        quantity = _read_clock(plain, kind, unit)
+    clock = _match_clock(plain, kind)
+    if quantity is None and clock is not None:
+        quantity = _read_clock(clock, kind, unit)
     return quantity
 
 
@@ -177,11 +178,8 @@ def _read_percent(number: str, unit: str | None, ask: bool) -> Quantity | None:
     return replace(whole, value=whole.value / 100, step=step)
 
 
-def _read_clock(plain: str, kind: str, unit: str | None) -> Quantity | None:
+def _read_clock(match: re.Match[str], kind: str, unit: str | None) -> Quantity:
     """Read minutes and seconds: "1:42.74", "1 min 42.74 s" and "1'42"74"."""
-    match = _match_clock(plain, kind)
-    if match is None:
-        return None
     if kind != "time" or unit not in (None, "s", "min"):
         hint = "write the column's unit as s" if kind == "time" else ""
         raise fault("is a clock time, not a number", hint)

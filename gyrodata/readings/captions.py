@@ -236,12 +236,17 @@ def _is_known(word: str) -> bool:
 # --- Turns ---
 
 
+_FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"
+"""A sign of a formula, as in "t/3"."""
+
+
 def _turns_of_sentence(sentence: str) -> str:
     """Return the turns that a sentence states for the times of runs; "" if there are none."""
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
-    if len(parts) > 1 or "=" in sentence:
+    if len(parts) > 1 or re.search(_FORMULA, sentence):
         return ""
-    for clause in (sentence, *_clauses(sentence)):
+    # What follows a comma may change what stands before it: "one turn, added together".
+    for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
         if turns := turns_in(clause):
             words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
             if all(

@@ -279,6 +279,7 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
 
     Ask about the rest if they are needed.
     """
+    several = [one for one in several if not _serve_single_turns(one, choice)]
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         column = decided[0]
         several = [other for other in several if other is not column]
@@ -286,6 +287,16 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
     lacking = _parts_lacking(choice)
     for column in several:
         _ask_or_leave_out(column, lacking, choice, faults)
+
+
+def _serve_single_turns(column: Chosen, choice: Choice) -> bool:
+    """Use "T" for the time if every run is one turn: the period is then the same."""
+    counts = {text for count in choice.used.get("turns", []) for text in count.texts}
+    is_either = column.header.roles == ("time", "precession_period")
+    if not is_either or counts != {"1"} or choice.there & set(roles.TIMINGS):
+        return False
+    choice.serve(replace(column, role="time"))
+    return True
 
 
 def _parts_lacking(choice: Choice) -> set[str]:

@@ -409,9 +409,13 @@ def _enter_constant(
         settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
+_USUAL = {"g": ON_EARTH, "ball_mass": _BALL, "ball_diameter": (0.01, 0.5)}
+"""Ranges of constants [SI unit]; other ones are errors."""
+
+
 def _check_usual(key: str, value: float) -> None:
     """Raise an error for a value of g, or a mass of a ball, that no lab has."""
-    low, high = {"g": ON_EARTH, "ball_mass": _BALL}.get(key, (0.0, math.inf))
+    low, high = _USUAL.get(key, (0.0, math.inf))
     if low <= value <= high and value > 0:
         return
     if key == "g":
@@ -421,6 +425,9 @@ def _check_usual(key: str, value: float) -> None:
         likely = f"{1000 * value:.6g} kg" if value < low else f"{value:.6g} g"
         fault = f"is {value:.4g} kg, which is not the mass of a ball in a lab"
         hint = f'is its unit wrong? Write "# ball_mass: {likely}"'
+    elif key == "ball_diameter" and value > 0:
+        fault = f"is {100 * value:.4g} cm, which is not the diameter of a ball in a lab"
+        hint = 'write it with its unit, such as "# ball_diameter: 101.6 mm"'
     else:
         fault, hint = "is not above zero", ""
     raise UnitError(fault, hint)

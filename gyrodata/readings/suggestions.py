@@ -99,7 +99,14 @@ def _guess(lack: Lack) -> str:
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
         f'instead, or type --map {lack.role}="{column.text}"'
+        f"{FROM_SURFACE if lack.role == 'position' else ''}"
     )
+
+
+FROM_SURFACE = (
+    '; if it is from the surface of the ball, write also the lines "# position_from: '
+    'surface" and "# ball_diameter: 10.16 cm"'
+)
 
 
 def _rate_of_precession(header: str) -> str:

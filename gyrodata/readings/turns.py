@@ -202,6 +202,7 @@ def _number_of_turns(marked: str) -> str:
 
 def is_of_turns(word: str) -> bool:
     """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
+    word = word.lower()
     if word in _FILLERS or word in NUMBERS or re.search(TURN, word):
         return True
     return bool(re.search(_ONE_TURN, word) or re.search(PRECESSION, word))

@@ -63,7 +63,6 @@ HEADERS = (
     "mass_g;dist_center_cm;spin_rpm;time_s;turns",
     "m_g;arm_cm;spin_rpm;period_s;nr",
     "m (g);Position (from center) cm;spin (rpm);time (s);turns",
-    "m (g);x (cm);rpm;t (s);nr",
     "m (g);x (cm);rpm;t (s);turns",
     "m (g);x (cm);rpm;time of one precession turn [s];trial",
     "m (g);x (cm);rpm;time per revolution (s);trial",
@@ -190,8 +189,7 @@ FORMS = {
     "angles below an unknown name": table(
         rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]
     ),
-    "what holds for all tables above the first": f"x = {ARM} cm, one turn each\n"
-    + TITLED,
+    "what holds for all tables above the first": f"x = {ARM} cm\none turn\n" + TITLED,
     "a decimal comma in a line above": "x = 14,8 cm\n"
     + table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]]),
     "± beside each column": table(
@@ -218,9 +216,9 @@ FORMS = {
         ],
     )
     + f"x = {ARM} cm\n",
-    "two parts": f"Part A: r = {ARM} cm\n"
+    "two parts": f"Weight 1: r = {ARM} cm\n"
     + table(rows=WITHOUT_ARM[:3], head=[HEAD[0], HEAD[2], "Time for 1 turn (s)"])
-    + f"\nPart B: mass 60.2 g, r = {ARM} cm\n"
+    + f"\nWeight 2: 60.2 g, r = {ARM} cm\n"
     + table(
         rows=[one[1:] for one in WITHOUT_ARM[6:]], head=[HEAD[2], "Time for 1 turn (s)"]
     ),

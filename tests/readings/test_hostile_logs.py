@@ -93,7 +93,7 @@ def packed(**members):
         (lambda: gzip.compress(LOG.encode()) + b"junk", "G107", ""),
         # What is packed is looked at before it is unpacked.
         (lambda: packed(a="x"), "G104", "this is an archive"),
-        (lambda: packed(content_xml="x"), "G108", "the workbook cannot be read"),
+        (lambda: packed(content_xml="x"), "G104", "this is an archive"),
         (lambda: packed(xl__workbook_xml="x"), "G108", "the workbook cannot be read"),
         # Words that begin as pictures do.
         (lambda: f"BM;note\n{LOG.replace(',', ';')}".encode(), None, ""),

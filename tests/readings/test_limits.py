@@ -38,29 +38,6 @@ def packed(name: str, text: str) -> bytes:
     return stream.getvalue()
 
 
-def ods(rows: str) -> bytes:
-    body = f'<office:body><office:spreadsheet><table:table table:name="S">{rows}</table:table>'
-    whole = (
-        f"<office:document-content "
-        f"{SPACES}>{body}</office:spreadsheet></office:body></office:document-content>"
-    )
-    return packed("content.xml", whole)
-
-
-def ods_row(cells: str, times: int = 1) -> str:
-    return f'<table:table-row table:number-rows-repeated="{times}">{cells}</table:table-row>'
-
-
-def ods_cell(text: str, times: int = 1) -> str:
-    shown = f"<text:p>{text}</text:p>" if text else ""
-    return f'<table:table-cell table:number-columns-repeated="{times}">{shown}</table:table-cell>'
-
-
-def ods_log(more: str = "") -> bytes:
-    lines = ("".join(map(ods_cell, line.split(","))) for line in LOG.splitlines())
-    return ods("".join(map(ods_row, lines)) + more)
-
-
 def xlsx(part: str, at: str, text: str) -> bytes:
     """Write a workbook with a text more in one of its parts, in front of `at`."""
     book = openpyxl.Workbook()
@@ -83,39 +60,8 @@ def xlsx(part: str, at: str, text: str) -> bytes:
     return stream.getvalue()
 
 
-def nested_paragraphs() -> bytes:
-    return ods(
-        ods_row(
-            "<table:table-cell>"
-            + "<text:p>a" * 3000
-            + "</text:p>" * 3000
-            + "</table:table-cell>"
-        )
-    )
-
-
 SHEET, END = "xl/worksheets/sheet1.xml", "</sheetData>"
 WORKBOOKS: dict[str, tuple[str, Callable[[], bytes], str]] = {
-    "a cell repeated over the whole sheet": (
-        "a.ods",
-        lambda: ods_log(ods_row(ods_cell("1", 16_384), 1_048_576)),
-        "more than 200 000 filled cells",
-    ),
-    "a cell repeated down one column": (
-        "a.ods",
-        lambda: ods_log(ods_row(ods_cell("0"), 1_048_576)),
-        "at most 100 000 are read",
-    ),
-    "long texts that are repeated": (
-        "a.ods",
-        lambda: ods_log(ods_row(ods_cell("x" * 1000), 20_000)),
-        "more than 10 MB of text",
-    ),
-    "a large content.xml": (
-        "a.ods",
-        lambda: ods_log("<a/>" * 3_000_000),
-        "content.xml unpacks to 12.0 MB",
-    ),
     "styles": (
         "a.xlsx",
         lambda: xlsx("xl/styles.xml", "</cellXfs>", "<xf/>" * 3_000_000),

@@ -599,11 +599,9 @@ ASKED_FORMS = {
     "the radius of the ball": "G340",
     "constants on a second sheet": "G301",
     "a sentence over three lines": "G301",
-    "a length of the weight": "G301",
     "the same weight moved": "G301",
     "seconds per turn": "G205",
     "one mass twice": "G301",
-    "laps that number the runs": "G301",
     "a fraction of a scale in a sentence": "G301",
 }
 """Rare forms that are asked about, with the code of the first question."""

@@ -19,6 +19,7 @@ import gyrodata
 pytestmark = pytest.mark.slow
 
 ASKED = {
+    "011_note_half.csv": "half a turn in a sentence with words that are not known",
     "026_battery.csv": 'laps with a "lap time total"',
     "028_uncert_cols.csv": '"dspin" beside "spin"',
     "032_hdr_symbols.csv": "a legend in one sentence",
@@ -27,6 +28,8 @@ ASKED = {
     "077_transponowana.csv": '"periods" that are counted',
     "082_ten_revs.csv": '"ball revolutions" that are timed',
     "086_spalten.json": '"Drehzahl_U_min", with two parts behind the name',
+    "088_sentences.txt": "runs in sentences",
+    "089_keyvalue.txt": "one quantity in each line",
     "087_nested.json": "lists inside of lists",
     "091_pivot.csv": "a crossed table, with weights in the header",
     "096_utf16.txt": "a unit in Turkish",

@@ -51,7 +51,7 @@ FAR, RARE = 0.1, 0.05
 """A balance that differs between weights by more than this part of the lightest torque
 is less common by this factor than its prior in the fit, whose tails make u safe."""
 
-LARGE = math.log(2.5)
+LARGE = math.log(2.0)
 """A load that is wrong by a larger factor is less common by the factor `RARE`."""
 
 POORLY_BALANCED, POOR = 0.25, 5.0

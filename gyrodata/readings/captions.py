@@ -242,6 +242,7 @@ _FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"
 
 def _turns_of_sentence(sentence: str) -> str:
     """Return the turns that a sentence states for the times of runs; "" if there are none."""
+    sentence = numerals.fold_number(sentence)
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
     if len(parts) > 1 or re.search(_FORMULA, sentence):
         return ""

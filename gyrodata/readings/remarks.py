@@ -31,11 +31,12 @@ _ROLE_OF_UNIT = {
     frozenset({"time"}): "time",
     frozenset({"rate"}): "spin",
 }
+_TIMES = [name for name, named in NAMES.items() if "time" in named and name.isalpha()]
 _HALF_TURN = (
     rf"(?i:(?:{'|'.join(map(re.escape, vocabulary.words('1/2').split()))})\W+"
-    rf"(?:\w{{1,3}}\W+)?{TURN})"
+    rf"(?:\w{{1,3}}\W+)?(?:{TURN}|{'|'.join(_TIMES)}))"
 )
-"""A number of turns, which other rules read."""
+"""A number of turns, which other rules read; or "half time", the middle of a run."""
 
 
 def altered_role(note: str) -> str:

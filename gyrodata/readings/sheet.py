@@ -8,8 +8,10 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection
-from itertools import pairwise
+from itertools import pairwise, takewhile
+from operator import attrgetter
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -22,6 +24,7 @@ from gyrodata.readings.grid import (
     Grid,
     Row,
     filled_at,
+    has_numbers,
     is_head,
     is_number,
     units_of_row,
@@ -85,8 +88,16 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
         if lacking and note.place.line not in lines
     ]
     added = [row for row in added if lacking.intersection(said_in(row))]
-    rows = sorted([*grid.rows, *added], key=lambda row: row.line)
-    return replace(grid, rows=rows) if added else grid
+    if not added:
+        return grid
+    rows = sorted([*grid.rows, *added], key=attrgetter("line"))
+    below = list(takewhile(lambda row: row in added, reversed(rows)))
+    words = [row for row in rows if not has_numbers(row)]
+    said = Counter([role for row in words for role in said_in(row)])
+    if all(said[role] == 1 for row in below for role in said_in(row)):
+        # A line behind the runs is valid for them, if no other line says the same.
+        rows = [*below, *rows[: len(rows) - len(below)]]
+    return replace(grid, rows=rows)
 
 
 def _headers_in(grid: Grid) -> list[Header]:

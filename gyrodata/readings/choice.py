@@ -16,6 +16,7 @@ from gyrodata.readings.headers import Header, are_turns, can_measure
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.roles import kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
+from gyrodata.readings.unusual_headers import unused_words
 from gyrodata.readings.words import squeeze
 
 _TIMES = ((), ("time",), ("precession_period",))
@@ -49,6 +50,8 @@ def choose(
         _eliminate(several, choice, faults)
     if choice.unplaced:
         unnamed.place_columns(choice, faults)
+    if "spin" in choice.used and (choice.others or choice.unplaced):
+        _pair_numbered_spins(columns, choice, faults)
     if choice.there & {"spin_start", "spin_end"}:
         _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
@@ -397,6 +400,28 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 # Readings of the spin
 
 
+def _pair_numbered_spins(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
+    """Read "rpm 1" and "rpm 2" as the spin before and after each run.
+
+    Their mean is right for two readings at one time too.
+    """
+    by_text = {column.text: column for column in columns}
+    first = choice.used["spin"][0]
+    second, third = (
+        by_text.get(first.text.replace("1", digit, 1)) for digit in ("2", "3")
+    )
+    has_moments = choice.there & {"spin_start", "spin_end"}
+    if second in (None, first) or third not in (None, first) or has_moments:
+        return
+    assert second is not None
+    choice.others = [one for one in choice.others if one.at != second.at]
+    choice.unplaced = [one for one in choice.unplaced if one.at != second.at]
+    choice.rename("spin", "spin_start")
+    header = replace(first.header, text=second.text)
+    choice.serve(replace(second, role="spin_end", header=header))
+    faults.add("numbered_spins", first.cell, second=second.text)
+
+
 def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     """Find the moment of a spin that the columns next to it decide.
 
@@ -427,7 +452,7 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
-            words = " ".join(column.header.leftover)
+            words = " ".join(unused_words(column.header))
             if words and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
                 faults.add("words_not_used", column.cell, words=words, named=named)

@@ -9,15 +9,20 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Literal
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import known_roles, name_roles
-from gyrodata.readings.origins import Origin, from_centre, origin_in
+from gyrodata.readings.header import (
+    OF_TURNS,
+    Header,
+    is_of_the_spin,
+    measures,
+    moment_in,
+)
+from gyrodata.readings.names import known_roles
+from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.turns import (
@@ -27,56 +32,13 @@ from gyrodata.readings.turns import (
     words_of_turns,
 )
 from gyrodata.readings.words import (
-    END_WORDS,
     FIRST_SIGN,
     MAX_HEADER,
     MEAN_WORDS,
-    PRECESSION,
-    SPINNING,
-    START_WORDS,
     THEORY_WORDS,
     Phrases,
     contains_word,
-    squeezed_words,
 )
-
-OF_TURNS = frozenset({"angle", "number"})
-"""Kinds that a unit of turns can measure."""
-
-
-class Header(Struct, frozen=True):
-    """The content of a header."""
-
-    text: str
-    roles: tuple[str, ...] = ()
-    """Roles that the header may name."""
-    unit: str | None = None
-    """Unit text as written, known or not; None if there is none."""
-    spread: str = ""
-    """Text of a ±, with its unit if it has one; or ""."""
-    number: int | None = None
-    """Number of a repeat: ``time_2`` is 2."""
-    name: str = ""
-    """The text without its unit, its ± and the signs around them."""
-    turns: str = ""
-    """Turns that the text states: "1/3", "1", "2.5"; or ""."""
-    origin: Origin = ""
-    """Where the text says that a position counts from."""
-    moment: Literal["", "start", "end"] = ""
-    """Part of a run to which the reading belongs, if the text says so."""
-    is_of_means: bool = False
-    """Whether the text says that the values are means."""
-    is_of_the_spin: bool = False
-    """Whether the text says that the ball turns, and not the rod."""
-
-    @property
-    def leftover(self) -> tuple[str, ...]:
-        """Numbers, and words for the ball or the tip, that say something else."""
-        if known_roles(self.name):
-            return ()
-        from gyrodata.readings.unusual_headers import unused_words
-
-        return unused_words(self)
 
 
 @lru_cache(maxsize=4096)
@@ -164,23 +126,6 @@ def is_one_letter(unit: str) -> bool:
     return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
 
 
-def hinted(header: Header) -> set[str]:
-    """Return the roles that one word of a header names.
-
-    The unit of the header can measure them, or the header says that the reading is
-    "without" something.
-    """
-    if header.unit is None:
-        return {altered_role(header.text)}
-    words = re.findall(r"[^\W\d_]{2,}", header.text)
-    return {
-        role
-        for word in words
-        for role in name_roles(word)[0]
-        if measures(header.unit, role)
-    }
-
-
 _OF_ONE = Phrases("of_one")
 """Words for one of several weights."""
 
@@ -193,13 +138,6 @@ def is_part_of_mass(header: str) -> bool:
     return _OF_ONE.is_in(header) or altered_role(header) == "mass"
 
 
-def measures(unit: str, role: str) -> bool:
-    """Return whether a role, or the uncertainty of one, can have a unit."""
-    return kind_of_role(role) in kinds_of(unit) or (
-        unit == "%" and role.startswith("u_")
-    )
-
-
 _WEIGHTS = vocabulary.pattern("weights")
 
 
@@ -210,19 +148,6 @@ def counts_weights(header: Header) -> bool:
         and not header.roles
         and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
     )
-
-
-def moment_in(header: str) -> Literal["", "start", "end"]:
-    """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
-    words = squeezed_words(header)
-    if words & START_WORDS:
-        return "start"
-    return "end" if words & END_WORDS else ""
-
-
-def is_of_the_spin(header: str) -> bool:
-    """Return whether a header says that turns of the ball are timed."""
-    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:

@@ -22,10 +22,10 @@ from gyrodata.readings.grid import (
     is_head,
     is_number,
 )
+from gyrodata.readings.header import hinted
 from gyrodata.readings.headers import (
     Header,
     counts_weights,
-    hinted,
     parse_header,
 )
 from gyrodata.readings.lablog import Faults, Text

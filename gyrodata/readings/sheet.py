@@ -88,16 +88,21 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
         if lacking and note.place.line not in lines
     ]
     added = [row for row in added if lacking.intersection(said_in(row))]
-    if not added:
-        return grid
-    rows = sorted([*grid.rows, *added], key=attrgetter("line"))
+    return replace(grid, rows=_in_order(grid.rows, added)) if added else grid
+
+
+def _in_order(rows: list[Row], added: list[Row]) -> list[Row]:
+    """Sort rows by lines, but with those behind the runs first.
+
+    They are valid for the runs if no other line says the same.
+    """
+    rows = sorted([*rows, *added], key=attrgetter("line"))
     below = list(takewhile(lambda row: row in added, reversed(rows)))
     words = [row for row in rows if not has_numbers(row)]
     said = Counter([role for row in words for role in said_in(row)])
-    if all(said[role] == 1 for row in below for role in said_in(row)):
-        # A line behind the runs is valid for them, if no other line says the same.
-        rows = [*below, *rows[: len(rows) - len(below)]]
-    return replace(grid, rows=rows)
+    if any(said[role] > 1 for row in below for role in said_in(row)):
+        return rows
+    return [*below, *rows[: len(rows) - len(below)]]
 
 
 def _headers_in(grid: Grid) -> list[Header]:

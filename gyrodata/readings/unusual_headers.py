@@ -16,8 +16,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings import headers
-from gyrodata.readings.headers import (
+from gyrodata.readings.header import (
     OF_TURNS,
     Header,
     hinted,
@@ -25,7 +24,7 @@ from gyrodata.readings.headers import (
     measures,
     moment_in,
 )
-from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, name_roles
+from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, known_roles, name_roles
 from gyrodata.readings.origins import from_centre, origin_in
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import (
@@ -61,7 +60,7 @@ def unusual_header(text: str) -> Header:
     roles, number = _roles_in(name, unit)
     words = re.sub(_CAMEL_CASE, "_", text)
     if not roles and words != text:
-        return replace(headers.parse_header(words), text=text)
+        return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles, number = (), None  # worked out, not measured
     return Header(text, roles, unit, spread, number, name=name)
@@ -78,6 +77,8 @@ def _meant_unit(unit: str | None, spread: str) -> str | None:
 
 def unused_words(header: Header) -> tuple[str, ...]:
     """Return the numbers and the words for the ball or the tip that no rule has used."""
+    if known_roles(header.name):
+        return ()
     uses_number = header.turns or header.number is not None
     uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)
     return tuple(
@@ -347,5 +348,5 @@ def suggest_role(header: str) -> str:
     if close and len(key) > 2:
         return NAMES[close[0]][0]
     match = re.fullmatch(INDEX, name)  # "T_P_1"
-    roles = name_roles(match[1])[0] if match else hinted(headers.parse_header(header))
+    roles = name_roles(match[1])[0] if match else hinted(unusual_header(header))
     return min(roles, default="")

@@ -451,6 +451,17 @@ def _stated_uncertainties(measured: Measurements) -> tuple[StatedUncertainty, ..
     )
 
 
+class Pattern(Struct, eq=False):
+    """A pattern in the residuals, as older versions listed it."""
+
+    name: str
+    of: str
+    statistic: float
+    size: float | None
+    p: float
+    p_corrected: float
+
+
 class AnalysisResult(Struct, eq=False):
     """All quantities are SI."""
 
@@ -499,6 +510,8 @@ class AnalysisResult(Struct, eq=False):
     """What would improve the next measurement."""
     conventions: Mapping[str, str]
     """The convention of each number, by its key."""
+    patterns: tuple[Pattern, ...] = ()
+    """Always empty: `explanations` contains the errors that all runs share."""
 
 
 class AnalysisDocument(Struct, eq=False, kw_only=True):

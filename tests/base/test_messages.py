@@ -72,7 +72,7 @@ LOGS = {
     ),
     "two times": (
         f"{WITHOUT_TURNS},time [s],time [s],turns\n20,15,406,13.06,13.1,1/3\n",
-        "each is read as one more time of the same run",
+        'two columns are called "time [s]"',
     ),
     "turns in header and column": (
         f"{WITHOUT_TURNS},time for 1/3 turn [s],turns\n20,15,406,13.06,1\n",

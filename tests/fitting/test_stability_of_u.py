@@ -122,7 +122,7 @@ def test_a_shared_error_that_the_runs_do_not_determine_only_widens_u(
     runs: int, line: str
 ) -> None:
     key = line.partition(":")[0]
-    log = long_log(runs, 3)
+    log = f"# motion: steady\n{long_log(runs, 3)}"
     exact, wide = (
         analyze_briefly(f"{text}\n{log}".encode()).inertia
         for text in (f"{key}: 0 %", line)

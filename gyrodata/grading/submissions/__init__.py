@@ -247,7 +247,7 @@ def _join_attempt(
     return _joined(root, of_attempt or parts, attempts), len(stamps)
 
 
-_JOINING = r"\s*[+&]\s*|[\s_]+and[\s_]+"
+_JOINING = r"[+&]|(?<=[\s_])and(?=[\s_])"
 
 
 def _members_of_group(item: Submission) -> list[Submission]:
@@ -256,7 +256,8 @@ def _members_of_group(item: Submission) -> list[Submission]:
     Each member has the own report, and all files that are of no single member. Any other
     folder is one submission.
     """
-    members = list(filter(None, re.split(_JOINING, item.student)))
+    names = re.split(_JOINING, item.student)
+    members = list(filter(None, [name.strip("_ \t") for name in names]))
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     logs = {name for name, file in files.items() if ending(file) in SHEETS}
     own = {one: _files_of(one, members, files) for one in members}

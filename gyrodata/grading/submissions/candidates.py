@@ -172,8 +172,7 @@ class _Row(NamedTuple):
     def _with_unit(self, title: str, cell: str) -> str:
         """Write the unit of a title or of the row behind a number instead of a name."""
         if not _is_number(cell):
-            in_brackets = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
-            return re.sub(in_brackets, "", cell) if self.unit else cell
+            return re.sub(_IN_BRACKETS, "", cell) if self.unit else cell
         if re.search(_UNIT, cell):
             return cell
         return f"{cell} {_unit_behind(title) or self.unit}".rstrip()
@@ -229,6 +228,7 @@ def _unit_behind(text: str) -> str:
 
 # --- numbers with a unit or a name become quantities ---
 
+_IN_BRACKETS = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _HAS_UNIT = re.compile(
     r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"

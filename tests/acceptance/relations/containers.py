@@ -8,11 +8,9 @@ import csv
 import gzip
 import io
 import json
-import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
-from xml.sax.saxutils import escape, quoteattr
 
 from relations.layouts import by_mass
 from relations.log_tables import (
@@ -119,22 +117,7 @@ def markdown(table: LogTable) -> str:
     return table.above + head + "|---" * len(table.headings) + "|\n" + "".join(rows)
 
 
-@text_relation
-def latex(table: LogTable) -> str:
-    head, *rows = [f"{' & '.join(row)} \\\\\n" for row in table.grid]
-    head = head.replace("_", r"\_").replace("^2", "$^2$").replace("*", r"$\cdot$")
-    begin = f"\\begin{{tabular}}{{{'c' * len(table.headings)}}}\n\\hline\n"
-    return (
-        table.above
-        + begin
-        + head
-        + "\\hline\n"
-        + "".join(rows)
-        + "\\hline\n\\end{tabular}\n"
-    )
-
-
-# JSON, and programs
+# JSON
 
 NEEDED = {"mass", "position", "turns"}
 """Constants without which a log cannot be analysed."""
@@ -171,17 +154,6 @@ def json_records_of_numbers(table: LogTable) -> Rewriting:
     return Rewriting(in_records(table, as_number), same_as=as_written_by(str, table))
 
 
-@relation
-def json_lines(table: LogTable) -> Rewriting | None:
-    """Only the rows: the constants are left out in both logs."""
-    if NEEDED.intersection(dict(table.constants)):
-        return None
-    table = replace(table, constants=())
-    names = list(map(str, table.headings))
-    rows = [dict(zip(names, row, strict=True)) for row in table.rows]
-    return Rewriting("".join(f"{json.dumps(row)}\n" for row in rows), same_as=table)
-
-
 def in_lists(table: LogTable, change: Callable[[str], Any]) -> str:
     lists = {
         str(heading): [change(cell) for cell in table.cells(heading.role)]
@@ -213,17 +185,6 @@ def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting | None:
         for heading in table.headings
     }
     return Rewriting(json.dumps(columns), same_as=table)
-
-
-@text_relation
-def lists_of_a_program(table: LogTable) -> str | None:
-    if any(not is_number(cell) for row in table.rows for cell in row):
-        return None
-    lists = [
-        f"{h.role} = [{', '.join(table.cells(h.role))}]  # {h.unit}".rstrip("# ")
-        for h in table.headings
-    ]
-    return table.above + "\n".join(lists) + "\n"
 
 
 @relation
@@ -344,53 +305,6 @@ def workbook_with_a_sheet_for_each_weight(table: LogTable) -> bytes | None:
     first, *_ = sheets
     sheets[first] = [*([key, value] for key, value in table.constants), *sheets[first]]
     return workbook(sheets)
-
-
-def open_document(grid: Rows, cell: Callable[[str], str]) -> bytes:
-    names = {
-        name: f"urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"
-        for name in ("office", "table", "text")
-    }
-    spaces = " ".join(
-        f"xmlns:{name}={quoteattr(address)}" for name, address in names.items()
-    )
-    rows = "".join(
-        f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in grid
-    )
-    table = f'<table:table table:name="Sheet1">{rows}</table:table>'
-    body = (
-        f"<office:body><office:spreadsheet>{table}</office:spreadsheet></office:body>"
-    )
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
-        archive.writestr(
-            "content.xml",
-            f"<office:document-content {spaces}>{body}</office:document-content>",
-        )
-    return stream.getvalue()
-
-
-def cell_of_text(text: str) -> str:
-    shown = f"<text:p>{escape(text)}</text:p>" if text else ""
-    return f'<table:table-cell office:value-type="string">{shown}</table:table-cell>'
-
-
-def cell_of_number(text: str) -> str:
-    if not is_number(text):
-        return cell_of_text(text)
-    kind = f'office:value-type="float" office:value="{as_excel_shows(as_number(text))}"'
-    return f"<table:table-cell {kind}><text:p>{text}</text:p></table:table-cell>"
-
-
-@text_relation
-def ods_of_texts(table: LogTable) -> bytes:
-    return open_document(sheet_of(table), cell_of_text)
-
-
-@text_relation
-def ods_of_numbers(table: LogTable) -> bytes:
-    return open_document(sheet_of(table), cell_of_number)
 
 
 @text_relation

@@ -144,18 +144,6 @@ def blank_cells_below_a_position(table: LogTable) -> str | None:
     return changed.text if changed else None
 
 
-@text_relation
-def ditto_marks(table: LogTable) -> str | None:
-    changed = filled_down(table, '"', "mass", "position")
-    return changed.text if changed else None
-
-
-@text_relation
-def ditto_in_words(table: LogTable) -> str | None:
-    changed = filled_down(table, "ditto", "mass", "position")
-    return changed.text if changed else None
-
-
 def in_cells(heading_with_unit: bool) -> Callable[[LogTable], str]:
     def rewritten(table: LogTable) -> str:
         changed = table

@@ -255,7 +255,6 @@ def latitude_as(name: str, text: str) -> None:
     named(f"latitude {name}", rewritten)
 
 
-latitude_as("with its hemisphere", "42.5 deg N")
 latitude_as("with a sign", "42.5°")
 latitude_as("in rad", "0.74176493209759 rad")
 

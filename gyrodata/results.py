@@ -374,6 +374,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
             "runs": self.run_table,
             "uncertainties": _stated_uncertainties(self.measurements),
             "conventions": CONVENTIONS,
+            "patterns": (),
         }
         for name in AnalysisResult.__struct_fields__:
             if name not in fields:
@@ -510,7 +511,7 @@ class AnalysisResult(Struct, eq=False):
     """What would improve the next measurement."""
     conventions: Mapping[str, str]
     """The convention of each number, by its key."""
-    patterns: tuple[Pattern, ...] = ()
+    patterns: tuple[Pattern, ...]
     """Always empty: `explanations` contains the errors that all runs share."""
 
 

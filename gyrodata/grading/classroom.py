@@ -665,7 +665,7 @@ class _Answer(NamedTuple):
     grade: bytes  # JSON
     figures: Figures
     undrawn: str = ""  # why a figure cannot be drawn
-    lost: str = ""  # why there is no grade: the worker stopped, or no file opens
+    lost: str = ""  # why nothing is graded: the worker stopped, or no file opens
 
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:

@@ -177,7 +177,7 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     names = feedback_names(found)
     archived = _read_archive(folder / ARCHIVE)
     changed: list[str] = []
-    # What each page shows; the digest is also its comment in the zip.
+    # The content of each page; the digest is also its comment in the zip.
     digests: dict[str, bytes] = {}
     for grade, item in zip(found.grades, found.submissions.items, strict=True):
         pictures = {}

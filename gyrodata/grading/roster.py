@@ -141,7 +141,7 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
 
 
 class Partners(NamedTuple):
-    """Who works together, by the roster and by the texts of the students."""
+    """The groups, by the roster and by the texts of the students."""
 
     groups: Sequence[frozenset[str]]
     """Students that the roster joins, or that name each other: they are not flagged."""

@@ -246,7 +246,7 @@ def _turns_of_sentence(sentence: str) -> str:
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
     if len(parts) > 1 or re.search(_FORMULA, sentence):
         return ""
-    # What follows a comma may change what stands before it: "one turn, added together".
+    # Words behind a comma may change the turns: "one turn, added together".
     for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
         if turns := turns_in(clause):
             words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
@@ -348,7 +348,7 @@ def _notes_of(grid: Grid) -> dict[str, Text]:
 
 
 def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
-    """Return whether a note, or a row that is no header, names the centre as origin."""
+    """Return whether a note, or a row of text, names the centre as origin."""
     others = [", ".join(row.texts) for row in rows if not is_head(row)]
     return any(map(noted_centre, [*notes, *others]))
 

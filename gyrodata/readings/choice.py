@@ -50,10 +50,7 @@ def choose(
         _eliminate(several, choice, faults)
     if choice.unplaced:
         unnamed.place_columns(choice, faults)
-    if "spin" in choice.used and (choice.others or choice.unplaced):
-        _pair_numbered_spins(columns, choice, faults)
-    if choice.there & {"spin_start", "spin_end"}:
-        _name_moment_of_spin(choice, faults)
+    _decide_moments(columns, choice, faults)
     _ask_about_unused_words(choice, faults)
     if choice.unplaced and "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
@@ -398,6 +395,14 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 # Readings of the spin
+
+
+def _decide_moments(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
+    """Decide at which moment of a run each spin was read."""
+    if "spin" in choice.used and (choice.others or choice.unplaced):
+        _pair_numbered_spins(columns, choice, faults)
+    if choice.there & {"spin_start", "spin_end"}:
+        _name_moment_of_spin(choice, faults)
 
 
 def _pair_numbered_spins(columns: list[Chosen], choice: Choice, faults: Faults) -> None:

@@ -40,7 +40,7 @@ def table_of(text: str) -> str:
     columns = _columns_of({k: v for k, v in named.items() if not _is_cell(v)})
     rows = zip(*(map(_text_of, cells) for cells in columns.values()), strict=True)
     lines = [*given, *map("\t".join, [columns, *rows])]
-    # Half of a sign of two parts, which JSON can contain, is no letter.
+    # Half of a sign of two parts, which JSON can contain, is not a letter.
     return ("\n".join(lines) + "\n").encode("utf-8", "replace").decode()
 
 

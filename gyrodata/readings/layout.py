@@ -85,7 +85,7 @@ def _first_of_usual_width(rows: list[Row]) -> Row:
 def _is_of_numbers(row: Row) -> bool:
     """Return whether most cells of a row are numbers.
 
-    "turns:", "1", "", "1" is a caption of tables beside each other.
+    "turns:", "1", "", "1" is a caption of tables next to each other.
     """
     bare = sum(map(is_bare, row.texts))
     return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"

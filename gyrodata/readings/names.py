@@ -202,7 +202,7 @@ def _meant_by_all(words: list[str]) -> tuple[str, ...]:
 
 
 def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
-    """Return whether each word names a role, or may stand beside its name.
+    """Return whether each word names a role, or may be next to its name.
 
     Words beside the turns stand in front: a "turn number" counts the runs.
     """

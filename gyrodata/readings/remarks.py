@@ -24,7 +24,7 @@ ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
 _SIGNS = rf"\+(?![/-])|[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """Signs that say the same: "position + R", "4 = full turn"."""
-_AMOUNT = rf"{numerals.NUMBER}\s*([^\W\d_]+)"
+_AMOUNT = rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+)"
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
     frozenset({"length"}): "position",

@@ -250,14 +250,19 @@ def _join_attempt(
 _JOINING = r"[+&]|(?<=[\s_])and(?=[\s_])"
 
 
+def _names_in(name: str) -> list[str]:
+    """Split the name of a folder: "ann+bob", "ann and bob"."""
+    names = [part.strip("_ \t") for part in re.split(_JOINING, name)]
+    return list(filter(None, names))
+
+
 def _members_of_group(item: Submission) -> list[Submission]:
     """Split a folder such as "ann+bob" that has a report of each and one log.
 
     Each member has the own report, and all files that are of no single member. Any other
     folder is one submission.
     """
-    names = re.split(_JOINING, item.student)
-    members = list(filter(None, [name.strip("_ \t") for name in names]))
+    members = _names_in(item.student)
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     logs = {name for name, file in files.items() if ending(file) in SHEETS}
     own = {one: _files_of(one, members, files) for one in members}

@@ -15,6 +15,7 @@ from classes.class_cells import gyro
 from grading.classes import LOG, make_folder, packed
 from grading.students_reports import a_log
 
+import gyrodata
 from gyrodata.grading.ledger import forms_of
 from gyrodata.grading.submissions import find_submissions
 from gyrodata.grading.submissions.answers import partners_in, read_answers
@@ -390,10 +391,7 @@ def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) ->
     ):
         book.worksheets[0].append(row)
     book.save(out)
-    said = (
-        "The mass stays at r = 14.8 cm from the centre of the ball. All times are for "
-        "one full turn.\n"
-    )
+    said = "r = 14.8 cm from the centre of the ball. All times are for one full turn.\n"
     folder = make_folder(
         tmp_path / "class", {"ann/lab.xlsx": out.getvalue(), "ann/notes.txt": said}
     )
@@ -401,30 +399,15 @@ def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) ->
     assert (item.log_file, item.read()[0].ok) == ("lab.xlsx", True)
 
 
-def test_text_field_of_a_platform_with_a_table_or_lines_is_a_log(
+def test_log_in_the_text_field_of_a_platform_is_asked_for_as_a_file(
     tmp_path: Path,
 ) -> None:
-    rows = LOG.strip().splitlines()
-    table = "".join(
-        f"<tr><td>{row.replace(',', '</td><td>')}</td></tr>" for row in rows
-    )
-    for number, page in enumerate(
-        (
-            f"<p>Our log</p><table>{table}</table>",
-            "".join(f"<p>{row}</p>" for row in rows),
-        )
-    ):
-        name = "Ann Lee_1234567_assignsubmission_onlinetext_/onlinetext.html"
-        folder = make_folder(
-            tmp_path / str(number), {name: f"{page}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"}
-        )
-        (item,) = find_submissions(folder).items
-        log, answers = item.read()
-        assert (log.ok, len(log.runs), answers.inertia and answers.inertia.value) == (
-            True,
-            2,
-            4.4e-3,
-        )
+    rows = "".join(f"<p>{row}</p>" for row in LOG.strip().splitlines())
+    name = "Ann Lee_1234567_assignsubmission_onlinetext_/onlinetext.html"
+    folder = make_folder(tmp_path, {name: f"{rows}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"})
+    (item,) = find_submissions(folder).items
+    with pytest.raises(gyrodata.InputError, match=r"no log; onlinetext\.html"):
+        item.read()
 
 
 def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
@@ -454,26 +437,12 @@ def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     ] == ["G340"]
 
 
-def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:
-    code = (
-        'df = pd.DataFrame({"mass_g": [20, 20, 40], "position_cm": [15, 15, 15], '
-        '"spin_rpm": [200, 400, 400], '
-    )
-    code += '"time_s": [20.5, 41.1, 20.6]})'
-    cells = [
-        ("code", code),
-        ("markdown", "Each time is for one complete revolution of the rod."),
-    ]
-    for kept in (cells, cells[:1]):
-        told = [{"cell_type": kind, "source": [source]} for kind, source in kept]
-        folder = make_folder(
-            tmp_path / str(len(kept)), {"ann/lab.ipynb": json.dumps({"cells": told})}
-        )
-        (item,) = find_submissions(folder).items
-        assert (
-            item.problem,
-            [one.code for one in item.read()[0].diagnostics if one.severity == "error"],
-        ) == (None, [] if len(kept) == 2 else ["G301"])
+def test_notebook_alone_is_no_log(tmp_path: Path) -> None:
+    code = 'df = pd.DataFrame({"mass_g": [20, 40], "time_s": [20.5, 20.6]})'
+    cells = [{"cell_type": "code", "source": [code]}]
+    folder = make_folder(tmp_path, {"ann/lab.ipynb": json.dumps({"cells": cells})})
+    (item,) = find_submissions(folder).items
+    assert item.problem == "no log: only lab.ipynb"
 
 
 @pytest.mark.slow

@@ -95,7 +95,7 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
         ({"a_old.csv": LOG, "a_v2.csv": LOG.replace("406", "410")}, "a_v2.csv", None),
         ({"a.csv": LOG.replace("\n40", "\n\n#40"), "b.csv": LOG}, "b.csv", None),
         ({"log": LOG, "plot.png": ""}, "log", None),
-        ({"a.tex": TEX}, "a.tex", None),
+        ({"a.tex": TEX}, None, "no log: only a.tex"),
         (
             {"a.png": "", "b.txt": "I_zz = 4.4e-3 kg m^2"},
             None,

@@ -31,13 +31,24 @@ THIRDS = {
 # Order
 
 
+def is_in_free_order(table: LogTable) -> bool:
+    """Return whether the order means nothing: an unloaded run has the balance of the
+    weight before it.
+    """
+    return "mass" not in table.roles or "0" not in table.cells("mass")
+
+
 @text_relation
-def rows_in_reverse_order(table: LogTable) -> str:
+def rows_in_reverse_order(table: LogTable) -> str | None:
+    if not is_in_free_order(table):
+        return None
     return replace(table, rows=table.rows[::-1]).text
 
 
 @text_relation
-def rows_shuffled(table: LogTable) -> str:
+def rows_shuffled(table: LogTable) -> str | None:
+    if not is_in_free_order(table):
+        return None
     return replace(table, rows=tuple(shuffled(table.rows))).text
 
 
@@ -49,6 +60,8 @@ def in_order_of(table: LogTable, role: str) -> LogTable:
 
 @text_relation
 def rows_in_order_of_spin(table: LogTable) -> str | None:
+    if not is_in_free_order(table):
+        return None
     role = next(role for role in SPINS if role in table.roles)
     return in_order_of(table, role).text
 

@@ -192,7 +192,9 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
         (np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max()
     )
     limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
-    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − fit [{scene.unit}]")
+    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
+    # The panel is low: a larger label would reach into that of the panel above.
+    ax.set_ylabel(f"M − fit [{scene.unit}]", fontsize="small")
     ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)

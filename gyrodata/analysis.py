@@ -82,7 +82,8 @@ def analyze(
     """
     insist_on_choice("model", model, (AUTO, *models.names()))
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
-    settings, mapping = settings or {}, mapping or {}
+    settings = settings or {}
+    mapping = mapping or {}
     readings = read_log(
         log, name=name, settings=settings, mapping=mapping, config=config
     )
@@ -131,14 +132,17 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *sizes)
     if not np.any(measured.torque):
         raise LogError([*diagnostics, readings.say("all_torques_zero")])
-    model, keep_flagged = options.model, options.keep_flagged
+    model = options.model
+    keep_flagged = options.keep_flagged
     try:
         recommended = recommend(readings, measured, model, keep_flagged)
     except LogError as error:
         raise LogError([*diagnostics, *error.diagnostics]) from None
-    lab, outliers = recommended.lab, recommended.outliers
+    lab = recommended.lab
+    outliers = recommended.outliers
     # The runs of the fit are corrected for the motion of the rod.
-    corrected, fit = lab.measured, lab.fit
+    corrected = lab.measured
+    fit = lab.fit
     groups = _kept_groups(corrected, fit)
     torques = tables.torque_table(corrected, fit, groups)
     return FittedLog(
@@ -170,7 +174,9 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
 def judge(log: FittedLog) -> Analysis:
     """Judge a fit: list the effects, the other fits, the findings, doubts and advice."""
     log = replace(log, effects=changes.list_effects(log.lab))
-    lab, measured, fit = log.lab, log.measurements, log.fit
+    lab = log.lab
+    measured = log.measurements
+    fit = log.fit
     groups = _kept_groups(measured, fit)
     without_torque: dict[int, Estimate] = {}
     sensitivity = []
@@ -343,7 +349,9 @@ def _findings_of_other_runs(readings: Readings) -> list[Diagnostic]:
 
 def _result(estimate: Estimate) -> Result:
     """Describe a value and its interval by the terms of the GUM."""
-    value, u, interval = estimate.value, estimate.u, estimate.interval_95
+    value = estimate.value
+    u = estimate.u
+    interval = estimate.interval_95
     assert u is not None
     assert interval is not None
     half = (interval[1] - interval[0]) / 2

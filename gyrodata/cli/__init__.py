@@ -66,7 +66,8 @@ def _load(name: str) -> Any:
 
 def _described(command: Any, name: str, kind: _Kind) -> Any:
     """Give a command, its options, and the commands below it the texts of `commands.toml`."""
-    command.name, command.short_help = name, kind.short
+    command.name = name
+    command.short_help = kind.short
     command.epilog = example_of(*kind.example) if kind.example else None
     for below, its_kind in kind.commands.items():
         _described(command.commands[below], below, its_kind)

@@ -214,7 +214,8 @@ def demo(opened: OpenOption = False) -> None:
     """
     from gyrodata.cli import documentation
 
-    log, data = Path("demo.csv"), (documentation.FOLDER / "demo.csv").read_bytes()
+    log = Path("demo.csv")
+    data = (documentation.FOLDER / "demo.csv").read_bytes()
     if log.exists() and log.read_bytes() != data:
         terminal.refuse("demo_exists")
     with telling(log):
@@ -388,7 +389,8 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
             if len(paths) > 1
             else []
         )
-        folder, number = Path(*parts, f"{stem}-report"), 1
+        folder = Path(*parts, f"{stem}-report")
+        number = 1
         while folder in folders:
             number += 1
             folder = Path(*parts, f"{stem}-report-{number}")
@@ -417,7 +419,8 @@ def _analyze_one(
     """
     from gyrodata.analysis import analyze_readings
 
-    readings, document = None, DOCUMENTS.get(request.form, "")
+    readings = None
+    document = DOCUMENTS.get(request.form, "")
     try:
         readings = request.read(**terminal.source_of(log, name))
         analysis = analyze_readings(readings, request.options)
@@ -513,7 +516,8 @@ def _formatted(
     """Write an analysis in the format of the request; `written`: it has a report."""
     from gyrodata.reporting.data import json_text, table_rows
 
-    form, after = request.form, "\n" * request.several
+    form = request.form
+    after = "\n" * request.several
     if form == "csv":
         return table_rows(analysis, request.table)
     if form in ("json", "ndjson"):

@@ -303,9 +303,11 @@ def _check_one(
         ]
         code = 1 if serious or (analysis and analysis.doubts) else 0
     except GyroError as error:
-        found, code = error.diagnostics, error.exit_code
+        found = error.diagnostics
+        code = error.exit_code
     except Exception as error:
-        found, code = (fault(error, name),), FAULT
+        found = (fault(error, name),)
+        code = FAULT
     # Diagnostics of the whole submission come last.
     found = tuple(
         sorted(

@@ -138,7 +138,8 @@ def _about_key(key: str) -> str:
         # The glossary shows these lines as a whole.
         return ""
     lines = []
-    base, role = key.removeprefix("u_"), roles.BY_NAME.get(key)
+    base = key.removeprefix("u_")
+    role = roles.BY_NAME.get(key)
     if role and role.meaning:
         lines.append(f"As a quantity of a run: {role.meaning}.")
     if key != base and key in roles.UNCERTAINTIES:
@@ -157,7 +158,8 @@ def _about_key(key: str) -> str:
 
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
-    entry, raised = diagnostics.explanations()[code], _raised(code)
+    entry = diagnostics.explanations()[code]
+    raised = _raised(code)
     example = entry.example or "(an empty file)"
     if not raised and example.split()[0] in COMMANDS:
         example = f"gyro {example}"

@@ -286,7 +286,8 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
     found: dict[str, Fingerprint] = {}
     for year in years:
-        path, name = year / JOURNAL, year.resolve().name
+        path = year / JOURNAL
+        name = year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
         kept = {
             f"{name}/{student}": one.grade.fingerprint

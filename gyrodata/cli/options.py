@@ -93,7 +93,8 @@ def with_units(items: str) -> list[str]:
 
     An item without a unit has the unit of the next item with one.
     """
-    unit, complete = "", []
+    unit = ""
+    complete = []
     for item in reversed([item.strip() for item in items.split(",") if item.strip()]):
         number = re.split(r"[^\d.]*$", item)[0]
         unit = item[len(number) :].strip() or unit
@@ -151,10 +152,8 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
     if abs(value) > high or (0 < abs(value) < low and kind != "angle"):
-        size, unit = (
-            "large" if abs(value) > high else "small",
-            f" {units.SI[kind]}".rstrip(),
-        )
+        size = "large" if abs(value) > high else "small"
+        unit = f" {units.SI[kind]}".rstrip()
         refuse(
             "option_too_large",
             shown=shown,

@@ -56,7 +56,8 @@ class _Numbers(Struct):
         if option not in self.of_log:
             self.notes.append(f'{option} "{usual}", the default value')
             return quantity(option, usual, kind, bound)
-        value, unit = self.of_log[option], DISPLAY[kind]
+        value = self.of_log[option]
+        unit = DISPLAY[kind]
         self.notes.append(
             f'{option} "{from_si(value, unit, kind):.6g} {unit}", from {self.name}'
         )
@@ -83,7 +84,8 @@ def _read(log: str | None) -> _Numbers:
     found = analyze(
         source_of(log, name)["source"], name=name, config=constants_of(log, None)
     )
-    measured, runs = found.measurements, found.run_table
+    measured = found.measurements
+    runs = found.run_table
     fastest = sorted(
         (i for i, run in enumerate(runs) if not run.left_out),
         key=lambda i: -abs(measured.spin[i]),
@@ -96,7 +98,8 @@ def _read(log: str | None) -> _Numbers:
     if measured.latitude is not None:
         values["--latitude"] = measured.latitude
     for i in fastest:
-        mass, position = runs[i].mass, runs[i].position
+        mass = runs[i].mass
+        position = runs[i].position
         if mass and position:
             # A column may contain the side of the rod; then it is in the sign of the
             # torque only.

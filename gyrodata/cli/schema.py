@@ -54,7 +54,8 @@ def json_schema(name: str) -> dict[str, Any]:
         records, ref_template="#/$defs/{name}"
     )
     for record in {part for one in records for part in _records(one)}:
-        table, texts = tables[record.__name__], _descriptions(record)
+        table = tables[record.__name__]
+        texts = _descriptions(record)
         table["description"] = " ".join((getdoc(record) or "").split("\n\n")[0].split())
         if issubclass(record, Struct):
             # An output contains all keys of its records.

@@ -31,7 +31,8 @@ class Door(TyperGroup):
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run the command line, and exit."""
-        standalone, extra["standalone_mode"] = extra.get("standalone_mode", True), False
+        standalone = extra.get("standalone_mode", True)
+        extra["standalone_mode"] = False
         _open_streams()
         try:
             code = super().main(*args, **extra)
@@ -74,7 +75,8 @@ def _usage_error(error: Any) -> Diagnostic:
     options = []
     if error.ctx is not None:
         options = error.ctx.command.params
-        command, epilog = error.ctx.command_path, error.ctx.command.epilog or ""
+        command = error.ctx.command_path
+        epilog = error.ctx.command.epilog or ""
         hint = f"see: {command} --help"
         if message.startswith("missing argument") and epilog:
             example = epilog.partition("Example:")[2].replace("\\", "")
@@ -122,7 +124,8 @@ class _Closed(TextIOBase):
 def _open_streams() -> None:
     """Write UTF-8 to files and pipes on every system."""
     closed: Any = _Closed()
-    sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
+    sys.stdout = sys.stdout or closed
+    sys.stderr = sys.stderr or closed
     for stream in (sys.stdout, sys.stderr):
         # The streams of tests and notebooks accept every character.
         if isinstance(stream, TextIOWrapper):

@@ -148,8 +148,10 @@ class Problem:
 
     def with_scatter(self, factor: float) -> Problem:
         """Return the same problem with the errors of single runs multiplied by a factor."""
-        new, sizes = copy.copy(self), np.where(self.independent > 0, factor, 1.0)
-        new.absolute, new.relative = sizes * self.absolute, sizes * self.relative
+        new = copy.copy(self)
+        sizes = np.where(self.independent > 0, factor, 1.0)
+        new.absolute = sizes * self.absolute
+        new.relative = sizes * self.relative
         return new
 
     def linearise(
@@ -169,23 +171,28 @@ class Problem:
         np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
-        time, spin, minus_angle = (
-            values[TIME] - bias,
-            values[SPIN],
-            -2 * np.pi * values[TURNS],
-        )
-        load, position, g = values[LOAD], values[POSITION], values[G]
+        time = values[TIME] - bias
+        spin = values[SPIN]
+        minus_angle = -2 * np.pi * values[TURNS]
+        load = values[LOAD]
+        position = values[POSITION]
+        g = values[G]
         torque = load * g * position + values[BALANCE]
-        signed, push = sense * time, sense * (torque + residual_torque)
+        signed = sense * time
+        push = sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
         spin_term = minus_angle * moment
         misclosure = push * time + spin_term
         # Derivatives with respect to each quantity.
         to = np.zeros(values.shape)
-        to[TIME], to[SPIN], to[TURNS] = push, minus_angle * whole, -2 * np.pi * moment
-        to[LOAD], to[POSITION] = signed * (position * g), signed * (load * g)
-        to[G], to[BALANCE] = signed * (load * position), signed
+        to[TIME] = push
+        to[SPIN] = minus_angle * whole
+        to[TURNS] = -2 * np.pi * moment
+        to[LOAD] = signed * (position * g)
+        to[POSITION] = signed * (load * g)
+        to[G] = signed * (load * position)
+        to[BALANCE] = signed
         to[ADDED] = minus_angle * spin
         if self.tilted:
             misclosure += _add_tilt(to, values, whole, time, sense)
@@ -209,16 +216,15 @@ def _add_tilt(
     to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
 ) -> Floats:
     """Return the term of a tilted rod in each condition, and add its derivatives to `to`."""
-    angle, pitch, difference = (
-        2 * np.pi * values[TURNS],
-        values[PITCH],
-        whole - values[TRANSVERSE],
-    )
+    angle = 2 * np.pi * values[TURNS]
+    pitch = values[PITCH]
+    difference = whole - values[TRANSVERSE]
     square = sense * angle**2 / time
     tilt = square * np.sin(pitch)
     to[TIME] += difference * tilt / time
     to[TURNS] -= 4 * np.pi * difference * tilt / angle
-    to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
+    to[PITCH] = -difference * square * np.cos(pitch)
+    to[TRANSVERSE] = tilt
     to[ADDED] -= tilt
     return cast(Floats, -difference * tilt)
 
@@ -228,17 +234,17 @@ def _observed(measured: Measurements, tilted: bool) -> Floats:
     observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
     slowing = 1.0 if measured.slowing is None else measured.slowing
-    observed[TIME], observed[TURNS] = measured.time, measured.turns * slowing
-    observed[SPIN], observed[ADDED] = measured.corrected_spin, measured.added
+    observed[TIME] = measured.time
+    observed[TURNS] = measured.turns * slowing
+    observed[SPIN] = measured.corrected_spin
+    observed[ADDED] = measured.added
     is_torque = not np.isnan(measured.given_torque).all()
     observed[LOAD] = measured.load
     observed[POSITION] = 1.0 if is_torque else measured.position
     observed[G] = 1.0 if np.isnan(measured.mass).all() else measured.g
     if tilted:
-        observed[PITCH], observed[TRANSVERSE] = (
-            measured.pitch,
-            transverse_inertia(measured),
-        )
+        observed[PITCH] = measured.pitch
+        observed[TRANSVERSE] = transverse_inertia(measured)
     return observed
 
 
@@ -247,7 +253,8 @@ def torques_differ(torque: Floats) -> bool:
 
     M0 can be determined only if this is true.
     """
-    most, least = np.maximum.reduce(torque), np.minimum.reduce(torque)
+    most = np.maximum.reduce(torque)
+    least = np.minimum.reduce(torque)
     return bool(most - least > 0.02 * max(most, -least))
 
 
@@ -352,10 +359,8 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     With b = 0 and a level rod the runs are on the line M = I_zz φ̇ψ̇ − M0.
     """
     index = sample(measured, kept)
-    torque, product = (
-        measured.torque[index],
-        sense[index] * np.abs(measured.product[index]),
-    )
+    torque = measured.torque[index]
+    product = sense[index] * np.abs(measured.product[index])
     rough = Start(rough_inertia(measured), 0.0)
     if not torques_differ(torque):
         return rough
@@ -508,7 +513,8 @@ def adjust(
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
     single = np.zeros_like(problem.absolute)
-    count, width = problem.count, len(unknowns)
+    count = problem.count
+    width = len(unknowns)
     # n runs, and one row for the prior of each unknown except I_zz; the last column is
     # the target.
     rows = np.zeros((count + width - 1, width + 1))
@@ -548,11 +554,14 @@ def adjust(
         # condition.
         single = -at.independent * (closed / at.independent_variance)
         weighted = weight * closed
-        before, chi2 = chi2, float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
+        before = chi2
+        chi2 = float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
         if not LOST < unknowns[0] < 1 / LOST:
             break
         sizes = np.abs(step)
-        last, moved, jumped = moved, float(sizes.max()), float(sizes[:2].max())
+        last = moved
+        moved = float(sizes.max())
+        jumped = float(sizes[:2].max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
         converged = moved < 1e-11 or (turn > 0 and moved**2 < 1e-8 * min(last, 1.0))
         converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
@@ -620,7 +629,8 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     together at little cost. So a solution must converge, be positive, and keep the
     readings.
     """
-    inertia, numbers = float(adjusted.unknowns[0]), adjusted.covariance
+    inertia = float(adjusted.unknowns[0])
+    numbers = adjusted.covariance
     if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(numbers).all()):
         raise NoFit("the fit gives numbers that are not finite")
     if not adjusted.converged:
@@ -639,7 +649,8 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     """Raise `NoFit` if the fit moves a reading that runs share by too much."""
     problem = adjusted.problem
     error = np.abs(adjusted.shared[problem.to_column])
-    source, run = problem.from_source, problem.from_run
+    source = problem.from_source
+    run = problem.from_run
     read = np.abs(problem.observed[problem.quantity[source], run])
     size = problem.absolute[source, run] + problem.relative[source, run] * read
     far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)

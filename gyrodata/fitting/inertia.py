@@ -216,7 +216,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     def fitted_time(self) -> Floats:
         """Time that the fit predicts for each run from its other readings [s], shape (n,)."""
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
-        values, torque = self._linear.values, self._linear.torque + residual_torque
+        values = self._linear.values
+        torque = self._linear.torque + residual_torque
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
@@ -389,10 +390,8 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
     evidence, first, answer = found[0]
     if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
         # The other sign of M0 is possible too.
-        first, answer = (
-            replace(first, two_signs=True),
-            posterior.mixed([answer, found[1][2]]),
-        )
+        first = replace(first, two_signs=True)
+        answer = posterior.mixed([answer, found[1][2]])
     stated = min(begun, key=attrgetter("chi2"))
     first = replace(first, as_stated=stated)
     if measured.balance_test is not None:
@@ -462,7 +461,8 @@ def _at_widths(
     measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
 ) -> FitResult:
     """Adjust the runs at fixed widths."""
-    factor, width = widths.scatter, widths.residual_torque
+    factor = widths.scatter
+    width = widths.residual_torque
     width = adjustment.lightest_torque(measured, kept) if width is None else width
     problem = Problem(measured, tilted, widths.level)
     start = adjustment.first_guess(measured, sense, kept)
@@ -514,11 +514,9 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
 
     I_zz in kg*m^2, M0 in N*m, b in s.
     """
-    adjusted, inertia, measured = (
-        result.adjusted,
-        result.inertia.value,
-        result.adjusted.problem.measured,
-    )
+    adjusted = result.adjusted
+    inertia = result.inertia.value
+    measured = result.adjusted.problem.measured
     lightest = adjustment.lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.widths.scatter * adjusted.rows
@@ -581,7 +579,9 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     uncertain, which widens the errors of single runs.
     """
     adjusted = result.adjusted
-    problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
+    problem = adjusted.problem
+    gain = adjusted.gain
+    count = adjusted.problem.count
     variances = (adjusted.slopes * problem.independent) ** 2 @ (
         gain[:count] ** 2 / adjusted.independent_variance
     )
@@ -713,7 +713,8 @@ def corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measur
 def _source_of(error: ModelError) -> Source:
     """Return an error of a model of motion as a source of error of the log."""
     nothing = np.zeros(len(error.size))
-    every, own = np.zeros(len(nothing), dtype=int), np.arange(len(nothing))
+    every = np.zeros(len(nothing), dtype=int)
+    own = np.arange(len(nothing))
     is_time = error.quantity == "time"
     return Source(
         error.name,
@@ -767,7 +768,8 @@ def fit_model(
     if result is None:
         result = fit(bare, AS_STATED, tilted=chosen.tilted, left_out=left_out)
     for _round in range(MAX_ROUNDS):
-        before, runs = runs, corrected(bare, result, chosen)
+        before = runs
+        runs = corrected(bare, result, chosen)
         if before is not bare and _correct_alike(before, runs, result):
             break
         result = fit(runs, AS_STATED, tilted=chosen.tilted, left_out=left_out)

@@ -112,7 +112,8 @@ def fit_line(
     true points; uncertainties use derivatives at the adjusted points, not at the
     observed ones.
     """
-    xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    xs = np.asarray(x, dtype=float)
+    ys = np.asarray(y, dtype=float)
     stated = any(cov is not None for cov in (cov_x, cov_y, cov_xy))
     _insist_on_points(xs, ys, intercept, stated)
     factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, xs.size)
@@ -124,7 +125,8 @@ def fit_line(
     spread = np.zeros((2, step.spread.shape[1]))
     spread[: len(step.spread)] = step.spread
     spread[1] -= float(middle) * spread[0]
-    chi2, dof = float(np.sum(step.errors**2)), step.dof
+    chi2 = float(np.sum(step.errors**2))
+    dof = step.dof
     covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
     u_slope, u_intercept = np.sqrt(np.diag(covariance)).tolist()
     return LineFit(
@@ -206,11 +208,10 @@ def _iterate(
     )
     last = math.inf
     for _turn in range(500):
-        slope, constant = unknowns[0], unknowns[1:].sum()
-        distance, pull = (
-            (y - constant - slope * x).astype(float),
-            to_y - float(slope) * to_x,
-        )
+        slope = unknowns[0]
+        constant = unknowns[1:].sum()
+        distance = (y - constant - slope * x).astype(float)
+        pull = to_y - float(slope) * to_x
         if by_row:
             # A row's condition contains one sum of its two errors.
             size = np.hypot(pull[:, 0], pull[:, 1])
@@ -248,7 +249,8 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     """
     count, unknowns = design.shape
     if pull.ndim == 1 and (pull > 1e-9 * pull.max()).all():
-        design, distance = design / pull[:, None], distance / pull
+        design = design / pull[:, None]
+        distance = distance / pull
         q, r = np.linalg.qr(design)
         change = np.linalg.solve(r, q.T @ distance)
         return _Step(
@@ -260,11 +262,14 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
         )
     pull = np.diag(pull) if pull.ndim == 1 else pull
     q, r = np.linalg.qr(design, mode="complete")
-    along, across = q[:, :unknowns], q[:, unknowns:]
+    along = q[:, :unknowns]
+    across = q[:, unknowns:]
     left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
     # A smaller singular value is a rounded zero.
     rank = int(np.sum(sizes > 1e-12 * np.linalg.norm(pull)))
-    left, sizes, right = left[:, :rank], sizes[:rank], right[:rank]
+    left = left[:, :rank]
+    sizes = sizes[:rank]
+    right = right[:rank]
     seen = across.T @ distance
     parts = left.T @ seen
     errors = right.T @ (parts / sizes)
@@ -291,7 +296,8 @@ def _factorise(
     count: int,
 ) -> Factors:
     """Check the covariance U of n points (x, y), and factorise it: U = B Bᵀ."""
-    x, y = _covariance("cov_x", cov_x, count), _covariance("cov_y", cov_y, count)
+    x = _covariance("cov_x", cov_x, count)
+    y = _covariance("cov_y", cov_y, count)
     xy = _covariance("cov_xy", cov_xy, count)
     for name, part in (("cov_x", x), ("cov_y", y)):
         _insist_on_variances(name, part)

@@ -165,12 +165,14 @@ class Posterior(Struct, frozen=True):
         likely = self.weight > 1e-6 * np.maximum.reduce(self.weight)
         of_factor = self._nearest(likely, self.factor, factor)
         levels, number = np.unique(self.level[of_factor], return_inverse=True)
-        weight, u = self.weight[of_factor], self.u[0, of_factor]
+        weight = self.weight[of_factor]
+        u = self.u[0, of_factor]
         mean_u = np.bincount(number, weight * u) / np.bincount(number, weight)
         mean_u = np.maximum.accumulate(mean_u)
         level = float(np.interp(weight @ u / np.add.reduce(weight), mean_u, levels))
         nearest = self._nearest(of_factor, self.level, level)
-        weight, u = self.weight[nearest], self.u[0, nearest]
+        weight = self.weight[nearest]
+        u = self.u[0, nearest]
         weight = weight / np.add.reduce(weight)
         _, below, _, above, _ = _quantiles(weight, self.mean[0, nearest], u)
         order = u.argsort()
@@ -233,7 +235,8 @@ def integrate(
         if sd < FINE * spacing:
             # With many runs the steps can be too wide for s.
             half = max(sd, 0.5 * spacing)
-            low, high = centre - 6 * half, centre + 6 * half
+            low = centre - 6 * half
+            high = centre + 6 * half
         elif weight_of_factor[-1] > 1e-3:
             # With very bad runs s can be above the range.
             high += 4.0
@@ -304,8 +307,10 @@ def _solve(
     (ii, im, ib, i_left), (_, mm, mb, m_left), (_, _, bb, b_left), (*_, chi2) = (
         np.moveaxis(sums, 2, 0).reshape(4, 4, *sums[:, :, 0].shape)
     )
-    narrow, at = 1 / widths**2, conditions.ended[1]
-    mm, m_left = mm + narrow, m_left - at * narrow
+    narrow = 1 / widths**2
+    at = conditions.ended[1]
+    mm = mm + narrow
+    m_left = m_left - at * narrow
     # By rounding the difference can be zero or negative.
     determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
     both = (mm * i_left - im * m_left) / determinant
@@ -427,7 +432,8 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    prior, test = widths[:, None] ** 2, tested**2
+    prior = widths[:, None] ** 2
+    test = tested**2
     ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(prior + test)
     mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
     width = np.sqrt(prior * test / (prior + test)).reshape(-1)
@@ -480,7 +486,8 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     tails = np.minimum(LEVELS, 1 - LEVELS)
     # Cantelli's inequality limits the distance of a quantile from the mean for every
     # distribution.
-    low, high = centre - sd / np.sqrt(tails), centre + sd / np.sqrt(tails)
+    low = centre - sd / np.sqrt(tails)
+    high = centre + sd / np.sqrt(tails)
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
     size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)
@@ -538,14 +545,16 @@ def chi2_tail(chi2: float, dof: int) -> float:
     A finite sum for a whole or half argument (DLMF 8.4.10 and 8.8.2); the import of
     scipy would take 0.25 s.
     """
-    half, odd = chi2 / 2, dof % 2
+    half = chi2 / 2
+    odd = dof % 2
     if half <= 0:
         return 1.0
     total = math.erfc(math.sqrt(half)) if odd else 0.0
     # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone
     # underflows. Terms that are further from the largest one, at a = x, do not change
     # the sum.
-    reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
+    reach = 10 * math.sqrt(half) + 100
+    last = (dof - odd) // 2 - 1
     nearest = min(last, int(half))
     for step in range(
         max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1

@@ -124,10 +124,8 @@ def _settle(
         far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
         found = []
         for i in far.tolist():
-            deviation, turns = (
-                float(result.deviations[i]),
-                _explaining_turns(measured, result, i, typical),
-            )
+            deviation = float(result.deviations[i])
+            turns = _explaining_turns(measured, result, i, typical)
             found.append(
                 Outlier(
                     i,
@@ -233,7 +231,8 @@ def _nearest(products: list[Floats], expected: Floats) -> tuple[Any, Floats]:
 
     The second array contains the logarithm of its ratio to the expected φ̇ψ̇.
     """
-    chosen, off = [], []
+    chosen = []
+    off = []
     for product, line in zip(products, expected, strict=True):
         with np.errstate(divide="ignore", invalid="ignore"):
             away = np.abs(np.log(product / line[:, None]))
@@ -270,7 +269,8 @@ def _lines(torque: Floats, products: list[Floats]) -> tuple[Floats, Floats]:
     # If there are only two torques, a line through both is not evidence.
     is_line = number[first] != number[second]
     is_line &= (first == 0) | (len(torque) > 2)
-    first, second = first[is_line], second[is_line]
+    first = first[is_line]
+    second = second[is_line]
     with np.errstate(divide="ignore", invalid="ignore"):
         inertia = (y[second] - y[first]) / (x[second] - x[first])
         residual_torque = inertia * x[first] - y[first]
@@ -303,11 +303,13 @@ def ordinary_line(
     # Formulas relative to the means do not lose digits if the points are far from zero.
     x_mean = intercept * np.add.reduce(x, axis=-1, keepdims=True) / count
     y_mean = intercept * np.add.reduce(y, axis=-1, keepdims=True) / count
-    away, size = x - x_mean, np.sqrt(np.vecdot(x, x))
+    away = x - x_mean
+    size = np.sqrt(np.vecdot(x, x))
     spread = np.sqrt(np.vecdot(away, away))
     spread = np.where(spread > 1e-9 * size, spread, np.nan)
     slope = np.vecdot(away, y - y_mean) / spread**2
-    left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
+    left = y - y_mean - slope[..., None] * away
+    freedom = count - 1 - intercept
     sd = (
         np.sqrt(np.vecdot(left, left) / freedom)
         if freedom > 0
@@ -352,7 +354,8 @@ def insist_on_lines(
     rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
     if measured.slowing is not None:
         rate = rate * measured.slowing[index]
-    spin, torque = measured.spin[index], measured.torque[index]
+    spin = measured.spin[index]
+    torque = measured.torque[index]
     if tilted:
         # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
         height = np.sin(measured.pitch[index])

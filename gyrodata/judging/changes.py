@@ -144,7 +144,8 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
     The effects of the motion of the rod follow.
     """
-    measured, widths = lab.measured, lab.fit.widths
+    measured = lab.measured
+    widths = lab.fit.widths
     # Fit with M0 = 0; a run without a weight then stands still, and is not used.
     lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
     prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
@@ -173,7 +174,9 @@ def _effects(lab: Lab) -> Iterator[Change]:
         yield lab.change(
             "timing_bias", "not a stopwatch's time, or u_time_bias is 0", sized=False
         )
-    start, end, drag = measured.spin_start, measured.spin_end, measured.drag
+    start = measured.spin_start
+    end = measured.spin_end
+    drag = measured.drag
     if start is None or end is None:
         words = (
             "one reading of the spin in each run; at the midpoint its error is 0.05 % "
@@ -193,10 +196,8 @@ def _effects(lab: Lab) -> Iterator[Change]:
             "spin_decay", words, {"spin": (start + end) / 2}, kept=True, sized=False
         )
         if measured.spin_readings == 2:
-            law, exponent = (
-                "a viscous decay is assumed, as of an air film",
-                physics.VISCOUS,
-            )
+            law = "a viscous decay is assumed, as of an air film"
+            exponent = physics.VISCOUS
             if drag is not None:
                 exponent = drag.exponent
                 law = f"the readings give the exponent {exponent:.1f} ± {drag.u_exponent:.1f}"
@@ -225,7 +226,9 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
 def _balance_change(lab: Lab) -> Change:
     """Suppose that M0 is the same with every weight."""
-    measured, fit, name = lab.measured, lab.fit, BALANCE_CHANGE
+    measured = lab.measured
+    fit = lab.fit
+    name = BALANCE_CHANGE
     if not measured.balance_differs:
         words = 'the log says "# balance: untouched", or it has one weight'
         return lab.change(name, words, sized=False, measured=None)
@@ -327,7 +330,8 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
     yield from _other_balances(lab)
-    groups, used = measured.by_torque, lab.fit.adjusted.kept > 0
+    groups = measured.by_torque
+    used = lab.fit.adjusted.kept > 0
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
     for number, group in enumerate(groups):
@@ -338,10 +342,8 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
                 if measured.torque[group[0]]
                 else "the unloaded runs"
             )
-            left_out, fewer = (
-                tuple(np.flatnonzero(~used[rest]).tolist()),
-                select(measured, rest.tolist()),
-            )
+            left_out = tuple(np.flatnonzero(~used[rest]).tolist())
+            fewer = select(measured, rest.tolist())
             yield lab.change(
                 "without",
                 f"without {words}",
@@ -385,7 +387,8 @@ def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, .
 
 def _unloaded_run(lab: Lab) -> Iterator[Change]:
     """Add a run without a weight at the middle spin, with its direction written down."""
-    measured, fit = lab.measured, lab.fit
+    measured = lab.measured
+    fit = lab.fit
     if not measured.torque.all():
         return
     # The gain does not depend on how large M0 is; but without a residual torque the rod
@@ -418,10 +421,8 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
         values = getattr(more, name)
         values[-1] = np.nan if np.isnan(values).all() else value
     for one in more.sources:
-        shared, touched = (
-            one.shared_by.startswith("all runs"),
-            one.quantity in ("time", "spin", "turns", "g"),
-        )
+        shared = one.shared_by.startswith("all runs")
+        touched = one.quantity in ("time", "spin", "turns", "g")
         if shared:
             one.groups[-1] = 0
         elif touched:
@@ -476,7 +477,8 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
 
 def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
     """Return the sources and times of a log with half the error of one of its sources."""
-    measured, fit = lab.measured, lab.fit
+    measured = lab.measured
+    fit = lab.fit
     problem = fit.adjusted.problem
     variances = (fit.adjusted.slopes * problem.independent) ** 2
     own = np.maximum(variances.sum(axis=0), 1e-300)
@@ -494,7 +496,8 @@ def _advice(lab: Lab) -> Iterator[Change]:
     """List what the next lab can do: another run, better readings, a balance test, more turns."""
     yield from _unloaded_run(lab)
     yield from _better_readings(lab)
-    measured, fit = lab.measured, lab.fit
+    measured = lab.measured
+    fit = lab.fit
     # Only if the ball can pass it, by what the runs say of M0.
     m0 = fit.residual_torque
     limit = 2 * math.hypot(m0.u or 0.0, EASY_TEST * fit.inertia.value)
@@ -504,10 +507,8 @@ def _advice(lab: Lab) -> Iterator[Change]:
             "balance_test", words, {"balance_test": lambda inertia: EASY_TEST * inertia}
         )
     if measured.timed:
-        off, turns = (
-            fit.timing_bias.value + (measured.time - fit.fitted_time),
-            3 * measured.turns,
-        )
+        off = fit.timing_bias.value + (measured.time - fit.fitted_time)
+        turns = 3 * measured.turns
         # Whole turns end where they began: no mark has to be sighted.
         part = np.abs(turns - np.round(turns)) > WHOLE
         sources = tuple(
@@ -758,7 +759,8 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
     if len(lab.measured.runs) > MOST_RUNS:
         return []
-    answer, found = lab.fit.inertia, []
+    answer = lab.fit.inertia
+    found = []
     for change in CHANGES[table](lab):
         fit = None
         with suppress(fitting.NoFit):
@@ -786,7 +788,9 @@ class Fits:
         left_out: tuple[int, ...] = (),
         near: FitResult | None = None,
     ) -> None:
-        self.measured, self.left_out, self.near = measured, left_out, near
+        self.measured = measured
+        self.left_out = left_out
+        self.near = near
         self.known: list[Lab] = []
 
     def lab(self, motion: Motion) -> Lab:
@@ -922,7 +926,8 @@ def _size_of_decay_law(lab: Lab) -> float:
     """
     measured = lab.measured
     in_u = any(source.name == "decay_exponent" for source in measured.sources)
-    start, end = measured.spin_start, measured.spin_end
+    start = measured.spin_start
+    end = measured.spin_end
     if start is None or end is None or in_u:
         return 0.0
     return _size_in_u(lab, physics.decay_law_doubt(start, end))

@@ -165,7 +165,8 @@ def _other_counts(
 
 def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
     """Suppose that the spin and the time of a run were written in each other's column."""
-    spin, time = readings.columns.get("spin"), readings.columns.get("time")
+    spin = readings.columns.get("spin")
+    time = readings.columns.get("time")
     if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
         return
     values = []
@@ -187,7 +188,8 @@ def _exchanged(
     readings: Readings, roles: Sequence[str], first: int, second: int
 ) -> Readings | None:
     """Exchange the cells of two runs in some columns; None if nothing changes."""
-    columns, is_changed = dict(readings.columns), False
+    columns = dict(readings.columns)
+    is_changed = False
     for role in roles:
         column = columns[role]
         if min(column.spots[first], column.spots[second]) < 0:
@@ -220,7 +222,8 @@ def _cells(
     readings: Readings, column: Column, usual: tuple[float, float], index: int
 ) -> Iterator[Cell]:
     """List other contents of a cell, without those that are the same number."""
-    role, is_load = column.role, column.role in _load_roles(readings)
+    role = column.role
+    is_load = column.role in _load_roles(readings)
     if role not in TIMINGS:
         yield from _of_neighbours(column, index, is_load)
     others = {
@@ -267,7 +270,8 @@ def written(column: Column, index: int) -> str:
 
     If it is not a plain number, its value in the unit of the column.
     """
-    text, value = column.readings[index].text, column.values[index] or 0.0
+    text = column.readings[index].text
+    value = column.values[index] or 0.0
     if PLAIN.fullmatch(text):
         return text
     if column.unit:
@@ -286,7 +290,8 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
 
     `single`: also if only one of them has the value.
     """
-    values, spots = column.values, column.spots
+    values = column.values
+    spots = column.spots
     elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
     rest = [values[k] for k in elsewhere]
     around = _nearest(column, elsewhere, index)
@@ -333,8 +338,10 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
 
     `origin` is the end of the rod from which positions count.
     """
-    text, value = written(column, index), column.values[index] or 0.0
-    number, factor = Decimal(text.replace(",", ".")), _factor(column)
+    text = written(column, index)
+    value = column.values[index] or 0.0
+    number = Decimal(text.replace(",", "."))
+    factor = _factor(column)
     is_shifted = origin in ("surface", "tip")
     is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
     if not number or not (is_shifted or is_plain):
@@ -394,7 +401,8 @@ def exchanged_digits(number: str) -> Iterator[str]:
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for first, second in pairwise(digits):
         signs = [*number]
-        signs[first], signs[second] = number[second], number[first]
+        signs[first] = number[second]
+        signs[second] = number[first]
         if signs[digits[0]] != "0" and signs != [*number]:
             yield "".join(signs)
 
@@ -436,7 +444,8 @@ class Prediction:
     def _relative_u(self, changed: Measurements, run: int) -> float:
         """Return the relative u of the difference of a time from its prediction [1]."""
         (inertia, both, _), (_, balance, _), _ = self.others.covariance.tolist()
-        value, torque = self.others.inertia.value, float(self._torque(changed)[run])
+        value = self.others.inertia.value
+        torque = float(self._torque(changed)[run])
         variance = inertia / value**2 - 2 * both / (value * torque)
         variance += balance / torque**2 + float(changed.own_relative[run]) ** 2
         return self.typical * math.sqrt(max(variance, 0.0))

@@ -146,7 +146,8 @@ class Log(Struct, frozen=True):
     def evidences(self, fit: FitResult) -> tuple[float, float]:
         """Return the evidence if M0 is the same with all weights, and if it differs."""
         assert fit.posterior is not None
-        level, weight = fit.posterior.level, fit.posterior.weight
+        level = fit.posterior.level
+        weight = fit.posterior.weight
         evidence = fit.log_evidence - float(fit.adjusted.kept.sum()) * HALF_LOG_2PI
         evidence += self._log_agreement_with_ball(fit) + self._log_of_balance(fit)
         if self.measured.balance is not None:
@@ -292,7 +293,8 @@ def _instead(measured: Measurements, odd: Sequence[int]) -> Iterator[list[int]]:
     other torques.
     """
     for group in measured.by_torque:
-        gone, rest = set(group) & set(odd), set(group) - set(odd)
+        gone = set(group) & set(odd)
+        rest = set(group) - set(odd)
         instead = (set(odd) | rest) - gone
         too_many = len(rest) > MOST_ODD or len(instead) > len(measured.runs) / 2
         if gone and rest and not too_many and measured.torque[group[0]]:
@@ -303,7 +305,8 @@ def _runs_hypothesis(
     log: Log, runs: Sequence[int], known: dict[int, Outlier]
 ) -> Hypothesis:
     """Suppose that some runs are wrong, each by its most probable correction."""
-    measured, others = log.measured, log.fit(left_out=runs)
+    measured = log.measured
+    others = log.fit(left_out=runs)
     prediction = Prediction(measured, others)
     kept = np.flatnonzero(others.adjusted.kept).tolist()
     of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
@@ -516,7 +519,8 @@ def _load_factor(log: Log, runs: list[int]) -> float:
     """
     measured = log.measured
     others = fitting.fit(measured, fitting.AS_STATED, tilted=log.tilted, left_out=runs)
-    bias, imbalance = others.timing_bias.value, others.residual_torque.value
+    bias = others.timing_bias.value
+    imbalance = others.residual_torque.value
     torque = measured.torque[runs] + imbalance
     needed = torque * (others.fitted_time[runs] - bias) / (measured.time[runs] - bias)
     factor = fitting.median((needed - imbalance) / measured.torque[runs])
@@ -527,7 +531,8 @@ def _load_factor(log: Log, runs: list[int]) -> float:
 
 def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     """Multiply the load of some runs, and let it have every value near this one."""
-    measured, role = log.measured, load_role(log.readings.columns)
+    measured = log.measured
+    role = load_role(log.readings.columns)
     quantity = cast(Quantity, role)
     of_weight = np.isin(np.arange(len(measured.runs)), runs)
     factors = np.where(of_weight, factor, 1.0)
@@ -613,7 +618,8 @@ def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
     """Return a value with which a weight would agree, and its cause; "" if impossible."""
     origin = log.readings.position_from if column.role == "position" else None
     measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
-    value, written = factor * measured, column.values[run] or 0.0
+    value = factor * measured
+    written = column.values[run] or 0.0
     low, high = next(
         (size.possible for size in SIZES if size.role == column.role), (0.0, math.inf)
     )
@@ -653,7 +659,8 @@ def _in_column(column: Column, run: int, value: float) -> str:
 
 def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the turns of all runs of some weights are wrong."""
-    measured, groups = log.measured, log.measured.by_torque
+    measured = log.measured
+    groups = log.measured.by_torque
     for counts in fitting.explaining_counts(measured)[:MOST_SHOWN]:
         turns = measured.turns.copy()
         for group, count in counts.items():

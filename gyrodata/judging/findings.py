@@ -77,7 +77,8 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
 
 def _odd_runs(seen: Seen) -> Iterator[Diagnostic]:
     """Say for each odd run what was done with it, and what it does to the answer."""
-    readings, without = seen.readings, seen.without
+    readings = seen.readings
+    without = seen.without
     kept = ""
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
@@ -125,7 +126,8 @@ def _other_motion(seen: Seen) -> str:
 
     The result is "" unless this motion explains how the runs deviate.
     """
-    measured, motion = seen.measured, seen.motion
+    measured = seen.measured
+    motion = seen.motion
     if seen.p is None or seen.p > NO_ACCIDENT or seen.asked:
         return ""
     for model in models.starts():
@@ -169,7 +171,9 @@ def _is_balance_change(seen: Seen) -> bool:
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
-    say, measured, fit = seen.readings.say, seen.measured, seen.fit
+    say = seen.readings.say
+    measured = seen.measured
+    fit = seen.fit
     if seen.contradicts_itself:
         yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
     # If there are as many unknowns as runs, the runs can still contradict what is
@@ -275,7 +279,8 @@ def _explanations(seen: Seen) -> Iterator[Diagnostic]:
 
 def _deviations(seen: Seen) -> Iterator[Diagnostic]:
     """Report a period that is not in proportion to the spin."""
-    fit, exponent = seen.fit, seen.exponent
+    fit = seen.fit
+    exponent = seen.exponent
     if seen.contradicts_itself or _is_explained(seen):
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
@@ -325,9 +330,12 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
 
     Runs that cannot separate M0 from I_zz are reported as well.
     """
-    measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
+    measured = seen.measured
+    fit = seen.fit
+    test = seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
-        m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
+        m0 = 1e3 * fit.residual_torque.value
+        allowed = 1e3 * fit.contradicted_balance
         yield seen.readings.say(
             "balance_test_contradicted", m0=m0, allowed=allowed, test=test
         )
@@ -349,16 +357,15 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
 
 def _missing_direction(seen: Seen, bare: list[int]) -> Iterator[Diagnostic]:
     """Ask for the direction of some runs if it would reduce u of I_zz."""
-    measured, now = seen.measured, seen.fit.inertia
+    measured = seen.measured
+    now = seen.fit.inertia
     answers = changes.answers(seen, "direction")
     then = answers[0][1].inertia if answers else None
     if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
-    place, u = (
-        seen.readings.place(bare[0]),
-        {"now": 100 * relative_u(now), "then": 100 * relative_u(then)},
-    )
+    place = seen.readings.place(bare[0])
+    u = {"now": 100 * relative_u(now), "then": 100 * relative_u(then)}
     yield seen.readings.say("direction_missing", place, runs=runs, **u)
 
 
@@ -374,10 +381,8 @@ FELL_BY = 0.03
 
 def _poor_balance(seen: Seen) -> str:
     """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
-    m0, lightest = (
-        seen.fit.residual_torque,
-        fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept),
-    )
+    m0 = seen.fit.residual_torque
+    lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
     if seen.measured.balanced is False or abs(m0.value) <= max(
         POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)
     ):
@@ -388,7 +393,8 @@ def _poor_balance(seen: Seen) -> str:
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    measured, poor = seen.measured, _poor_balance(seen)
+    measured = seen.measured
+    poor = _poor_balance(seen)
     if not poor or seen.contradicts_itself:
         return
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
@@ -442,7 +448,8 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
 
 def _friction(seen: Seen, drag: Drag) -> Diagnostic:
     """Report the torque of friction, and whether it is negligible."""
-    measured, inertia = seen.measured, seen.fit.inertia
+    measured = seen.measured
+    inertia = seen.fit.inertia
     longest = int(np.argmax(measured.time))
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
@@ -462,7 +469,9 @@ def _friction(seen: Seen, drag: Drag) -> Diagnostic:
 
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
     """Report I_zz from a falling mass, and I over I_zz from the nutation."""
-    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    readings = seen.readings
+    measured = seen.measured
+    inertia = seen.fit.inertia
     if readings.falling_mass:
         mass, radius, height, time, friction = readings.falling_mass
         # The thread pulls with m (g − a), less the friction.
@@ -532,7 +541,8 @@ def _too_few_digits(seen: Seen, source: Source, part: float) -> Iterator[Diagnos
 
 def _one_more_digit(readings: Readings, column: Column, run: int) -> dict[str, Any]:
     """Return the words about a reading with too few digits, and an example to type."""
-    kind, reading = kind_of_role(column.role), column.readings[run]
+    kind = kind_of_role(column.role)
+    reading = column.readings[run]
     value = from_si(reading.value or 0.0, column.unit, kind)
     step = from_si(reading.step or 0.0, column.unit, kind)
     if column.role == "position":
@@ -560,7 +570,8 @@ def _one_more_digit(readings: Readings, column: Column, run: int) -> dict[str, A
 
 def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
     """Report the estimate of a transverse inertia if its uncertainty matters."""
-    measured, fit = seen.measured, seen.fit
+    measured = seen.measured
+    fit = seen.fit
     for share in fit.budget:
         if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
             across = fitting.transverse_inertia(measured)
@@ -577,7 +588,8 @@ def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Report what the log does not contain for the choice of the model, and how much it matters."""
-    readings, measured = seen.readings, seen.measured
+    readings = seen.readings
+    measured = seen.measured
     if measured.transverse_inertia is None:
         yield from _transverse_inertia(seen)
     if "pitch" in readings.columns:
@@ -638,24 +650,19 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
 
     All published logs are within the bounds.
     """
-    readings, measured = seen.readings, seen.measured
+    readings = seen.readings
+    measured = seen.measured
     loaded = measured.torque != 0
-    spin, rate = (
-        measured.spin[loaded],
-        np.abs(measured.product[loaded]) / measured.spin[loaded],
-    )
-    turn, arm = (
-        fitting.median(2 * np.pi / rate),
-        float(np.abs(measured.position[loaded]).max()),
-    )
+    spin = measured.spin[loaded]
+    rate = np.abs(measured.product[loaded]) / measured.spin[loaded]
+    turn = fitting.median(2 * np.pi / rate)
+    arm = float(np.abs(measured.position[loaded]).max())
     # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m
     # x²/I_zz = x φ̇ψ̇/g.
     momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
     lever = arm * fitting.median(rate * spin) / measured.g
-    fastest, turned_by_hand = (
-        float(spin.max()),
-        spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR,
-    )
+    fastest = float(spin.max())
+    turned_by_hand = spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
     asked = (
         (
             "spin_not_usual",
@@ -743,7 +750,8 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
     The most likely cause is first.
     """
     measured = seen.measured
-    share, is_high = abs(ball.relative), ball.relative > 0
+    share = abs(ball.relative)
+    is_high = ball.relative > 0
     causes = []
     if is_high and not ball.bore:
         causes.append(

@@ -91,10 +91,8 @@ def list_mistakes(
             "",
         )
     factors = _factors_of_log(readings, measured, inertia)
-    diameter, small = (
-        100 * readings.constants.get("ball_diameter", math.nan),
-        abs(inertia) < 1,
-    )
+    diameter = 100 * readings.constants.get("ball_diameter", math.nan)
+    small = abs(inertia) < 1
     shown: dict[str, Any] = {
         "g": measured.g,
         "radius": diameter / 2,
@@ -111,7 +109,8 @@ def list_mistakes(
             factors.get(by) if isinstance(by, str) else by
             for by in (one.torque, one.product)
         )
-        log, remedy = one.log, one.remedy
+        log = one.log
+        remedy = one.remedy
         if one.read:
             # A spin in Hz is a spin in revolutions per second.
             names_of_unit = {unit, "Hz"} if unit == "rps" else {unit}
@@ -159,11 +158,11 @@ def _factors_of_log(
 
     Impossible factors are left out.
     """
-    turns, arm, nan = measured.turns, np.abs(measured.position), np.nan
-    diameter, length = (
-        readings.constants.get("ball_diameter"),
-        readings.constants.get("rod_length"),
-    )
+    turns = measured.turns
+    arm = np.abs(measured.position)
+    nan = np.nan
+    diameter = readings.constants.get("ball_diameter")
+    length = readings.constants.get("rod_length")
     found: dict[str, float | Floats] = {"1/g": 1 / measured.g}
     if _unit(readings, "mass") == "kg":
         found["g, of weights in kg"] = measured.g
@@ -194,7 +193,8 @@ def _factors_of_log(
     if power:
         found |= {"1/power of ten": 10.0**-power, "1/power of ten²": 100.0**-power}
     if _unit(readings, "spin") == "rpm" and _unit(readings, "time") == "s":
-        spin, time = measured.spin / RPM, measured.time
+        spin = measured.spin / RPM
+        time = measured.time
         found["(spin/time)²"] = (spin / time) ** 2
         # Nobody spins the ball more slowly than 30 rpm.
         if np.all((spin < time) & (time > 30)):
@@ -231,7 +231,8 @@ def explaining_mistakes(
     """
     loaded = measured.torque != 0
     each = np.abs(measured.torque / measured.product)[loaded]
-    before, found = checks.spread(each), []
+    before = checks.spread(each)
+    found = []
     for mistake in list_mistakes(readings, measured, inertia):
         mended = (
             each

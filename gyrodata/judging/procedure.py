@@ -82,14 +82,13 @@ def _weights_and_spins(
             why=why,
         )
     for group in groups:
-        spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
+        spins = np.sort(measured.spin[group])
+        lacking = 3 - len(group)
         if lacking <= 0 and spins[-1] >= SPREAD * spins[0]:
             continue
-        name, place, have = (
-            load_words(measured, group[0]),
-            readings.place(max(group)),
-            spins / RPM,
-        )
+        name = load_words(measured, group[0])
+        place = readings.place(max(group))
+        have = spins / RPM
         if lacking > 0:
             # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
@@ -127,7 +126,8 @@ def _times_and_falls(
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
-        times, runs = count_text(len(short), "time"), _named(measured, short)
+        times = count_text(len(short), "time")
+        runs = _named(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
         yield readings.say(
             "times_too_short", readings.place(worst), times=times, runs=runs, **values

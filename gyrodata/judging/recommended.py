@@ -227,7 +227,8 @@ def _insist_on_credible_fit(
             "all uncertainties are stated as zero, and the runs are too few to show how "
             "well they agree"
         )
-    value, u = fit.inertia.value, fit.inertia.u or 0.0
+    value = fit.inertia.value
+    u = fit.inertia.u or 0.0
     low, high = fit.inertia.interval_95 or (value, value)
     if low <= 0 or u > TOO_WIDE * value:
         raise LogError([refusals.not_measured(readings, fit, low, high)])

@@ -22,7 +22,8 @@ from gyrodata.readings import Readings
 
 def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the torques whose turns must be wrong, because all torques agree with other counts."""
-    groups, answers = measured.by_torque, fitting.explaining_counts(measured)
+    groups = measured.by_torque
+    answers = fitting.explaining_counts(measured)
     if not answers:
         return []
 
@@ -47,7 +48,8 @@ def count_findings(readings: Readings, measured: Measurements) -> list[Diagnosti
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the released run with the largest sag, if the sag is too large for a fit."""
     loaded = np.flatnonzero(measured.torque)
-    torque, pitch = measured.torque[loaded], measured.pitch[loaded]
+    torque = measured.torque[loaded]
+    pitch = measured.pitch[loaded]
     load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
 
     def across(inertia: Any) -> Any:
@@ -86,7 +88,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         better = np.maximum(np.abs(own * rate * better * kept.spin / torque), own / 10)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
-    worst, steep = int(sag.argmax()), int(np.sum(sag > STEEP))
+    worst = int(sag.argmax())
+    steep = int(np.sum(sag > STEEP))
     run = int(loaded[worst])
     least = (
         float(
@@ -127,10 +130,8 @@ def refusal(
         sorted(np.abs(measured.torque[group] / measured.product[group]).tolist())
         for group in groups
     ]
-    low, high = (
-        min(values[0] for values in single),
-        max(values[-1] for values in single),
-    )
+    low = min(values[0] for values in single)
+    high = max(values[-1] for values in single)
     across = (
         0.0
         if measured.transverse_inertia is None

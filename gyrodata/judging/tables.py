@@ -58,16 +58,12 @@ def run_table(
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
     count = len(measured.runs)
-    reasons, flagged, out = (
-        [""] * count,
-        np.zeros(count, dtype=bool),
-        np.zeros(count, dtype=bool),
-    )
+    reasons = [""] * count
+    flagged = np.zeros(count, dtype=bool)
+    out = np.zeros(count, dtype=bool)
     for outlier in outliers:
-        reasons[outlier.index], flagged[outlier.index] = (
-            outlier_reason(measured, outlier),
-            True,
-        )
+        reasons[outlier.index] = outlier_reason(measured, outlier)
+        flagged[outlier.index] = True
     out[list(left_out)] = True
     read = (
         measured.mass,
@@ -77,10 +73,8 @@ def run_table(
         measured.time,
         measured.turns,
     )
-    rate, period = (
-        fit.sense * (2 * np.pi * measured.turns / measured.time),
-        measured.time / measured.turns,
-    )
+    rate = fit.sense * (2 * np.pi * measured.turns / measured.time)
+    period = measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
     residual = (
@@ -111,7 +105,8 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
     if outlier.cells:
         return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
-    name, time = "time" if measured.timed else "period", measured.time[outlier.index]
+    name = "time" if measured.timed else "period"
+    time = measured.time[outlier.index]
     return (
         f"its {name} is {time:.4g} s, and the other runs predict {outlier.expected:.4g} s "
         f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
@@ -193,7 +188,8 @@ def torque_table(
     )
     torques = []
     for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
-        i, runs = group[0], used or group
+        i = group[0]
+        runs = used or group
         # The weighted mean of |φ̇ψ̇|, and the scatter about it.
         values = np.abs(measured.product[runs])
         size = measured.own_relative[runs] * values
@@ -304,10 +300,8 @@ def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLa
     """
     laws = []
     for group, used in zip(measured.by_torque, groups, strict=True):
-        exponent, torque = (
-            common_exponent(measured, [used]),
-            float(measured.torque[group[0]]),
-        )
+        exponent = common_exponent(measured, [used])
+        torque = float(measured.torque[group[0]])
         if exponent is None:
             laws.append(
                 PowerLaw(torque, None, None, "needs two runs with different spins")
@@ -326,8 +320,10 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's
     mean; a late or early hand changes every ln τ by b/T.
     """
-    spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
-    sums, torques = np.zeros(3), 0
+    spin = np.log(measured.spin)
+    period = np.log(measured.time / measured.turns)
+    sums = np.zeros(3)
+    torques = 0
     for group in groups:
         if len(group) > 1 and np.ptp(spin[group]) >= 0.02:
             weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
@@ -353,7 +349,8 @@ def constancy(
     None if no torque has two runs, or if timing and spin are exact.
     """
     sizes = np.array(list(map(len, groups)), dtype=int)
-    count, dof = int(sizes[sizes > 1].sum()), int(np.maximum(sizes - 1, 0).sum())
+    count = int(sizes[sizes > 1].sum())
+    dof = int(np.maximum(sizes - 1, 0).sum())
     if not measured.own_relative.all() or not dof:
         return None
     total, scatter, expected = 0.0, 0.0, 0.0
@@ -404,10 +401,8 @@ def named_fits(
     measured: Measurements, fit: FitResult, kept: list[int]
 ) -> tuple[NamedFit, ...]:
     """Return the two straight lines of the textbook, to compare with the recommended fit."""
-    product, torque = (
-        fit.sense[kept] * np.abs(measured.product[kept]),
-        measured.torque[kept],
-    )
+    product = fit.sense[kept] * np.abs(measured.product[kept])
+    torque = measured.torque[kept]
     note = (
         "all raw readings together; shared errors treated as shared; M0 and timing "
         "bias as unknowns; u from the "
@@ -512,13 +507,12 @@ def compare_with_ball(
     mass, diameter = (
         (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
     )
-    of_mass, of_diameter = (
-        uncertainties.get("u_ball_mass"),
-        uncertainties.get("u_ball_diameter"),
-    )
+    of_mass = uncertainties.get("u_ball_mass")
+    of_diameter = uncertainties.get("u_ball_diameter")
     mass_u = of_mass.at(mass) if has_ball and of_mass else None
     diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
-    solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
+    solid = physics.solid_ball_inertia(mass, diameter)
+    bore = 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
@@ -528,7 +522,8 @@ def compare_with_ball(
             )
             - solid
         )
-    expected, expected_u = solid + bore + rod + disk, None
+    expected = solid + bore + rod + disk
+    expected_u = None
     if mass_u is not None or diameter_u is not None:
         # 2/5 m (d/2)² grows as m and as d².
         expected_u = solid * math.hypot(
@@ -538,10 +533,8 @@ def compare_with_ball(
     difference_u = (
         None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
     )
-    relative, deviation = (
-        inertia.value / expected - 1,
-        difference / difference_u if difference_u else None,
-    )
+    relative = inertia.value / expected - 1
+    deviation = difference / difference_u if difference_u else None
     parts = solid, bore, rod, disk, expected, expected_u
     ball = Ball(
         mass,

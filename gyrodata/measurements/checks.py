@@ -189,7 +189,8 @@ def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
 
 def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
     """Return the reason why a stated uncertainty has no effect."""
-    role, columns = key.removeprefix("u_"), readings.columns
+    role = key.removeprefix("u_")
+    columns = readings.columns
     why = _why_not_shared(key, readings)
     if role in ("turns", "angle"):
         why = _why_no_angle(role, readings, measured)
@@ -218,7 +219,8 @@ def _why_no_angle(role: str, readings: Readings, measured: Measurements) -> str:
 
 def _why_not_shared(key: str, readings: Readings) -> str:
     """Return the reason why the source of error of a key does not exist, or ""."""
-    load, spins = parts.load_role(readings.columns), spin_columns(readings)
+    load = parts.load_role(readings.columns)
+    spins = spin_columns(readings)
     no_mass = f"the {load} is given, and no mass"
     no_ball = "ball_mass and ball_diameter are not both given"
     no_delay = "one spin is given for the whole log"
@@ -392,12 +394,14 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
 
 def exchanged(readings: Readings, measured: Measurements) -> bool:
     """Return whether spin and time are possible only if the two columns are exchanged."""
-    spins, times = readings.columns.get("spin"), readings.columns.get("time")
+    spins = readings.columns.get("spin")
+    times = readings.columns.get("time")
     if spins is None or times is None or (spins.unit, times.unit) != ("rpm", "s"):
         return False
     # A value of the whole log is in no column.
     is_stated = min(*spins.spots, *times.spots) < 0
-    spin, time = np.abs(values_of(spins)), np.abs(values_of(times))
+    spin = np.abs(values_of(spins))
+    time = np.abs(values_of(times))
     is_usual = _are_within(RPM * time, SPIN.usual) and _are_within(
         spin / RPM, TIME.usual
     )
@@ -437,7 +441,8 @@ def spread(each: Floats) -> float:
 def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
     if exchanged(readings, measured):
-        spin, time = readings.columns["spin"], readings.columns["time"]
+        spin = readings.columns["spin"]
+        time = readings.columns["time"]
         return [_say_exchanged(readings, spin.place(0), spin, time)]
     found = []
     for size in SIZES:
@@ -476,7 +481,8 @@ def _say_size(
     name, meant, there = "size_unusual", "", 0.0
     unit = unit_within(readings, size.role, size.usual)
     if unit:
-        name, meant = "size_of_column", unit
+        name = "size_of_column"
+        meant = unit
     elif in_unit := meant_in(readings, size, run):
         name = "size_of_cell"
         meant, there = in_unit
@@ -505,7 +511,8 @@ def _is_mass(readings: Readings, positions: Column) -> bool:
     masses = readings.columns.get("mass")
     if masses is None or (masses.unit, positions.unit) != ("g", "cm"):
         return False
-    mass, position = np.abs(values_of(masses)), np.abs(values_of(positions))
+    mass = np.abs(values_of(masses))
+    position = np.abs(values_of(positions))
     return (
         _are_within(0.1 * position, MASS.usual)
         and _are_within(10 * mass, POSITION.usual)

@@ -268,10 +268,8 @@ def measure(readings: Readings) -> Measurements:
     torque_unseen = None
     if readings.unmoved is not None:
         torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
-    transverse, nutation = (
-        values.get("transverse_inertia"),
-        values.get("nutation_period"),
-    )
+    transverse = values.get("transverse_inertia")
+    nutation = values.get("nutation_period")
     nutation_ratio = None
     if nutation is not None and transverse is None:
         nutation_ratio = spin * nutation / (2 * np.pi)
@@ -315,10 +313,14 @@ def _loads(
     readings: Readings, values: Mapping[str, Floats], diagnostics: list[Diagnostic]
 ) -> dict[str, Any]:
     """Compute the torque of each run, and what the log says of its weight."""
-    columns, kind = readings.columns, parts.load_role(readings.columns)
-    load, nothing = values[kind], np.full(len(readings.runs), np.nan)
+    columns = readings.columns
+    kind = parts.load_role(readings.columns)
+    load = values[kind]
+    nothing = np.full(len(readings.runs), np.nan)
     g = _gravity(readings, diagnostics)
-    position, torque, added = nothing, load, np.zeros(len(load))
+    position = nothing
+    torque = load
+    added = np.zeros(len(load))
     if kind != "torque":
         position = np.where(load == 0, 0.0, values.get("position", nothing))
         torque = physics.torque(load, position, g if kind == "mass" else 1.0)
@@ -406,7 +408,8 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
 
 def _taken(record: Any, kept: Sequence[int]) -> Any:
     """Return a record with some of the elements of its arrays."""
-    index, fields = np.asarray(kept, dtype=int), asdict(record)
+    index = np.asarray(kept, dtype=int)
+    fields = asdict(record)
     for name, value in fields.items():
         if isinstance(value, np.ndarray):
             fields[name] = value[index]
@@ -435,9 +438,11 @@ def _spins(
     if len(used) == 1:
         return _spins_read_once(readings, used, time, drag)
     spins = list(map(as_spin, used))
-    start, end = spins[0], spins[-1]
+    start = spins[0]
+    end = spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
-        percent, cell = 100 * (end[i] / start[i] - 1), used[-1].cell(i)
+        percent = 100 * (end[i] / start[i] - 1)
+        cell = used[-1].cell(i)
         run = readings.runs[i]
         diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
     if len(spins) == 3:

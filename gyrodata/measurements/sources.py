@@ -109,7 +109,8 @@ def list_sources(readings: Readings, measured: Measurements) -> Iterator[Source]
 
 def _load_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
     """List the errors of the weights, or of forces or torques, and of their positions."""
-    columns, load = readings.columns, load_role(readings.columns)
+    columns = readings.columns
+    load = load_role(readings.columns)
     values = values_of(columns[load])
     yield _by_value(columns[load], values, values != 0)
     if load == "mass":
@@ -143,11 +144,14 @@ def _gravity_source(readings: Readings) -> Source:
 def _transverse_source(readings: Readings) -> Source:
     """Return the error of I, which counts if the rod is tilted or released."""
     columns = readings.columns
-    size, usual, stated = TRANSVERSE_U, f"{100 * TRANSVERSE_U:g} %", []
+    size = TRANSVERSE_U
+    usual = f"{100 * TRANSVERSE_U:g} %"
+    stated = []
     column = columns.get("transverse_inertia") or columns.get("nutation_period")
     if column is not None:
         kind = SOURCES["transverse_inertia"]
-        size, usual = kind.default.relative, kind.usual
+        size = kind.default.relative
+        usual = kind.usual
         stated = _stated_shares(column)
     every = np.zeros(len(readings.runs), dtype=int)
     largest = max(stated, default=size)
@@ -165,9 +169,11 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 
     Runs of one weight share it, unless the weight was moved for each run.
     """
-    groups, shared_by = _numbered(load, load), "runs with the same weight"
+    groups = _numbered(load, load)
+    shared_by = "runs with the same weight"
     if readings.position_set == "each run":
-        groups, shared_by = np.where(load, np.arange(len(load)), -1), ""
+        groups = np.where(load, np.arange(len(load)), -1)
+        shared_by = ""
     size, default = stated_or_default(readings, "position_set")
     source = _source("position_set", groups, size.absolute, size.relative, default)
     return replace(source, shared_by=shared_by)
@@ -175,7 +181,8 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
     """Return the uncertainty of the inertia of each weight from that of its diameter."""
-    across, given = values_of(column), np.zeros(len(mass))
+    across = values_of(column)
+    given = np.zeros(len(mass))
     for i, u in column.stated:
         given[i] = u.at(float(across[i])) / across[i]
     # Half of m r²: an error of the diameter counts twice.
@@ -229,7 +236,8 @@ def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
 def _spin_sources(readings: Readings) -> Iterator[Source]:
     """List the errors of the readings of the spin."""
     used = spin_columns(readings)
-    square, any_default = np.zeros(len(readings.runs)), False
+    square = np.zeros(len(readings.runs))
+    any_default = False
     for column, share in zip(used, _shares_of_readings(used), strict=True):
         relative, default = _relative_errors(readings, column)
         square += (share * relative) ** 2
@@ -279,7 +287,9 @@ def _falling_spin_sources(
     readings: Readings, measured: Measurements
 ) -> Iterator[Source]:
     """List the errors of a spin that falls: it was read late, by a law that is not certain."""
-    used, spin, drag = spin_columns(readings), measured.spin, measured.drag
+    used = spin_columns(readings)
+    spin = measured.spin
+    drag = measured.drag
     law, law_default = stated_or_default(readings, "decay_exponent")
     every = np.zeros(len(spin), dtype=int)
     if len(used) == 2:
@@ -306,7 +316,9 @@ def _falling_spin_sources(
 
 def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times."""
-    timing, time, turns = timing_column(readings.columns), measured.time, measured.turns
+    timing = timing_column(readings.columns)
+    time = measured.time
+    turns = measured.turns
     own = np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
@@ -328,7 +340,8 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
                 stated[i] = u.absolute, u.relative
             is_known = (stated.sum(axis=1) > 0) & np.isfinite(sizes[role])
             if default and is_known.all():
-                absolute, relative = stated[:, 0] / sizes[role] * time, stated[:, 1]
+                absolute = stated[:, 0] / sizes[role] * time
+                relative = stated[:, 1]
                 default = False
     yield _source("time", own, absolute, relative, default)
 
@@ -343,13 +356,15 @@ def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Sourc
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
     part = ~measured.whole_turns
     absolute = part * SOURCES["angle"].default.absolute
-    relative, by_default = np.zeros(len(part)), part.copy()
+    relative = np.zeros(len(part))
+    by_default = part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
         # A line for the whole log is about one end, as the default; the uncertainty of
         # a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
-        absolute[i], relative[i] = ends * u.absolute / per_turn, u.relative
+        absolute[i] = ends * u.absolute / per_turn
+        relative[i] = u.relative
         by_default[i] = False
     if absolute.any() or relative.any():
         own = np.arange(len(part))
@@ -429,7 +444,8 @@ def _source(
     usual: str | None = None,
 ) -> Source:
     """Create a source of the table for a log, with one size of its errors or one for each run."""
-    kind, nothing = SOURCES[key], np.zeros(len(groups))
+    kind = SOURCES[key]
+    nothing = np.zeros(len(groups))
     words = kind.usual if usual is None else usual
     return Source(
         key,
@@ -522,7 +538,8 @@ def _reading_errors(
     absolute = np.where(is_relative, 0.0, whole)
     relative = np.divide(whole, size, out=np.zeros_like(size), where=is_relative)
     for i, stated in column.stated:
-        absolute[i], relative[i] = stated.absolute, stated.relative
+        absolute[i] = stated.absolute
+        relative[i] = stated.relative
     return absolute, relative, len(column.stated) < len(values)
 
 
@@ -581,7 +598,8 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
     Drag or None
         None if the spin does not fall visibly.
     """
-    used, falls = spin_columns(readings), list(readings.spin_down)
+    used = spin_columns(readings)
+    falls = list(readings.spin_down)
     if len(used) > 1:
         falls += zip(as_spin(used[0]), as_spin(used[-1]), time, strict=True)
     return _fit_drag(readings, np.array(falls)) if falls else None
@@ -592,11 +610,13 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     u_exponent = stated_or_default(readings, "decay_exponent")[0].at(1.0)
     prior = max(u_exponent, 1e-6)
     start, end, seconds = falls.T
-    spin, fall = np.sqrt(start * end), np.log(start / end)
+    spin = np.sqrt(start * end)
+    fall = np.log(start / end)
     u = math.sqrt(2) * _usual_u_of_spin(readings) / seconds
     middle = float(np.exp(np.mean(np.log(spin))))
     distance = np.log(spin / middle)
-    rate, bend = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2)), 0.0
+    rate = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2))
+    bend = 0.0
     # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
     # prior.
     for _step in range(20):
@@ -607,7 +627,8 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
         rows = np.array([shape, rate * distance * shape]) / u
         covariance = np.linalg.inv(rows @ rows.T + np.diag([0.0, prior**-2]))
         step = covariance @ (rows @ left - [0.0, bend / prior**2])
-        rate, bend = rate + float(step[0]), float(np.clip(bend + step[1], -2.0, 2.0))
+        rate = rate + float(step[0])
+        bend = float(np.clip(bend + step[1], -2.0, 2.0))
     left = (measured_rate - rate * shape) / u
     misfit = float(left @ left) / max(len(u) - 2, 1)
     wider = math.sqrt(max(1.0, misfit))
@@ -636,7 +657,8 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
     columns = readings.columns
     complete = {role for role in columns if None not in columns[role].values}
     for unit in ("spin", "spin_period"):
-        start, end = f"{unit}_start", f"{unit}_end"
+        start = f"{unit}_start"
+        end = f"{unit}_end"
         for names in ((start, unit, end), (unit,), (start, end)):
             if complete.issuperset(names):
                 return tuple([columns[name] for name in names])

@@ -99,7 +99,8 @@ def bored_ball_inertia(
     the same mass the bored one has the larger moment of inertia. The round end of the
     bore at the surface is treated as flat.
     """
-    radius, bore = diameter / 2, bore_diameter / 2
+    radius = diameter / 2
+    bore = bore_diameter / 2
     taken = math.pi * bore**2 * bore_depth
     return (
         mass
@@ -444,10 +445,13 @@ def balanced_direction(
         np.sin(altitude),
     )
     # The Earth's axis has no part to the east.
-    level, height = np.cos(latitude), np.sin(latitude)
+    level = np.cos(latitude)
+    height = np.sin(latitude)
     turned = -EARTH_ROTATION * np.asarray(time, dtype=float)
-    sine, cosine = np.sin(turned), np.cos(turned)
-    along, share = level * rod[1] + height * rod[2], 2 * np.sin(turned / 2) ** 2
+    sine = np.sin(turned)
+    cosine = np.cos(turned)
+    along = level * rod[1] + height * rod[2]
+    share = 2 * np.sin(turned / 2) ** 2
     east = rod[0] * cosine + (level * rod[2] - height * rod[1]) * sine
     north = rod[1] * cosine + height * rod[0] * sine + level * along * share
     up = rod[2] * cosine - level * rod[0] * sine + height * along * share

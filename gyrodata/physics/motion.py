@@ -116,7 +116,8 @@ def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -
     The vectors have the shape (*shape, 3).
     """
     axis = np.zeros((*shape, 3))
-    axis[..., 0], axis[..., 2] = np.cos(pitch), np.sin(pitch)
+    axis[..., 0] = np.cos(pitch)
+    axis[..., 2] = np.sin(pitch)
     return State(axis, np.asarray(momentum)[..., None] * axis)
 
 
@@ -160,7 +161,8 @@ def split(
     x, y, z = _turned(x, y, z, hx, hy, hz, turns[0])
     for _ in range(steps):
         for kick, turn in pairs:
-            hx, hy = hx - kick * y, hy + kick * x
+            hx = hx - kick * y
+            hy = hy + kick * x
             x, y, z = _turned(x, y, z, hx, hy, hz, turn)
     return State(
         np.array(_turned(x, y, z, hx, hy, hz, -turns[0])), np.array([hx, hy, hz])
@@ -175,12 +177,17 @@ def _turned(
     The formula is that of Rodrigues, with half angles for small turns.
     """
     size = math.sqrt(hx * hx + hy * hy + hz * hz) + 1e-300
-    nx, ny, nz = hx / size, hy / size, hz / size
+    nx = hx / size
+    ny = hy / size
+    nz = hz / size
     half = size * turn / 2
     sine = math.sin(half)
-    across, along = 2 * sine * math.cos(half), 2 * sine * sine
+    across = 2 * sine * math.cos(half)
+    along = 2 * sine * sine
     # e + sin α (n × e) + (1 − cos α) n × (n × e)
-    cx, cy, cz = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
+    cx = ny * z - nz * y
+    cy = nz * x - nx * z
+    cz = nx * y - ny * x
     return (
         x + across * cx + along * (ny * cz - nz * cy),
         y + across * cy + along * (nz * cx - nx * cz),
@@ -259,11 +266,9 @@ def vector_rates(
 
     Times are divided by `pace`.
     """
-    transverse, weight, slowing = (
-        top.transverse_inertia / pace,
-        top.torque * pace,
-        drag * pace / top.transverse_inertia,
-    )
+    transverse = top.transverse_inertia / pace
+    weight = top.torque * pace
+    slowing = drag * pace / top.transverse_inertia
     # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
     along = drag * pace * (1 / top.inertia - 1 / top.transverse_inertia)
 
@@ -358,13 +363,12 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     inertia, across, torque, spin, pitch = np.array(
         np.broadcast_arrays(*given), dtype=float
     )[..., None]
-    flip, rates = (
-        np.copysign(1.0, torque),
-        np.array([2 * np.abs(torque), inertia * spin]) / across,
-    )
+    flip = np.copysign(1.0, torque)
+    rates = np.array([2 * np.abs(torque), inertia * spin]) / across
     # Rates below _SPECK are 0, so that squares do not underflow.
     pull, about_rod = np.where(np.abs(rates) < _SPECK, 0.0, rates)
-    height, level2 = flip * np.sin(pitch), np.cos(pitch) ** 2
+    height = flip * np.sin(pitch)
+    level2 = np.cos(pitch) ** 2
     # 1 − u0 as sin²θ/(1 + u0) does not lose digits near the vertical.
     upper = np.maximum(
         np.where(height > 0, level2 / (1 + np.abs(height)), 1 - height), _TINY
@@ -431,7 +435,8 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
             rise = excess - before
             slope = np.divide(rise, moved, out=np.zeros_like(rise), where=moved != 0)
         step = (spin + excess - total) / (1 - np.clip(slope, 0.0, 0.9))
-        before, previous = excess, total
+        before = excess
+        previous = total
         # A rod that falls far has no such motion; half of the spin is a limit for the
         # steps.
         total = np.maximum(total + step, np.multiply(0.5, spin))
@@ -459,7 +464,8 @@ class Nutation(Struct, frozen=True):
 def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
     """Compute the nutation of one rod that is released from rest, to about 1e-11 of each number."""
     nod = _nod(top, spin, pitch)
-    share, rates = nod.weight / nod.weight.sum(), nod.rate(_X)
+    share = nod.weight / nod.weight.sum()
+    rates = nod.rate(_X)
     mean = float(share @ rates)
 
     def sag(x: Any) -> Any:
@@ -498,7 +504,8 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
     halves = target / half_angle
     # In every second half the rod moves back to its height at the start, as in a film
     # that runs backwards.
-    whole, rest = np.floor(halves), np.mod(halves, 1)
+    whole = np.floor(halves)
+    rest = np.mod(halves, 1)
     back = whole % 2 == 1
     rest = np.where(back, 1 - rest, rest)
     x = find_crossing(
@@ -529,4 +536,5 @@ def find_crossing(
         if not ((low < middle) & (middle < high)).any():
             return high
         below = function(middle) < 0
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
+        low = np.where(below, middle, low)
+        high = np.where(below, high, middle)

@@ -128,10 +128,8 @@ def predict_precession(
         if slow is not None
         else "At this pitch the spin is too slow for steady precession. "
     )
-    sense, moves = (
-        "counterclockwise" if torque * spin > 0 else "clockwise",
-        "falls" if torque > 0 else "rises",
-    )
+    sense = "counterclockwise" if torque * spin > 0 else "clockwise"
+    moves = "falls" if torque > 0 else "rises"
     if torque == 0:
         case = "no_torque"
     elif spin == 0:
@@ -225,12 +223,10 @@ def predict_earth(
     height = round(90 - math.degrees(abs(latitude)), 1)
     pole, azimuth, star, side = ("north", 0.0, "the pole star", "south")
     if latitude < 0:
-        pole, azimuth, star, side = (
-            "south",
-            math.pi,
-            "the south pole of the sky",
-            "north",
-        )
+        pole = "south"
+        azimuth = math.pi
+        star = "the south pole of the sky"
+        side = "north"
     highest = f"in the {side} at {height:g}°" if height < 90 else "straight overhead"
     path = _say("earth", "highest" if height else "at_pole", highest=highest, side=side)
     return Earth(
@@ -266,7 +262,8 @@ def _directions(
 
 
 def _earth_table(earth: Earth) -> str:
-    axis, east = f"{earth.pole}: azimuth", "east: azimuth"
+    axis = f"{earth.pole}: azimuth"
+    east = "east: azimuth"
     lines = [
         f"  {'hours':>7}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"
     ]
@@ -448,10 +445,8 @@ def predict_tip(
         float(physics.horizontal_precession_rate(torque, spin, inertia))
     )
     error = estimate / speed - 1
-    why, direction = (
-        _say("tip", "turns"),
-        "along the torque: at right angles to the force",
-    )
+    why = _say("tip", "turns")
+    direction = "along the torque: at right angles to the force"
     if error > SLOW:
         why = f"{why} {_say('tip', 'slow')}"
         direction = (
@@ -492,7 +487,8 @@ class _Quantities(string.Formatter):
 
 def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     """Write a prediction as text: the question, the answer in words, and the numbers."""
-    quantities, lines = _Quantities(), []
+    quantities = _Quantities()
+    lines = []
     values = {**answer.options, **asdict(answer)}
     values["why"] = textwrap.fill(
         answer.why, 76, initial_indent="  ", subsequent_indent="  "

@@ -220,7 +220,8 @@ def _says_something_twice(match: re.Match[str]) -> bool:
 
 def _has_two_units(match: re.Match[str]) -> bool:
     """Return whether a unit follows the bracket of one, or two differ beside a %."""
-    unit, last = match["unit"], match["last"]
+    unit = match["unit"]
+    last = match["last"]
     if match["behind"]:
         return bool(unit or last)
     return bool(match["percent"] and unit and last and unit != last)
@@ -239,7 +240,9 @@ def _parts(match: re.Match[str], coverage: float) -> Written:
     power = match["power"] or match["shared"] or ""
     number = match["number"] + power
     spread = match["spread"]
-    unit, last, behind = match["unit"], match["last"], match["behind"]
+    unit = match["unit"]
+    last = match["last"]
+    behind = match["behind"]
     spread_unit = last if unit else None
     if match["digits"]:
         spread = _spread_of_digits(match["digits"], number, power)

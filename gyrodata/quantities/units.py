@@ -48,7 +48,8 @@ class UnitError(ValueError):
         self, message: str, hint: str = "", code: str = diagnostics.UNIT_UNKNOWN
     ) -> None:
         super().__init__(message)
-        self.hint, self.code = hint, code
+        self.hint = hint
+        self.code = code
 
 
 class Uncertainty(Struct, frozen=True):
@@ -145,7 +146,8 @@ class Letters(dict[int, int | str | None]):
         first: str = "",
     ) -> None:
         super().__init__(table)
-        self.categories, self.first = categories, first
+        self.categories = categories
+        self.first = first
 
     def __missing__(self, code: int) -> int | None:
         """Decide about a letter when it is first seen."""
@@ -303,7 +305,8 @@ def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:
         term = _TERM.match(usual, position)
         if term is None:
             raise _unknown(text, None)
-        position, word = term.end(), term["word"]
+        position = term.end()
+        word = term["word"]
         if not word:
             continue
         name = _name(word.replace(".", ""))
@@ -324,7 +327,8 @@ def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:
 
 def _join(terms: Sequence[tuple[str, int]]) -> str:
     """Write a product of units and powers."""
-    above, below = list[str](), list[str]()
+    above = list[str]()
+    below = list[str]()
     for name, power in terms:
         factor = name if abs(power) == 1 else f"{name}^{abs(power)}"
         (above if power > 0 else below).append(factor)
@@ -449,7 +453,8 @@ def kinds_of(text: str) -> frozenset[str]:
 
 def are_equal(one: str, other: str) -> bool:
     """Return whether two unit texts are the same unit, perhaps in two spellings."""
-    left, right = parse(one), parse(other)
+    left = parse(one)
+    right = parse(other)
     return (left.scale, left.dimensions) == (right.scale, right.dimensions)
 
 

@@ -77,7 +77,8 @@ def pattern_of(phrases: Iterable[str]) -> str:
     three letters, or with a dot behind it, is a whole word. Upper and lower case are
     the same.
     """
-    at_start, anywhere = [_NEVER], [_NEVER]
+    at_start = [_NEVER]
+    anywhere = [_NEVER]
     for phrase in phrases:
         words_of_it = phrase.removesuffix(".").split()
         is_whole = _is_whole(phrase)

@@ -148,10 +148,8 @@ def _read_as(n: Numbers) -> Sentence:
     """Describe the first run with a load: what was read, and what follows from it."""
     i, run = next((i, run) for i, run in enumerate(n.analysis.run_table) if run.torque)
     at = f"runs.{i}"
-    torque, loaded = (
-        n.value(f"{at}.torque", n.torque),
-        run.mass is not None and run.position is not None,
-    )
+    torque = n.value(f"{at}.torque", n.torque)
+    loaded = run.mass is not None and run.position is not None
     on_the_rod = (
         say("{} from the centre", n.hung(i, at))
         if loaded
@@ -246,7 +244,8 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
         if not run.flagged and abs(run.studentized_residual or 0.0) > FAR
     ]
     for i in odd[:FEW]:
-        fate, reason = _fate(n.analysis, i), runs[i].reason
+        fate = _fate(n.analysis, i)
+        reason = runs[i].reason
         yield say(
             "Suspected outlier: {}, {}: {}. Check it, or repeat the run.",
             _run_place(n, i),
@@ -282,7 +281,8 @@ def _fate(analysis: Analysis, i: int) -> str:
 
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
-    analysis, scatter = n.analysis, n.analysis.fit.widths.scatter
+    analysis = n.analysis
+    scatter = n.analysis.fit.widths.scatter
     runs = n.count("/input.rows", "run")
     left_out = any(run.left_out for run in analysis.run_table)
     runs = (
@@ -396,7 +396,8 @@ def _fit_quality(n: Numbers) -> Sentence:
 
 
 def _runs(n: Numbers) -> Iterator[elements.Block]:
-    analysis, second = n.analysis, values.SECOND
+    analysis = n.analysis
+    second = values.SECOND
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     marked = "The remarks in the table explain the suspected outliers."
     yield paragraph(
@@ -526,7 +527,8 @@ def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
 
     The estimates are drawn against the interval of the answer.
     """
-    value, u = n.analysis.inertia.value, n.analysis.inertia.u or 0.0
+    value = n.analysis.inertia.value
+    u = n.analysis.inertia.u or 0.0
     dots = tuple((one.value, one.u or 0.0) if one else None for one in estimates)
     return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))
 
@@ -554,7 +556,9 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
     fits = n.analysis.fits
     rows: list[tuple[elements.Cell, ...]] = []
     for i, fit in enumerate(fits):
-        at, away, intercept = f"fits.{i}", None, None
+        at = f"fits.{i}"
+        away = None
+        intercept = None
         if fit.deviation is not None and fit.difference is not None:
             away = say(
                 "{} ({})", n.shift(f"{at}.deviation"), n.percent(f"{at}.difference")
@@ -640,7 +644,8 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
 
 
 def _diagnostic(n: Numbers, i: int) -> Sentence:
-    found, at = n.analysis.diagnostics[i], f"/diagnostics.{i}"
+    found = n.analysis.diagnostics[i]
+    at = f"/diagnostics.{i}"
     place: Sentence = ()
     if found.line:
         column = say(", column {}", n.number(f"{at}.column")) if found.column else ()

@@ -48,10 +48,8 @@ def templates(folder: Path) -> Environment:
     made = Environment(
         trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False
     )
-    made.loader, made.autoescape = (
-        FileSystemLoader(folder),
-        select_autoescape(("html.jinja",)),
-    )
+    made.loader = FileSystemLoader(folder)
+    made.autoescape = select_autoescape(("html.jinja",))
     return made
 
 
@@ -87,7 +85,8 @@ def table_rows(analysis: Analysis, table: str) -> str:
     if table == "runs":
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-            rpm, cells = run.spin / RPM, astuple(run)
+            rpm = run.spin / RPM
+            cells = astuple(run)
             rows.append(
                 map(
                     csv_cell,

@@ -117,10 +117,8 @@ def join(
         if markup is None:
             text += str(part)
             continue
-        start, end = (
-            " " * text.startswith(" "),
-            " " * (text.endswith(" ") and not text.isspace()),
-        )
+        start = " " * text.startswith(" ")
+        end = " " * (text.endswith(" ") and not text.isspace())
         done += f"{start}{escape(text)}{end}{markup}"
         text = ""
     return done.strip()
@@ -267,7 +265,8 @@ class Numbers:
     """
 
     def __init__(self, analysis: Analysis) -> None:
-        self.analysis, self.document = analysis, analysis.to_dict()
+        self.analysis = analysis
+        self.document = analysis.to_dict()
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
         self.torque = values.torque_scale(
@@ -323,7 +322,8 @@ class Numbers:
 
     def reading(self, run: int, role: str, scale: Scale) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
-        place, column = f"runs.{run}.{role}", self.analysis.readings.columns.get(role)
+        place = f"runs.{run}.{role}"
+        column = self.analysis.readings.columns.get(role)
         # A mean of several readings has no digits of its own.
         # The numbers of the JSON have 12 digits.
         as_read = column is not None and math.isclose(
@@ -387,10 +387,8 @@ class Numbers:
 
         An example is "20.00 g at 15.0 cm".
         """
-        measured, grams = (
-            self.analysis.measurements,
-            values.mass_scale(self.find(f"{place}.mass")),
-        )
+        measured = self.analysis.measurements
+        grams = values.mass_scale(self.find(f"{place}.mass"))
         mass = self.value(f"{place}.mass", grams, step=measured.mass_step[run])
         arm = self.value(
             f"{place}.position", values.CENTIMETRE, step=measured.position_step[run]
@@ -399,8 +397,10 @@ class Numbers:
 
     def load(self, group: int) -> Sentence:
         """Show the load of a torque, or the torque if the log gives no load."""
-        analysis, place = self.analysis, f"torques.{group}"
-        torque, runs = analysis.torques[group], analysis.measurements.by_torque[group]
+        analysis = self.analysis
+        place = f"torques.{group}"
+        torque = analysis.torques[group]
+        runs = analysis.measurements.by_torque[group]
         mark = Mark(group)
         left_out = (
             ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""

@@ -80,15 +80,19 @@ class Scene(Struct, frozen=True):
 
 def gather(analysis: Analysis) -> Scene:
     """Collect the data of the figures from an analysis, in the units of the axes."""
-    measured, runs = analysis.measurements, analysis.run_table
+    measured = analysis.measurements
+    runs = analysis.run_table
     unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
-    period, product = measured.time / measured.turns, measured.product
-    time_u, spin_u = _relative(measured, "time", "turns"), _relative(measured, "spin")
+    period = measured.time / measured.turns
+    product = measured.product
+    time_u = _relative(measured, "time", "turns")
+    spin_u = _relative(measured, "spin")
     torque_u = np.abs(measured.torque) * _relative(
         measured, "mass", "position", "force", "torque", "g"
     )
     product_u = np.abs(product) * np.hypot(time_u, spin_u)
-    inertia, imbalance = analysis.inertia.value, analysis.residual_torque.value
+    inertia = analysis.inertia.value
+    imbalance = analysis.residual_torque.value
     return Scene(
         analysis=analysis,
         inertia=inertia,
@@ -138,7 +142,8 @@ def list_looks(analysis: Analysis) -> tuple[Look, ...]:
 
 
 def _groups(analysis: Analysis) -> tuple[Group, ...]:
-    members, torques = analysis.measurements.by_torque, analysis.torques
+    members = analysis.measurements.by_torque
+    torques = analysis.torques
     labels = [_label(analysis.measurements, group[0]) for group in members]
     for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
         # Runs without a weight can precess in both directions.
@@ -171,7 +176,9 @@ def _label(measured: Measurements, i: int) -> str:
     if not measured.torque[i]:
         return "no weight"
     at = f" at {as_number(100 * measured.position[i], 100 * measured.position_step[i])} cm"
-    mass, step, force = measured.mass[i], measured.mass_step[i], measured.force[i]
+    mass = measured.mass[i]
+    step = measured.mass_step[i]
+    force = measured.force[i]
     if not math.isnan(mass):
         return (
             f"{as_number(1e3 * mass, 1e3 * step)} g"

@@ -113,10 +113,8 @@ def describe_period(scene: Scene) -> str:
             )
     law = scene.analysis.exponent
     grows = f", growing as the spin to the power {with_u(law)}" if law else ""
-    runs, torques = (
-        count_text(len(scene.names), "run"),
-        count_text(len(scene.groups), "torque"),
-    )
+    runs = count_text(len(scene.names), "run")
+    torques = count_text(len(scene.groups), "torque")
     return (
         f"Precession period against spin, {runs} at {torques}{grows}; a line through "
         f"zero for each torque, steeper for "
@@ -130,7 +128,8 @@ def draw_product(ax: Axes, scene: Scene) -> None:
     limits = _limits(scene.product, scene.product_u, ~scene.hollow)
     ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
     for group in scene.groups:
-        mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
+        mean = group.summary.product.value
+        half = 2 * (group.summary.product.u or 0.0)
         ax.axhspan(
             mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0
         )
@@ -170,10 +169,8 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     """
     x, line, (down, up) = _line(scene)
     low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
-    low, high = (
-        min(low, float(line.min()) - 0.02 * (high - low)),
-        max(high, float(line.max())),
-    )
+    low = min(low, float(line.min()) - 0.02 * (high - low))
+    high = max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
     ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"M [{scene.unit}]")
     ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
@@ -204,7 +201,8 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
 
 def describe_torque(scene: Scene) -> str:
     """Describe the figure in words."""
-    low, high = float(scene.torque.min()), float(scene.torque.max())
+    low = float(scene.torque.min())
+    high = float(scene.torque.max())
     reach = (
         f"from {as_number(low)} to {as_number(high)}"
         if high > low
@@ -315,15 +313,11 @@ def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, 
     Other runs extend them by a half at most.
     """
     shown = kept if kept.any() else np.ones_like(kept)
-    low, high = (
-        min(0.0, float((values - u)[shown].min())),
-        max(0.0, float((values + u)[shown].max())),
-    )
+    low = min(0.0, float((values - u)[shown].min()))
+    high = max(0.0, float((values + u)[shown].max()))
     span = high - low or 1.0
-    low, high = (
-        max(min(low, float(values.min())), low - span / 2),
-        min(max(high, float(values.max())), high + span / 2),
-    )
+    low = max(min(low, float(values.min())), low - span / 2)
+    high = min(max(high, float(values.max())), high + span / 2)
     space = 0.06 * (high - low)
     return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
 
@@ -380,7 +374,8 @@ def _draw_runs(
     A run outside the axes is drawn at the edge, without bars and with its value. With
     `means`, the legend contains the mean φ̇ψ̇ of each torque.
     """
-    at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
+    at_x = np.clip(x, *ax.get_xlim())
+    at_y = np.clip(y, *ax.get_ylim())
     inside = (at_x == x) & (at_y == y)
     colours = np.full(len(x), "#000000")
     for rank, group in enumerate(
@@ -420,7 +415,8 @@ def _draw_runs(
             ecolor=of_bars,
             elinewidth=1.0,
         )
-    names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
+    names = {}
+    odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     for i in odd:
@@ -540,7 +536,8 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     lines = max(
         map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))
     ) + bool(title)
-    left, top = 26 + 5.7 * max(map(len, ticks)), 20 if axes[0].get_title("left") else 8
+    left = 26 + 5.7 * max(map(len, ticks))
+    top = 20 if axes[0].get_title("left") else 8
     figure.subplots_adjust(
         left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height
     )

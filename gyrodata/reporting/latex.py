@@ -111,10 +111,8 @@ def _block(block: Block) -> str:
     found = [_sentence(line) for line in block.sentences]
     if not block.is_list:
         return "\n\n".join(found) + "\n\n\\vspace{2cm}" * (block.kind == "task")
-    kind, items = (
-        "enumerate" if block.kind == "numbered" else "itemize",
-        "\n".join(rf"\item {line}" for line in found),
-    )
+    kind = "enumerate" if block.kind == "numbered" else "itemize"
+    items = "\n".join(rf"\item {line}" for line in found)
     return f"\\begin{{{kind}}}\\raggedright\n{items}\n\\end{{{kind}}}"
 
 
@@ -224,7 +222,8 @@ def escape(text: str) -> str:
     text = "".join(" " if one.isspace() else one for one in shown(text))
     done, end = "", 0
     for found in re.finditer(_FORMULA, text):
-        formula, behind = found[0], text[found.end() : found.end() + 1]
+        formula = found[0]
+        behind = text[found.end() : found.end() + 1]
         is_open = {
             ")": formula.count("(") > formula.count(")"),
             "|": formula.count("|") % 2,
@@ -247,10 +246,8 @@ def _plain(text: str) -> str:
 
 def _sign(found: re.Match[str]) -> str:
     """Write one sign of a formula."""
-    sign, after = (
-        found[0].removesuffix("\u0307"),
-        found.string[found.end() : found.end() + 1],
-    )
+    sign = found[0].removesuffix("\u0307")
+    after = found.string[found.end() : found.end() + 1]
     if sign not in _MATH:
         return f"{'_' if sign[0] in '₀₁₂₃₄₅₆₇₈₉' else '^'}{{{sign.translate(_LEVEL)}}}"
     written = (r"\dot" if sign != found[0] else "") + _MATH[sign]

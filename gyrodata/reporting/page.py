@@ -77,7 +77,8 @@ def report_page(
         Text from the log is escaped; there is no clock time and no name of a folder in
         it.
     """
-    write, whole = _Writer(analysis, looks), content.report(analysis)
+    write = _Writer(analysis, looks)
+    whole = content.report(analysis)
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
     room.filters["kind"] = lambda block: type(block).__name__
@@ -97,19 +98,19 @@ class _Writer:
     def __init__(
         self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]
     ) -> None:
-        self.numbers, self.looks = Numbers(analysis), looks
+        self.numbers = Numbers(analysis)
+        self.looks = looks
 
     def number(self, number: Number) -> Markup:
         """Write a number with links to its places in results.json."""
         texts = []
         for text, place in zip(number.shown, number.places, strict=True):
-            found, shown = self.numbers.find(place), escape(text)
+            found = self.numbers.find(place)
+            shown = escape(text)
             size = ""
             if not isinstance(found, str):
-                shown, size = (
-                    escape(text.replace("-", "−")),
-                    f' data-size="{number.size!r}"',
-                )
+                shown = escape(text.replace("-", "−"))
+                size = f' data-size="{number.size!r}"'
             value = escape(found if isinstance(found, str) else repr(found))
             texts.append(
                 f'<data value="{value}" data-from="{place}"{size}>{shown}</data>'
@@ -179,9 +180,12 @@ def _draw(head: Head) -> list[Markup]:
             for sign in (-1, 1)
         ),
     ]
-    low, high, reach = min(ends), max(ends), FARTHEST * (head.band[1] - head.band[0])
+    low = min(ends)
+    high = max(ends)
+    reach = FARTHEST * (head.band[1] - head.band[0])
     if reach:
-        low, high = max(low, head.band[0] - reach), min(high, head.band[1] + reach)
+        low = max(low, head.band[0] - reach)
+        high = min(high, head.band[1] + reach)
     space = 0.05 * (high - low) or 1.0
 
     def percent(value: float) -> float:
@@ -199,7 +203,8 @@ def _draw(head: Head) -> list[Markup]:
     for value in head.dots:
         found = behind
         if value:
-            start, end = percent(value[0] - value[1]), percent(value[0] + value[1])
+            start = percent(value[0] - value[1])
+            end = percent(value[0] + value[1])
             if value[0] < low - space:
                 kind = "off left"
             elif value[0] > high + space:
@@ -244,7 +249,8 @@ def report_files(
     dict of str to bytes
         The contents by name of the file.
     """
-    shown, kinds = shown_form(figures), {figures}
+    shown = shown_form(figures)
+    kinds = {figures}
     # Markdown shows no PDF, and LaTeX includes no SVG.
     if document.endswith(".md"):
         kinds.add(shown)

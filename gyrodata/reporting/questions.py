@@ -136,7 +136,8 @@ def _slope(
     n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
-    analysis, m0 = n.analysis, n.analysis.residual_torque
+    analysis = n.analysis
+    m0 = n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
@@ -170,10 +171,8 @@ def _slope(
         facts = say(words, facts, n.value("centre_of_mass.value", values.MICROMETRE))
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
-        slope, away = (
-            n.value("fits.1.inertia.value", n.inertia),
-            n.shift("fits.1.deviation"),
-        )
+        slope = n.value("fits.1.inertia.value", n.inertia)
+        away = n.shift("fits.1.deviation")
         facts = say(
             "{} A line without an intercept has the slope {}, {} away.",
             facts,
@@ -238,7 +237,8 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
 
 def _exponents(n: Numbers) -> Iterator[elements.Block]:
     """Answer (b): the exponent of the period against the spin."""
-    whole, laws = n.analysis.exponent, n.analysis.power_law
+    whole = n.analysis.exponent
+    laws = n.analysis.power_law
     if whole is None:
         words = (
             "No torque has runs at two different spins, so the log does not determine "
@@ -354,10 +354,8 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     yield conclude(n, "meaning", say(words))
     runs = n.analysis.run_table
     fastest = max(range(len(runs)), key=lambda i: runs[i].spin)
-    momentum, spin = (
-        n.value("angular_momentum.value", values.ANGULAR_MOMENTUM),
-        n.reading(fastest, "spin", values.RPM),
-    )
+    momentum = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM)
+    spin = n.reading(fastest, "spin", values.RPM)
     yield paragraph(
         "At the fastest spin, {}, L = I_zz ψ̇ = {}.", spin, momentum, kind="result"
     )
@@ -432,7 +430,8 @@ def compare_with_ball(n: Numbers) -> Sentence:
             "the value for the {}."
         )
         return say(words, body, n.number("ball.relative", f"{ball.relative:.3g}"), body)
-    close, bore = _agrees(ball.deviation), ""
+    close = _agrees(ball.deviation)
+    bore = ""
     if (
         not close
         and ball.mass is not None
@@ -459,19 +458,17 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
 
     The result shows the calculation step by step in SI units.
     """
-    analysis, measured = n.analysis, n.analysis.measurements
+    analysis = n.analysis
+    measured = n.analysis.measurements
     i = min(
         (run.left_out, i) for i, run in enumerate(analysis.run_table) if run.torque
     )[1]
-    run, at = analysis.run_table[i], f"runs.{i}"
-    moment, product = (
-        n.value(f"{at}.torque", values.NEWTON_METRE),
-        n.value(f"{at}.product", values.PRODUCT),
-    )
-    rate, spin = (
-        n.value(f"{at}.precession_rate", values.RATE),
-        n.value(f"{at}.spin", values.RATE),
-    )
+    run = analysis.run_table[i]
+    at = f"runs.{i}"
+    moment = n.value(f"{at}.torque", values.NEWTON_METRE)
+    product = n.value(f"{at}.product", values.PRODUCT)
+    rate = n.value(f"{at}.precession_rate", values.RATE)
+    spin = n.value(f"{at}.spin", values.RATE)
     torque = say("M = {}, as the log gives it", moment)
     if run.mass is not None and run.position is not None:
         torque = say(

@@ -125,11 +125,9 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
         )
     )
     found = [d for d in found if d.code not in _SAID_ELSEWHERE]
-    n, runs, groups = (
-        Numbers(analysis),
-        analysis.run_table,
-        analysis.measurements.by_torque,
-    )
+    n = Numbers(analysis)
+    runs = analysis.run_table
+    groups = analysis.measurements.by_torque
     group_of = {i: k for k, members in enumerate(groups) for i in members}
     members = groups[group_of[len(runs) - 1]]
     lines = {runs[i].line for i in members}
@@ -140,7 +138,8 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
         if run.flagged and i not in members
     ]
     still_open += [_advice(d) for d in found if d not in here]
-    whole, inertia = report(analysis), analysis.inertia
+    whole = report(analysis)
+    inertia = analysis.inertia
     relative = (
         f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
     )
@@ -248,7 +247,8 @@ def check_text(
     str
         The last line is the verdict.
     """
-    lines, parts = [], []
+    lines = []
+    parts = []
     if analysis is not None:
         whole = report(analysis)
         lines = [

@@ -164,7 +164,8 @@ def inertia_text(value: float, u: float | None) -> str:
 
 def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:
     """Round the ends of an interval to two digits of its half-width."""
-    low, high = low / factor, high / factor
+    low = low / factor
+    high = high / factor
     width = (high - low) / 2
     places = max(0, 1 - _exponent(width)) if width > 0 else 4
     return f"{low:.{places}f}", f"{high:.{places}f}"
@@ -208,7 +209,8 @@ def inertia_range_text(low: float, high: float) -> str:
 
 def factor_text(factor: float) -> str:
     """Write a factor: "9.55 times", "1/9.55 of", "10⁷ times"."""
-    sign, size = "−" if factor < 0 else "", abs(factor)
+    sign = "−" if factor < 0 else ""
+    size = abs(factor)
     number = 1 / size if 0 < size < 1 else size
     rounded = float(f"{number:.3g}")
     if rounded < 1e6:

@@ -194,7 +194,8 @@ def selfcheck(
     tables = []
     for scatter in scatters:
         random = np.random.default_rng(seed)
-        ends, seconds = np.full((len(names), labs, 5), math.nan), np.zeros(len(names))
+        ends = np.full((len(names), labs, 5), math.nan)
+        seconds = np.zeros(len(names))
         for i in range(labs):
             drawn = _draw(measured, found, scatter, tilted, random)
             for k, name in enumerate(names):
@@ -217,11 +218,13 @@ def selfcheck(
 
 def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:
     """Compare the answers of one fit, five ends of intervals for each lab, with the truth."""
-    answered, time_us = ends[np.isfinite(ends[:, 2])], 1e6 * float(seconds) / len(ends)
+    answered = ends[np.isfinite(ends[:, 2])]
+    time_us = 1e6 * float(seconds) / len(ends)
     bias = rmse = one = two = mean_u = None
     if len(answered):
         off = answered[:, 2] / truth - 1
-        bias, rmse = float(off.mean()), math.sqrt(float(np.mean(off**2)))
+        bias = float(off.mean())
+        rmse = math.sqrt(float(np.mean(off**2)))
         if np.isfinite(answered).all():
             two, one = (
                 float(
@@ -249,10 +252,8 @@ def _draw(
     across = fitting.transverse_inertia(measured) if tilted else 0.0
     pitch = measured.pitch if tilted else 0.0
     # The weight turns with the ball if its own inertia is given.
-    inertia, torque = (
-        found.inertia.value + measured.added,
-        measured.torque + found.residual_torque.value,
-    )
+    inertia = found.inertia.value + measured.added
+    torque = measured.torque + found.residual_torque.value
     rate = np.abs(
         physics.precession_rate(
             torque, found.sense * measured.corrected_spin, inertia, across, pitch

@@ -99,10 +99,8 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
         ax.axhspan(panel.bound / panel.u, 1, **BAND)
         for method, (colour, marker) in _MODELS.items():
             points = [point for point in panel.points if point.method == method]
-            x, y = (
-                [point.seconds for point in points],
-                [point.error / panel.u for point in points],
-            )
+            x = [point.seconds for point in points]
+            y = [point.error / panel.u for point in points]
             ax.plot(
                 x,
                 y,
@@ -159,10 +157,8 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
         for order in orders:
             if order.turns == turns:
                 colour, marker = _CURVES[order.method]
-                x, y = (
-                    [point.evaluations for point in order.points],
-                    [point.off for point in order.points],
-                )
+                x = [point.evaluations for point in order.points]
+                y = [point.off for point in order.points]
                 label = f"{order.method}, order {order.order or 0:.1f}"
                 ax.plot(
                     x,

@@ -71,7 +71,8 @@ def covariances(measured: Measurements) -> tuple[Floats, Floats]:
     count = len(measured.runs)
     # The timing bias is the same in all runs.
     late = measured.product / measured.time * measured.timing_bias_u
-    product, torque = np.outer(late, late), np.zeros((count, count))
+    product = np.outer(late, late)
+    torque = np.zeros((count, count))
     for whole, covariance, quantities in (
         (measured.product, product, ("time", "spin", "turns")),
         (measured.torque, torque, ("mass", "position", "g")),
@@ -229,7 +230,8 @@ def try_fit(
     name: str, labs: Sequence[Measurements], clock: Clock, repeats: int = 1
 ) -> Trial:
     """Apply one fit to labs and compare its answers with the truth."""
-    truth, answers = Truth().inertia, []
+    truth = Truth().inertia
+    answers = []
     for lab in labs:
         try:
             answers.append(ESTIMATORS[name](lab))

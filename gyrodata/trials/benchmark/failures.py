@@ -56,9 +56,11 @@ def _formulas() -> list[Failure]:
 
     The mean of a falling spin is computed as well.
     """
-    level, spin = 1e-14, 400 * RPM
+    level = 1e-14
+    spin = 400 * RPM
     tilted = math.radians(45)
-    start, end = 400 * RPM, 200 * RPM
+    start = 400 * RPM
+    end = 200 * RPM
     mean = 1 / float(
         np.mean(1 / (start * (end / start) ** ((np.arange(100_000) + 0.5) / 100_000)))
     )
@@ -108,7 +110,8 @@ def _rate(pitch: float, spin: float) -> float:
 
 def textbook_root(pitch: float, spin: float) -> float:
     """Compute the slow rate of eq. (8) by (−b + √D)/2a [rad/s]."""
-    a, b = (INERTIA - TOP.transverse_inertia) * math.sin(pitch), INERTIA * spin
+    a = (INERTIA - TOP.transverse_inertia) * math.sin(pitch)
+    b = INERTIA * spin
     return float((-b + math.sqrt(b * b + 4 * a * TOP.torque)) / (2 * a))
 
 
@@ -135,13 +138,15 @@ def _near_vertical() -> Failure:
     true = motion.integrate(TOP, PASSING, [1.0], rtol=1e-13, atol=1e-15)[0].axis[0]
     row = [*PASSING.axis.tolist(), *PASSING.momentum.tolist()]
     vectors = runge_kutta(motion.vector_rates(TOP), row, 1e-3, 1000)[:3]
-    across, along = TOP.transverse_inertia, float(PASSING.axis @ PASSING.momentum)
+    across = TOP.transverse_inertia
+    along = float(PASSING.axis @ PASSING.momentum)
 
     def rates(
         theta: float, nodding: float, _azimuth: float, turning: float
     ) -> tuple[float, ...]:
         """Compute eqs. (7a) and (7b) for θ, θ̇, φ and φ̇."""
-        sine, cosine = math.sin(theta), math.cos(theta)
+        sine = math.sin(theta)
+        cosine = math.cos(theta)
         falling = (
             (across * turning**2 * cosine - along * turning + TOP.torque)
             * sine
@@ -183,7 +188,8 @@ def _no_steady_precession() -> Failure:
 
     Eq. (8) has no real root for this rod.
     """
-    pitch, spin = math.radians(45), 40 * RPM
+    pitch = math.radians(45)
+    spin = 40 * RPM
     period = motion.nutation(TOP, spin, pitch).period
     path, _ = motion.integrate(
         TOP, motion.released(TOP, spin, pitch), np.linspace(0, period, 200), rtol=1e-11

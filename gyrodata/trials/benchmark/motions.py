@@ -184,7 +184,8 @@ def run_motion(effort: Effort, clock: Clock, seed: int = 1) -> list[MotionPanel]
 def _run_scene(
     scene: MotionScene, effort: Effort, clock: Clock, seed: int
 ) -> MotionPanel:
-    spins, pitch = tuple(RPM * one for one in scene.rpm), math.radians(scene.tilt)
+    spins = tuple(RPM * one for one in scene.rpm)
+    pitch = math.radians(scene.tilt)
     design = Design(masses=MASSES, positions=(POSITION,), spins=spins, pitches=(pitch,))
     measured = measure(simulate(Truth(), design, _NOISE, None).readings)
     # A log without errors has less scatter than a real one; with the stated widths it
@@ -250,11 +251,10 @@ def _draw_labs(scene: MotionScene, count: int, random: np.random.Generator) -> _
     top = motion.Top(
         inertia, across, physics.torque(mass, POSITION, physics.STANDARD_GRAVITY)
     )
-    pitch, push = (
-        np.radians(scene.tilt + random.uniform(-2, 2, mass.shape)),
-        random.uniform(*scene.push, mass.shape),
-    )
-    rest, steady = motion.released(top, start, pitch), motion.steady(top, start, pitch)
+    pitch = np.radians(scene.tilt + random.uniform(-2, 2, mass.shape))
+    push = random.uniform(*scene.push, mass.shape)
+    rest = motion.released(top, start, pitch)
+    steady = motion.steady(top, start, pitch)
     state = motion.State(
         rest.axis, rest.momentum + push[:, None] * (steady.momentum - rest.momentum)
     )
@@ -385,10 +385,8 @@ class Order(Struct, frozen=True):
         seen = [point for point in self.points if 1e-11 < point.off < 1e-3]
         if len(seen) < 2:
             return None
-        evaluations, off = (
-            np.log([p.evaluations for p in seen]),
-            np.log([p.off for p in seen]),
-        )
+        evaluations = np.log([p.evaluations for p in seen])
+        off = np.log([p.off for p in seen])
         return -float(np.polyfit(evaluations, off, 1)[0])
 
     def evaluations(self, aim: float) -> float | None:
@@ -408,16 +406,15 @@ class Order(Struct, frozen=True):
 
 def find_orders(effort: Effort, clock: Clock) -> list[Order]:
     """Integrate the motion of the top for one turn and for many turns, with ever finer settings."""
-    nod, rate = (
-        motion.nutation(TOP, SPIN),
-        float(motion.mean_precession_rate(TOP, SPIN)),
-    )
+    nod = motion.nutation(TOP, SPIN)
+    rate = float(motion.mean_precession_rate(TOP, SPIN))
     orders = []
     for turns in (1, effort.turns):
         # After a whole number of nutations and a half the rod is at its lowest point,
         # where it moves fastest.
         time = (round(2 * math.pi * turns / rate / nod.period) + 0.5) * nod.period
-        level, azimuth = math.cos(nod.greatest_sag), rate * time
+        level = math.cos(nod.greatest_sag)
+        azimuth = rate * time
         true = np.array(
             [
                 level * math.cos(azimuth),

@@ -138,10 +138,8 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     """Write the text in Markdown: the best method of each part, and the main numbers."""
-    text, fewest = (
-        Path(__file__).with_name("reading.md").read_text(encoding="utf-8"),
-        [],
-    )
+    text = Path(__file__).with_name("reading.md").read_text(encoding="utf-8")
+    fewest = []
     for turns in (1, effort.turns):
         ranges = cheapest(benchmark.orders, turns).items()
         parts = (
@@ -185,7 +183,8 @@ def _rows(rows: Iterable[Sequence[str]]) -> str:
 
 
 def _model(panel: MotionPanel) -> Sequence[str]:
-    level, winner = panel.points[0], panel.winner
+    level = panel.points[0]
+    winner = panel.winner
     errors = [f"{point.error / panel.u:.2g} u" for point in (winner, level)]
     return (
         panel.scene.heading,

@@ -240,7 +240,8 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
             np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)),
         )
 
-    angle, at_start = 2 * np.pi * runs.turns, rate(runs.spin)
+    angle = 2 * np.pi * runs.turns
+    at_start = rate(runs.spin)
     least = physics.least_spin(
         runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch
     )
@@ -251,7 +252,8 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         i = slow[np.argmax(least[slow])]
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
         raise InputError.named("simulated_not_steady", run=_run(runs, i), rpm=rpm)
-    decay, longest = truth.decay, angle / at_start
+    decay = truth.decay
+    longest = angle / at_start
     if decay is None:
         return replace(runs, time=longest)
 

@@ -101,7 +101,8 @@ def simulate(
     for key in noise:
         insist_on_choice("a key of noise", key, NOISE_KEYS)
     insist_on_type("seed", seed, Integral | None, "a whole number")
-    truth, design = truth or Truth(), design or Design()
+    truth = truth or Truth()
+    design = design or Design()
     random = np.random.default_rng(seed)
     truth = _drawn(truth, noise, random, seed)
     runs = happen(truth, design)

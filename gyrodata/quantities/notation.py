@@ -17,6 +17,7 @@ from gyrodata.base import diagnostics
 from gyrodata.quantities import misreadings, units
 from gyrodata.quantities.misreadings import fault
 from gyrodata.quantities.numerals import (
+    NUMBER,
     PLAIN,
     PLUS,
     THOUSANDS,
@@ -32,6 +33,11 @@ from gyrodata.quantities.units import Uncertainty, UnitError
 LONG = 600.0
 """A time [s] at least this long that is written as 00:20:13 may be one of 20.13 s."""
 
+_ORDINARY = re.compile(
+    rf"(?:[0-9]+/[0-9]+|{NUMBER})(?:\s*±\s*{NUMBER})?\s*"
+    r"(?:(?!(?i:pi)|π)[^\W\d]+(?:/[^\W\d]+(?:\^?2)?)?)?"
+)
+"""A number or a fraction, perhaps with its uncertainty, and a unit such as ``m/s^2``."""
 _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
@@ -87,7 +93,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     plain = fold_number(text)
     if kind == "sign":
         return _read_sense(plain)
-    if not PLAIN.fullmatch(plain):
+    if not _ORDINARY.fullmatch(plain):
         special = _read_special(text, plain, kind, unit, ask)
         if special is not None:
             return special

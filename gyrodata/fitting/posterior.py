@@ -157,37 +157,14 @@ class Posterior(Struct, frozen=True):
         return _quantiles(self.weight, self.mean[number], self.u[number])
 
     def typical_widths(self) -> tuple[float, float, float]:
-        """Return a typical s, and the v and the width of M0 that represent all of them.
-
-        These widths alone give u(I_zz) of all widths with this s.
-        """
+        """Return a typical s, v and width of M0: the weighted means of all parts."""
         factor = math.exp(float(self.weight @ np.log(self.factor)))
-        likely = self.weight > 1e-6 * np.maximum.reduce(self.weight)
-        of_factor = self._nearest(likely, self.factor, factor)
-        levels, number = np.unique(self.level[of_factor], return_inverse=True)
-        weight = self.weight[of_factor]
-        u = self.u[0, of_factor]
-        mean_u = np.bincount(number, weight * u) / np.bincount(number, weight)
-        mean_u = np.maximum.accumulate(mean_u)
-        level = float(np.interp(weight @ u / np.add.reduce(weight), mean_u, levels))
-        nearest = self._nearest(of_factor, self.level, level)
-        weight = self.weight[nearest]
-        u = self.u[0, nearest]
-        weight = weight / np.add.reduce(weight)
-        _, below, _, above, _ = _quantiles(weight, self.mean[0, nearest], u)
-        order = u.argsort()
-        widths = np.log(self.width[nearest][order])
-        width = np.interp((above - below) / 2, u[order], widths)
-        return factor, level, float(np.exp(width))
+        width = math.exp(float(self.weight @ np.log(self.width)))
+        return factor, float(self.weight @ self.level), width
 
     def chance_of_one_balance(self) -> float:
         """Return the probability that M0 is the same with every weight."""
         return float(self.weight @ (self.level == 0))
-
-    def _nearest(self, some: Any, values: Floats, typical: float) -> Any:
-        """Select those of some parts whose value is the nearest one to a typical value."""
-        away = np.where(some, np.abs(values - typical), np.inf)
-        return some & (values == values[away.argmin()])
 
 
 def integrate(

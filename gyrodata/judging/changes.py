@@ -140,18 +140,23 @@ def effect_words(name: str) -> str:
 
 
 def _effects(lab: Lab) -> Iterator[Change]:
-    """List the effects of an imperfect balance, a late hand and a falling spin.
+    """List all effects: each is in the fit and is left out here, or is added here."""
+    yield _residual_torque(lab)
+    yield _balance_change(lab)
+    yield _timing_bias(lab)
+    yield from _falling_spin(lab)
+    yield _delay_of_spin(lab)
+    yield from _effects_of_motion(lab)
 
-    The effects of the motion of the rod follow.
-    """
+
+def _residual_torque(lab: Lab) -> Change:
+    """Suppose that M0 is zero: a run without a weight then stands still, and is not used."""
     measured = lab.measured
     widths = lab.fit.widths
-    # Fit with M0 = 0; a run without a weight then stands still, and is not used.
     lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
     prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
     words = (
-        f"its size is unknown beforehand, so M0 is a parameter with prior width "
-        f"{prior:.2g} N·m, with wide tails"
+        f"unknown beforehand: M0 has a prior of width {prior:.2g} N·m, with wide tails"
     )
     assert widths.residual_torque is not None
     none = replace(
@@ -159,69 +164,69 @@ def _effects(lab: Lab) -> Iterator[Change]:
         residual_torque=fitting.NEGLIGIBLE * widths.residual_torque,
         level=0.0,
     )
-    left_out = tuple({*lab.left_out, *np.flatnonzero(measured.torque == 0).tolist()})
-    yield lab.change(
-        "residual_torque", words, kept=True, sized=False, left_out=left_out, widths=none
+    unloaded = np.flatnonzero(measured.torque == 0).tolist()
+    return lab.change(
+        "residual_torque",
+        words,
+        kept=True,
+        sized=False,
+        left_out=tuple({*lab.left_out, *unloaded}),
+        widths=none,
     )
-    yield _balance_change(lab)
-    width = measured.timing_bias_u
-    if width:
-        words = f"its size is unknown beforehand, so b is a parameter with prior width {width:g} s"
-        yield lab.change(
-            "timing_bias", words, {"timing_bias_u": 0.0}, kept=True, sized=False
-        )
-    else:
-        yield lab.change(
-            "timing_bias", "not a stopwatch's time, or u_time_bias is 0", sized=False
-        )
+
+
+def _timing_bias(lab: Lab) -> Change:
+    """Suppose that the hand is neither late nor early on average."""
+    name = "timing_bias"
+    width = lab.measured.timing_bias_u
+    if not width:
+        words = "not a stopwatch's time, or u_time_bias is 0"
+        return lab.change(name, words, sized=False)
+    words = f"unknown beforehand: b has a prior of width {width:g} s"
+    return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
+
+
+def _falling_spin(lab: Lab) -> Iterator[Change]:
+    """Use the plain mean of the spins of a run, and another law by which they fall."""
+    measured = lab.measured
+    name = "spin_decay"
     start = measured.spin_start
     end = measured.spin_end
-    drag = measured.drag
     if start is None or end is None:
-        words = (
-            "one reading of the spin in each run; at the midpoint its error is 0.05 % "
-            "for a fall of 10 %"
-        )
-        yield lab.change("spin_decay", words, sized=False, measured=None)
-    else:
-        readings = (
-            "start and end"
-            if measured.spin_readings == 2
-            else "start, midpoint and end"
-        )
-        words = (
-            f"the harmonic mean in time of {readings} is used, because it costs nothing"
-        )
-        yield lab.change(
-            "spin_decay", words, {"spin": (start + end) / 2}, kept=True, sized=False
-        )
-        if measured.spin_readings == 2:
-            law = "a viscous decay is assumed, as of an air film"
-            exponent = physics.VISCOUS
-            if drag is not None:
-                exponent = drag.exponent
-                law = f"the readings give the exponent {exponent:.1f} ± {drag.u_exponent:.1f}"
-            in_u = any(
-                one.name == "decay_exponent" and one.relative.any()
-                for one in measured.sources
-            )
-            words = (
-                f"{law}; this is for dry "
-                f"friction{'; u includes the uncertainty of the law' if in_u else ''}"
-            )
-            dry, mean = (
-                physics.harmonic_mean_spin(start, end, power)
-                for power in (0.0, exponent)
-            )
-            yield lab.change(
-                "decay_law",
-                words,
-                {"spin": measured.spin * dry / mean},
-                sized=not in_u,
-                in_u=in_u,
-            )
-    yield _delay_of_spin(lab)
-    yield from _effects_of_motion(lab)
+        words = "one reading in each run: at the midpoint its error is 0.05 % for a fall of 10 %"
+        yield lab.change(name, words, sized=False, measured=None)
+        return
+    words = "the harmonic mean in time is used, because it costs nothing"
+    plain = {"spin": (start + end) / 2}
+    yield lab.change(name, words, plain, kept=True, sized=False)
+    if measured.spin_readings == 2:
+        yield _decay_law(lab, start, end)
+
+
+def _decay_law(lab: Lab, start: Floats, end: Floats) -> Change:
+    """Suppose that the spin falls by dry friction."""
+    measured = lab.measured
+    exponent = physics.VISCOUS
+    words = "a viscous decay is assumed, as of an air film"
+    if measured.drag is not None:
+        exponent = measured.drag.exponent
+        words = f"the readings give the exponent {exponent:.1f} ± {measured.drag.u_exponent:.1f}"
+    words += "; this is for dry friction"
+    in_u = _is_decay_law_in_u(measured)
+    if in_u:
+        words += "; u includes the uncertainty of the law"
+    dry = physics.harmonic_mean_spin(start, end, 0.0)
+    mean = physics.harmonic_mean_spin(start, end, exponent)
+    spin = measured.spin * dry / mean
+    return lab.change("decay_law", words, {"spin": spin}, sized=not in_u, in_u=in_u)
+
+
+def _is_decay_law_in_u(measured: Measurements) -> bool:
+    """Return whether u of I_zz contains the doubt about the law of the falling spin."""
+    return any(
+        source.name == "decay_exponent" and source.relative.any()
+        for source in measured.sources
+    )
 
 
 def _balance_change(lab: Lab) -> Change:
@@ -235,8 +240,8 @@ def _balance_change(lab: Lab) -> Change:
     shares = [one.share for one in fit.budget if one.source == name]
     part = math.sqrt(sum(shares))
     words = (
-        f"its size is unknown beforehand, so its width is estimated: "
-        f"{fit.widths.level:.2g} N·m, which makes {part:.2g} u of u"
+        f"unknown beforehand: its width is estimated as {fit.widths.level:.2g} N·m, "
+        f"which makes {part:.2g} u of u"
     )
     return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
 
@@ -388,54 +393,50 @@ def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, .
 def _unloaded_run(lab: Lab) -> Iterator[Change]:
     """Add a run without a weight at the middle spin, with its direction written down."""
     measured = lab.measured
-    fit = lab.fit
     if not measured.torque.all():
         return
-    # The gain does not depend on how large M0 is; but without a residual torque the rod
-    # stands still.
-    least = 0.005 * np.abs(measured.torque).min()
-    torque = math.copysign(
-        max(abs(fit.residual_torque.value), least), fit.residual_torque.value or 1.0
-    )
-    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
-    turns = (
-        WATCHED
-        * abs(physics.horizontal_precession_rate(torque, spin, fit.inertia.value))
-        / (2 * np.pi)
-    )
-    run = {
-        "time": WATCHED + fit.timing_bias.value,
-        "turns": turns,
-        "spin": spin,
-        "mass": 0.0,
-        "position": 0.0,
-        "force": 0.0,
-        "given_torque": 0.0,
-        "torque": 0.0,
-        "sense": math.copysign(1.0, torque),
-        "pitch": 0.0,
-    }
     # In the rest, the new run is like the last one.
     more = select(measured, [*range(len(measured.runs)), len(measured.runs) - 1])
-    for name, value in run.items():
+    for name, value in _reading_without_weight(lab).items():
         values = getattr(more, name)
-        values[-1] = np.nan if np.isnan(values).all() else value
-    for one in more.sources:
-        shared = one.shared_by.startswith("all runs")
-        touched = one.quantity in ("time", "spin", "turns", "g")
-        if shared:
-            one.groups[-1] = 0
-        elif touched:
-            one.groups[-1] = one.groups.max() + 1
+        if not np.isnan(values).all():
+            values[-1] = value
+    for source in more.sources:
+        if source.quantity not in ("time", "spin", "turns", "g"):
+            source.groups[-1] = -1
+        elif source.shared_by.startswith("all runs"):
+            source.groups[-1] = 0
         else:
-            one.groups[-1] = -1
-        one.absolute[-1], one.relative[-1] = one.absolute.max(), one.relative.max()
-    names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
+            source.groups[-1] = source.groups.max() + 1
+        source.absolute[-1] = source.absolute.max()
+        source.relative[-1] = source.relative.max()
     words = (
         "one run without a weight, with the direction of its precession (column "
         "precession_sense: ccw or cw)"
     )
+    names = {"runs": (*measured.runs, "unloaded"), "lines": (*measured.lines, 0)}
     yield lab.change("unloaded_run", words, measured=replace(more, **names))
+
+
+def _reading_without_weight(lab: Lab) -> dict[str, float]:
+    """Return the readings of a run without a weight, by their fields in `Measurements`."""
+    measured = lab.measured
+    fit = lab.fit
+    # The gain does not depend on how large M0 is; but without a residual torque the rod
+    # stands still.
+    m0 = fit.residual_torque.value
+    least = 0.005 * np.abs(measured.torque).min()
+    torque = math.copysign(max(abs(m0), least), m0)
+    spin = float(np.sort(measured.spin)[len(measured.spin) // 2])
+    rate = physics.horizontal_precession_rate(torque, spin, fit.inertia.value)
+    nothing = ("mass", "position", "force", "given_torque", "torque", "pitch")
+    return {
+        **dict.fromkeys(nothing, 0.0),
+        "time": WATCHED + fit.timing_bias.value,
+        "turns": WATCHED * abs(rate) / (2 * np.pi),
+        "spin": spin,
+        "sense": math.copysign(1.0, torque),
+    }
 
 
 DOUBTED = "half_the_error_in_doubt"
@@ -925,10 +926,9 @@ def _size_of_decay_law(lab: Lab) -> float:
     No model contains it. It is zero if u contains it, or if each spin was read once.
     """
     measured = lab.measured
-    in_u = any(source.name == "decay_exponent" for source in measured.sources)
     start = measured.spin_start
     end = measured.spin_end
-    if start is None or end is None or in_u:
+    if start is None or end is None or _is_decay_law_in_u(measured):
         return 0.0
     return _size_in_u(lab, physics.decay_law_doubt(start, end))
 

@@ -351,21 +351,16 @@ def insist_on_lines(
     The lines are corrected for tilt and release.
     """
     index = np.flatnonzero(kept)
-    rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
-    if measured.slowing is not None:
-        rate = rate * measured.slowing[index]
-    spin = measured.spin[index]
-    torque = measured.torque[index]
-    if tilted:
-        # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
-        height = np.sin(measured.pitch[index])
-        transverse = adjustment.transverse_inertia(measured)[index]
-        torque = torque + transverse * rate**2 * height
-        spin = spin + rate * height
+    product = fit.sense * np.abs(measured.product)
+    torque = measured.torque
+    if tilted or measured.slowing is not None:
+        product, torque = _line_of_motion(measured, fit, tilted)
+    product = product[index]
+    torque = torque[index]
     found = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
-        slope = float(ordinary_line(rate * spin, torque, intercept)[0])
+        slope = float(ordinary_line(product, torque, intercept)[0])
         ratio = fit.inertia.value / slope if slope else 0.0
         if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
             return
@@ -375,3 +370,21 @@ def insist_on_lines(
     raise NoFit(
         f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}"
     )
+
+
+def _line_of_motion(
+    measured: Measurements, fit: FitResult, tilted: bool
+) -> tuple[Floats, Floats]:
+    """Return φ̇ψ̇ and the torque of each run, corrected for tilt and release.
+
+    Eq. (8) is a line, too: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
+    """
+    rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+    if measured.slowing is not None:
+        rate = rate * measured.slowing
+    if not tilted:
+        return rate * measured.spin, measured.torque
+    height = np.sin(measured.pitch)
+    transverse = adjustment.transverse_inertia(measured)
+    torque = measured.torque + transverse * rate**2 * height
+    return rate * (measured.spin + rate * height), torque

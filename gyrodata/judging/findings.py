@@ -9,7 +9,7 @@ these findings and make none of their own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
 from typing import Any
@@ -171,35 +171,35 @@ def _is_balance_change(seen: Seen) -> bool:
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
-    say = seen.readings.say
-    measured = seen.measured
     fit = seen.fit
     if seen.contradicts_itself:
-        yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
+        factor = fit.widths.scatter
+        yield seen.readings.say("runs_contradict_each_other", scatter=factor)
+        return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
-    dof = max(fit.dof, 1)
-    if (
-        seen.contradicts_itself
-        or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT
-    ):
-        return
-    if _is_balance_change(seen) or _is_explained(seen):
-        return
+    p = seen.p or fitting.chi2_tail(fit.chi2, max(fit.dof, 1))
+    if p < NO_ACCIDENT and not (_is_balance_change(seen) or _is_explained(seen)):
+        yield _say_scatter(seen)
+
+
+def _say_scatter(seen: Seen) -> Diagnostic:
+    """Say that the runs scatter more than stated, or are not on one line."""
+    measured = seen.measured
+    fit = seen.fit
+    scatter = fit.widths.scatter
+    values = {"scatter": scatter, "u_time": scatter * (measured.time_u or 0.14)}
+    motion = _causes_of_scatter(seen)
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    values = {
-        "scatter": fit.widths.scatter,
-        "u_time": fit.widths.scatter * (measured.time_u or 0.14),
-    }
-    if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
-        yield say("not_one_line", **values, motion=_causes_of_scatter(seen))
-    else:
-        words = {
-            "stated": _stated_scatter(measured),
-            "in_u": scatter_in_u(seen.constancy, measured),
-            "motion": _causes_of_scatter(seen),
-        }
-        yield say("scatter_too_large", **values, **words)
+    if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < NO_ACCIDENT:
+        return seen.readings.say("not_one_line", **values, motion=motion)
+    return seen.readings.say(
+        "scatter_too_large",
+        **values,
+        stated=_stated_scatter(measured),
+        in_u=scatter_in_u(seen.constancy, measured),
+        motion=motion,
+    )
 
 
 def _stated_scatter(measured: Measurements) -> str:
@@ -262,19 +262,24 @@ def _explanations(seen: Seen) -> Iterator[Diagnostic]:
     """Name the mistake with which the runs would agree, or the probable ones."""
     if not _is_explained(seen):
         return
-    several = seen.explanations
-    if len(several) == 1:
-        only = several[0]
-        name = "weight_wrong" if only.kind == "weight" else "shared_error"
-        yield seen.readings.say(name, words=only.words, remedy=only.remedy)
+    if len(seen.explanations) > 1:
+        yield _list_explanations(seen)
         return
+    only = seen.explanations[0]
+    name = "weight_wrong" if only.kind == "weight" else "shared_error"
+    yield seen.readings.say(name, words=only.words, remedy=only.remedy)
+
+
+def _list_explanations(seen: Seen) -> Diagnostic:
+    """List several probable mistakes, the most probable first."""
+    several = seen.explanations
     listed = "; or ".join(
         f"({number}) {each.words} (I_zz = {each.inertia.value:.4g} kg·m²)"
         for number, each in enumerate(several, start=1)
     )
     of_runs = all(each.kind == "runs" for each in several)
     name = "either_run_wrong" if of_runs else "several_explanations"
-    yield seen.readings.say(name, listed=listed)
+    return seen.readings.say(name, listed=listed)
 
 
 def _deviations(seen: Seen) -> Iterator[Diagnostic]:
@@ -283,31 +288,33 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
     exponent = seen.exponent
     if seen.contradicts_itself or _is_explained(seen):
         return
+    if exponent is None or fit.dof < 2:
+        return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
     other_law = fit.adjusted.problem.tilted or seen.measured.slowing is not None
-    if (
-        exponent is not None
-        and fit.dof >= 2
-        and not (other_law and (seen.p or 0.0) > NO_ACCIDENT)
-    ):
-        far = exponent.deviation / math.sqrt(
-            max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0)
+    if other_law and (seen.p or 0.0) > NO_ACCIDENT:
+        return
+    rest = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
+    far = exponent.deviation / math.sqrt(max(rest, 1.0))
+    if abs(far) > OTHER_LAW:
+        yield _say_other_law(seen, exponent, far)
+
+
+def _say_other_law(seen: Seen, exponent: Exponent, far: float) -> Diagnostic:
+    """Report that an exponent is `far` standard uncertainties from 1."""
+    cause = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+    if far < 0:
+        cause = (
+            "a stopwatch that is late in every run, or wrong turns in the short runs"
         )
-        if abs(far) > OTHER_LAW:
-            late = "a stopwatch that is late in every run, or wrong turns in the short runs"
-            drag = (
-                "a spin that was not read at the midpoint of the run, or wrong turns "
-                "in the long runs"
-            )
-            values = {
-                "power": round(exponent.value, 2) + 0.0,
-                "far": abs(far),
-                "cause": late if far < 0 else drag,
-            }
-            yield seen.readings.say(
-                "period_not_in_proportion", **values, motion=_other_motion(seen)
-            )
+    return seen.readings.say(
+        "period_not_in_proportion",
+        power=round(exponent.value, 2) + 0.0,
+        far=abs(far),
+        cause=cause,
+        motion=_other_motion(seen),
+    )
 
 
 TOO_GOOD = 0.003
@@ -383,9 +390,9 @@ def _poor_balance(seen: Seen) -> str:
     """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
     m0 = seen.fit.residual_torque
     lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
-    if seen.measured.balanced is False or abs(m0.value) <= max(
-        POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)
-    ):
+    uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
+    is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
+    if seen.measured.balanced is False or is_small:
         return ""
     share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
     return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
@@ -393,23 +400,20 @@ def _poor_balance(seen: Seen) -> str:
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    measured = seen.measured
     poor = _poor_balance(seen)
-    if not poor or seen.contradicts_itself:
-        return
+    if poor and not seen.contradicts_itself:
+        yield seen.readings.say("balance_poor", poor=poor, hanger=_hanger(seen))
+
+
+def _hanger(seen: Seen) -> str:
+    """Ask about a hanger whose torque is M0, or about other masses on the rod."""
+    measured = seen.measured
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
-    missing = (
-        seen.fit.residual_torque.value / (measured.g * arms[0])
-        if len(arms) == 1
-        else math.nan
-    )
-    hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; "
-    hanger = (
-        hanger
-        if missing > 0
-        else "add to the masses what else hung on the rod, such as a clip; "
-    )
-    yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
+    missing = seen.fit.residual_torque.value / (measured.g * arms[0])
+    if len(arms) == 1 and missing > 0:
+        grams = f"{1e3 * missing:.2g} g"
+        return f"if a hanger of {grams} is missing from the masses, add it to each; "
+    return "add to the masses what else hung on the rod, such as a clip; "
 
 
 def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
@@ -469,23 +473,23 @@ def _friction(seen: Seen, drag: Drag) -> Diagnostic:
 
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
     """Report I_zz from a falling mass, and I over I_zz from the nutation."""
-    readings = seen.readings
-    measured = seen.measured
+    if seen.readings.falling_mass:
+        yield _of_falling_mass(seen, seen.readings.falling_mass)
+    ratio = seen.measured.nutation_ratio
+    if ratio is not None:
+        yield seen.readings.say("nutation", ratio=float(np.nanmedian(ratio)))
+
+
+def _of_falling_mass(seen: Seen, falling: Sequence[float]) -> Diagnostic:
+    """Report I_zz from a mass that falls on a thread, and turns the ball."""
+    mass, radius, height, time, friction = falling
     inertia = seen.fit.inertia
-    if readings.falling_mass:
-        mass, radius, height, time, friction = readings.falling_mass
-        # The thread pulls with m (g − a), less the friction.
-        found = radius**2 * (
-            (mass - friction) * measured.g * time**2 / (2 * height) - mass
-        )
-        off = 100 * (found / inertia.value - 1)
-        yield readings.say(
-            "falling_mass", inertia=found, off=off, u=100 * relative_u(inertia)
-        )
-    if measured.nutation_ratio is not None:
-        yield readings.say(
-            "nutation", ratio=float(np.nanmedian(measured.nutation_ratio))
-        )
+    # The thread pulls with m (g − a), less the friction.
+    pull = (mass - friction) * seen.measured.g
+    found = radius**2 * (pull * time**2 / (2 * height) - mass)
+    off = 100 * (found / inertia.value - 1)
+    u = 100 * relative_u(inertia)
+    return seen.readings.say("falling_mass", inertia=found, off=off, u=u)
 
 
 MOST_ROUNDING = 0.5

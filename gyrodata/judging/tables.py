@@ -495,33 +495,19 @@ def compare_with_ball(
     rod = physics.cylinder_inertia(
         constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0)
     )
-    disk = physics.cylinder_inertia(
-        constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0)
-    )
-    # A hoop is a disk whose mass is all at the rim.
-    disk += (
-        constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
-    )
+    disk = _disk_and_hoop(constants)
     if not has_ball and not disk:
         return None
-    mass, diameter = (
-        (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    )
+    mass = constants["ball_mass"] if has_ball else 0.0
+    diameter = constants["ball_diameter"] if has_ball else 0.0
     of_mass = uncertainties.get("u_ball_mass")
     of_diameter = uncertainties.get("u_ball_diameter")
     mass_u = of_mass.at(mass) if has_ball and of_mass else None
     diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
     solid = physics.solid_ball_inertia(mass, diameter)
     bore = 0.0
-    if has_ball and constants.get("bore_diameter", diameter) < diameter:
-        # If the depth is not given, the bore ends at the centre.
-        depth = min(constants.get("bore_depth", diameter / 2), diameter)
-        bore = (
-            physics.bored_ball_inertia(
-                mass, diameter, constants["bore_diameter"], depth
-            )
-            - solid
-        )
+    if has_ball and "bore_diameter" in constants:
+        bore = _bore(mass, diameter, constants) - solid
     expected = solid + bore + rod + disk
     expected_u = None
     if mass_u is not None or diameter_u is not None:
@@ -548,3 +534,21 @@ def compare_with_ball(
         deviation,
     )
     return ball if has_ball else replace(ball, mass=None, diameter=None, solid=None)
+
+
+def _disk_and_hoop(constants: Mapping[str, float]) -> float:
+    """Compute ½ m r² of a disk and m r² of a hoop, whose mass is all at the rim [kg*m^2]."""
+    disk = physics.cylinder_inertia(
+        constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0)
+    )
+    radius = constants.get("hoop_diameter", 0.0) / 2
+    return disk + constants.get("hoop_mass", 0.0) * radius**2
+
+
+def _bore(mass: float, diameter: float, constants: Mapping[str, float]) -> float:
+    """Compute I_zz of a ball with a bore [kg*m^2]; by default it ends at the centre."""
+    across = constants["bore_diameter"]
+    if across >= diameter:
+        return physics.solid_ball_inertia(mass, diameter)
+    depth = min(constants.get("bore_depth", diameter / 2), diameter)
+    return physics.bored_ball_inertia(mass, diameter, across, depth)

@@ -304,14 +304,14 @@ def _falling_spin_sources(
         doubt = usual_fall_u(delay, size.absolute)
         yield _source("spin_delay", every, 0.0, doubt, default)
         return
-    rate = drag.at(spin)
+    late = np.hypot(delay, size.absolute)
+    of_rate = size.absolute * drag.at(spin)
+    of_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
     words = (
         f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
     )
-    yield _source("spin_delay", every, 0.0, size.absolute * rate, default, words)
-    late = np.hypot(delay, size.absolute)
-    by_law = late * rate * np.log(spin / drag.spin) * drag.u_exponent
-    yield _source("decay_exponent", every, 0.0, by_law, law_default)
+    yield _source("spin_delay", every, 0.0, of_rate, default, words)
+    yield _source("decay_exponent", every, 0.0, of_law, law_default)
 
 
 def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
@@ -326,24 +326,34 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
     absolute, relative, default = _reading_errors(timing, time, "time")
-    if timing.role == "time" and not timing.stated:
-        # The uncertainty of a period or rate beside the time, as in a log with the
-        # columns t, N, T = t/N and σ_T. A rate has the same relative error as its
-        # period.
-        sizes = {
+    if timing.role == "time" and default and not timing.stated:
+        periods = {
             "precession_period": time / turns,
             "precession_rate": 2 * np.pi * turns / time,
         }
-        for role in [role for role in sizes if role in readings.columns]:
-            stated = np.zeros((len(time), 2))
-            for i, u in readings.columns[role].stated:
-                stated[i] = u.absolute, u.relative
-            is_known = (stated.sum(axis=1) > 0) & np.isfinite(sizes[role])
-            if default and is_known.all():
-                absolute = stated[:, 0] / sizes[role] * time
-                relative = stated[:, 1]
+        for role, period in periods.items():
+            column = readings.columns.get(role)
+            known = _errors_beside_time(column, period) if column else None
+            if default and known is not None:
+                absolute = known[0] * time
+                relative = known[1]
                 default = False
     yield _source("time", own, absolute, relative, default)
+
+
+def _errors_beside_time(column: Column, values: Floats) -> tuple[Floats, Floats] | None:
+    """Return the relative errors that a period or rate beside the time states.
+
+    A log can have the columns t, N, T = t/N and σ_T. A rate has the same relative error
+    as its period. The first error is one of absolute size over the value; the result is
+    None if a run has no error.
+    """
+    stated = np.zeros((len(values), 2))
+    for i, u in column.stated:
+        stated[i] = u.absolute, u.relative
+    if not ((stated.sum(axis=1) > 0) & np.isfinite(values)).all():
+        return None
+    return stated[:, 0] / values, stated[:, 1]
 
 
 def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:

@@ -461,36 +461,60 @@ def _at_widths(
     measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
 ) -> FitResult:
     """Adjust the runs at fixed widths."""
-    factor = widths.scatter
     width = widths.residual_torque
-    width = adjustment.lightest_torque(measured, kept) if width is None else width
+    if width is None:
+        width = adjustment.lightest_torque(measured, kept)
+        widths = replace(widths, residual_torque=width)
     problem = Problem(measured, tilted, widths.level)
     start = adjustment.first_guess(measured, sense, kept)
-    start = replace(
-        start, residual_torque=max(-width, min(start.residual_torque, width))
-    )
+    m0 = max(-width, min(start.residual_torque, width))
+    start = replace(start, residual_torque=m0)
     try:
         adjusted = adjustment.adjust(
-            problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR
+            problem.with_scatter(widths.scatter),
+            sense,
+            start,
+            width,
+            kept,
+            adjustment.FACTOR,
         )
     except NoFit:
-        # The cheapest explanation of a very large mistake is that all spins are
-        # infinite, because their errors are proportional, or that M0 cancels all
-        # torques. Larger errors of single runs and a small M0 prevent this.
-        start = adjustment.robust_start(measured, sense, kept)
-        off = adjustment.misfits(measured, start)[kept > 0]
-        factor = max(factor, float(np.sqrt(np.mean(off**2))))
-        if factor > widths.scatter:
-            width = 0.1 * width
-        adjusted = adjustment.adjust(
-            problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY
-        )
+        adjusted, widths = _with_larger_errors(problem, sense, kept, widths)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
     differ = adjustment.torques_differ(measured.torque[kept > 0])
-    prior = (float(adjusted.unknowns[1]) / width) ** 2 if differ else 0.0
-    used = Widths(factor, width, widths.level)
-    return _result(adjusted, sense, used, factor**2 * (adjusted.chi2 - prior))
+    prior = (adjusted.unknowns[1] / widths.residual_torque) ** 2 if differ else 0.0
+    chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
+    return _result(adjusted, sense, widths, chi2)
+
+
+def _with_larger_errors(
+    problem: Problem, sense: Floats, kept: Floats, widths: Widths
+) -> tuple[Adjusted, Widths]:
+    """Adjust runs of which some are very wrong.
+
+    The cheapest explanation of a very large mistake is that all spins are infinite,
+    because their errors are proportional, or that M0 cancels all torques. Larger errors
+    of single runs and a small M0 prevent this.
+    """
+    measured = problem.measured
+    width = widths.residual_torque
+    assert width is not None
+    start = adjustment.robust_start(measured, sense, kept)
+    off = adjustment.misfits(measured, start)[kept > 0]
+    factor = float(np.sqrt(np.mean(off**2)))
+    if factor > widths.scatter:
+        widths = replace(widths, scatter=factor, residual_torque=0.1 * width)
+        width = 0.1 * width
+    adjusted = adjustment.adjust(
+        problem.with_scatter(widths.scatter),
+        sense,
+        start,
+        width,
+        kept,
+        adjustment.ASTRAY,
+    )
+    return adjusted, widths
 
 
 def _result(

@@ -323,7 +323,7 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
     """List other times, another balance, and each weight left out."""
     measured = lab.measured
     if measured.timed:
-        sources = _scaled(measured, "time", 2.0)
+        sources = _scaled(measured, ("time",), 2.0)
         yield lab.change(
             "u_time_twice", "times twice as uncertain", {"sources": sources}
         )
@@ -335,27 +335,30 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
             changed = {"time": measured.time - late, "timing_bias_u": 0.0}
             yield lab.change(name, f"times {LATE:g} s too {how}", changed)
     yield from _other_balances(lab)
+    yield from _without_each_weight(lab)
+
+
+def _without_each_weight(lab: Lab) -> Iterator[Change]:
+    """Leave out one torque after the other."""
+    measured = lab.measured
     groups = measured.by_torque
-    used = lab.fit.adjusted.kept > 0
     if not 1 < len(groups) <= MOST_WEIGHTS:
         return
+    kept = lab.fit.adjusted.kept > 0
     for number, group in enumerate(groups):
         rest = np.delete(np.arange(len(measured.runs)), group)
-        if used[group].any() and measured.torque[rest[used[rest]]].any():
-            words = (
-                load_words(measured, group[0])
-                if measured.torque[group[0]]
-                else "the unloaded runs"
-            )
-            left_out = tuple(np.flatnonzero(~used[rest]).tolist())
-            fewer = select(measured, rest.tolist())
-            yield lab.change(
-                "without",
-                f"without {words}",
-                measured=fewer,
-                left_out=left_out,
-                torque=number,
-            )
+        if not (kept[group].any() and measured.torque[rest[kept[rest]]].any()):
+            continue
+        words = "the unloaded runs"
+        if measured.torque[group[0]]:
+            words = load_words(measured, group[0])
+        yield lab.change(
+            "without",
+            f"without {words}",
+            measured=select(measured, rest.tolist()),
+            left_out=tuple(np.flatnonzero(~kept[rest]).tolist()),
+            torque=number,
+        )
 
 
 def _other_balances(lab: Lab) -> Iterator[Change]:
@@ -377,14 +380,18 @@ def _other_balances(lab: Lab) -> Iterator[Change]:
         yield lab.change("balance_untouched", words, UNTOUCHED)
 
 
-def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:
-    """Return the sources with the errors of one of them `factor` times as large."""
-    return tuple(
-        replace(one, absolute=factor * one.absolute, relative=factor * one.relative)
-        if one.name == name
-        else one
-        for one in measured.sources
-    )
+def _scaled(
+    measured: Measurements, names: Collection[str], factor: Any
+) -> tuple[Source, ...]:
+    """Return the sources, the errors of some of them `factor` times as large."""
+    sources = []
+    for source in measured.sources:
+        if source.name in names:
+            absolute = factor * source.absolute
+            relative = factor * source.relative
+            source = replace(source, absolute=absolute, relative=relative)
+        sources.append(source)
+    return tuple(sources)
 
 
 # --- advice: what would make the next lab better ---
@@ -488,7 +495,7 @@ def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
     smaller = np.sqrt(np.array(factors) @ variances / own)
     nearer = (measured.time - fit.fitted_time) * np.where(smaller > 0, 1 - smaller, 0.0)
     return {
-        "sources": _scaled(measured, name, 0.5),
+        "sources": _scaled(measured, (name,), 0.5),
         "time": measured.time - nearer,
     }
 
@@ -512,22 +519,13 @@ def _advice(lab: Lab) -> Iterator[Change]:
         turns = 3 * measured.turns
         # Whole turns end where they began: no mark has to be sighted.
         part = np.abs(turns - np.round(turns)) > WHOLE
-        sources = tuple(
-            replace(one, absolute=np.where(part, one.absolute, 0.0))
-            if one.name in ("angle", "screw_angle") and one.default
-            else one
-            for one in measured.sources
-        )
         changed = {
             "time": 3 * (measured.time - off) + off,
             "turns": turns,
-            "sources": sources,
+            "sources": _scaled(measured, ("angle", "screw_angle"), part),
         }
-        yield lab.change(
-            "three_times",
-            "time three times as many turns of the rod in every run",
-            changed,
-        )
+        words = "time three times as many turns of the rod in every run"
+        yield lab.change("three_times", words, changed)
 
 
 def _direction(lab: Lab) -> Iterator[Change]:

@@ -35,7 +35,7 @@ from gyrodata.judging.tables import (
 from gyrodata.measurements import BALANCE_CHANGE, Measurements, Source, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.measurements.sources import Drag
-from gyrodata.physics import RPM, models
+from gyrodata.physics import RPM, Floats, models
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
 from gyrodata.quantities.units import from_si, parse_unit
@@ -506,33 +506,43 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         part = parts.get(source.name, 0.0)
         # The rounding is only a part of the error of a reading.
         if is_read and source.default and part >= MOST_ROUNDING:
-            yield from _too_few_digits(seen, source, part)
+            shares = _shares_of_rounding(seen, source)
+            rounding = math.sqrt(np.mean(shares[source.groups >= 0] ** 2)) * part
+            if rounding >= MOST_ROUNDING:
+                yield _say_too_few_digits(seen, source, shares, rounding)
 
 
 ROUNDED = ("mass", "position", "time", "spin")
 """Columns whose digits are compared with u(I_zz)."""
 
 
-def _too_few_digits(seen: Seen, source: Source, part: float) -> Iterator[Diagnostic]:
-    """Report a column with too few digits, and u with one more digit.
+def _shares_of_rounding(seen: Seen, source: Source) -> Floats:
+    """Return the share of the rounding in the error of each reading [1], shape (n,).
 
-    `part`: what all errors of this column make of u(I_zz) [1].
+    It is zero for readings that are stated as exact, or that have no error.
     """
     column = seen.readings.columns[source.name]
-    touched = source.groups >= 0
     values = np.abs(getattr(seen.measured, source.name))
-    size = np.where(touched, source.absolute + source.relative * values, 1.0)
+    size = source.absolute + source.relative * values
     steps = np.array(column.steps) / math.sqrt(12)
     steps[[run for run, _ in column.stated]] = 0.0
-    # Share of the rounding in the error of each reading, and in u(I_zz); a reading may
-    # be stated as exact.
-    ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
-    rounding = math.sqrt(np.mean(ratio[touched] ** 2)) * part
-    if rounding < MOST_ROUNDING:
-        return
-    run = int(np.argmax(ratio))
+    is_known = (source.groups >= 0) & (size > 0)
+    shares: Floats = np.zeros_like(size)
+    np.divide(steps, size, out=shares, where=is_known)
+    return shares
+
+
+def _say_too_few_digits(
+    seen: Seen, source: Source, shares: Floats, rounding: float
+) -> Diagnostic:
+    """Report a column with too few digits, and u with one more digit.
+
+    `rounding`: what the rounding makes of u(I_zz) [1].
+    """
+    column = seen.readings.columns[source.name]
+    run = int(np.argmax(shares))
     now = 100 * relative_u(seen.fit.inertia)
-    yield seen.readings.say(
+    return seen.readings.say(
         "digits_too_few",
         column.cell(run),
         **_one_more_digit(seen.readings, column, run),

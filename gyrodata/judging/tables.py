@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements
+from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import as_read
 from gyrodata.quantities.units import Uncertainty
 
@@ -178,64 +179,60 @@ def torque_table(
     `without`: I_zz without the runs of a torque, by the number of its group, if it is
     known.
     """
-    scale = next(
-        (
-            float(one.relative[0])
-            for one in measured.sources
-            if one.name == "spin_scale"
-        ),
-        0.0,
-    )
     torques = []
-    for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
-        i = group[0]
-        runs = used or group
-        # The weighted mean of |φ̇ψ̇|, and the scatter about it.
-        values = np.abs(measured.product[runs])
-        size = measured.own_relative[runs] * values
-        weight = 1 / np.maximum(size, 1e-12) ** 2
-        weight /= np.add.reduce(weight)
-        mean = float(weight @ values)
-        several = len(runs) > 1
-        chi2 = (
-            float(np.add.reduce(((values - mean) / size) ** 2))
-            if several and size.all()
-            else None
-        )
-        alone = math.sqrt(np.add.reduce((weight * size) ** 2))
-        # A late or early hand changes all runs in the same direction, each by b/T.
-        each_second = float(weight @ (measured.product[runs] / measured.time[runs]))
-        mean_u = math.hypot(alone, measured.timing_bias_u * each_second, scale * mean)
-        away = values - np.add.reduce(values) / len(runs)
-        spread = math.sqrt(away @ away / (len(runs) - 1)) if several else None
-        p = None if chi2 is None else fitting.chi2_tail(chi2, len(runs) - 1)
-        product = MeanProduct(
-            float(fit.sense[i]) * mean,
-            mean_u,
-            "rad^2/s^2",
-            spread=spread,
-            p=p,
-            chi2=chi2,
-        )
+    for number, group in enumerate(measured.by_torque):
+        first = group[0]
+        runs = groups[number] or group
+        product = _mean_product(measured, runs, float(fit.sense[first]))
+        mean = abs(product.value)
         slope = 2 * math.pi / mean
-        per_spin = Estimate(slope, slope * mean_u / mean, "s^2/rad")
-        # NaN means that nothing was read.
-        mass, position = (
-            None if np.isnan(x[i]) else float(x[i])
-            for x in (measured.mass, measured.position)
-        )
+        slope_u = slope * (product.u or 0.0) / mean
         torques.append(
             Torque(
-                mass,
-                position,
-                float(measured.torque[i]),
-                len(runs),
-                without.get(k),
-                product,
-                per_spin,
+                mass=_or_none(float(measured.mass[first])),
+                position=_or_none(float(measured.position[first])),
+                torque=float(measured.torque[first]),
+                runs=len(runs),
+                without=without.get(number),
+                product=product,
+                period_per_spin=Estimate(slope, slope_u, "s^2/rad"),
             )
         )
     return tuple(torques)
+
+
+def _mean_product(measured: Measurements, runs: list[int], sense: float) -> MeanProduct:
+    """Return the weighted mean of |φ̇ψ̇| of some runs with a sign, and their scatter."""
+    values = np.abs(measured.product[runs])
+    size = measured.own_relative[runs] * values
+    weight = 1 / np.maximum(size, 1e-12) ** 2
+    weight /= np.add.reduce(weight)
+    mean = float(weight @ values)
+    alone = math.sqrt(np.add.reduce((weight * size) ** 2))
+    # A late or early hand changes all runs in the same direction, each by b/T.
+    late = measured.timing_bias_u * float(
+        weight @ (measured.product[runs] / measured.time[runs])
+    )
+    scale = sum(
+        float(source.relative[0])
+        for source in measured.sources
+        if source.name == "spin_scale"
+    )
+    spread = chi2 = p = None
+    if len(runs) > 1:
+        away = values - np.add.reduce(values) / len(runs)
+        spread = math.sqrt(away @ away / (len(runs) - 1))
+        if size.all():
+            chi2 = float(np.add.reduce(((values - mean) / size) ** 2))
+            p = fitting.chi2_tail(chi2, len(runs) - 1)
+    return MeanProduct(
+        sense * mean,
+        math.hypot(alone, late, scale * mean),
+        "rad^2/s^2",
+        spread=spread,
+        p=p,
+        chi2=chi2,
+    )
 
 
 # --- the laws ---
@@ -405,44 +402,51 @@ def named_fits(
     torque = measured.torque[kept]
     note = (
         "all raw readings together; shared errors treated as shared; M0 and timing "
-        "bias as unknowns; u from the "
-        "stated uncertainties and from how the runs scatter"
+        "bias as unknowns; u from the stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
-    found = [
-        NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)
-    ]
-    for name, words in (
-        ("through_origin", "without an intercept"),
-        ("with_constant", "with an intercept"),
-    ):
-        intercept = name == "with_constant"
-        line = fitting.ordinary_line(product, torque, intercept)
-        slope, u, constant, u_constant = (
-            None if np.isnan(one) else float(one) for one in line
+    constant = Estimate(-m0.value, m0.u, m0.unit)
+    return (
+        NamedFit("recommended", fit.inertia, constant, note),
+        _textbook_line(product, torque, fit.inertia, intercept=False),
+        _textbook_line(product, torque, fit.inertia, intercept=True),
+    )
+
+
+def _textbook_line(
+    product: Floats, torque: Floats, recommended: Estimate, intercept: bool
+) -> NamedFit:
+    """Fit a straight line to the n runs: M on φ̇ψ̇ [rad²/s²], both of shape (n,)."""
+    name = "with_constant" if intercept else "through_origin"
+    words = "with" if intercept else "without"
+    line = fitting.ordinary_line(product, torque, intercept)
+    slope, u, constant, u_constant = [_or_none(float(number)) for number in line]
+    if slope is None or (intercept and not fitting.torques_differ(torque)):
+        note = (
+            "not possible: all torques are equal, so a slope and an intercept cannot be "
+            "separated; add runs with another weight or position"
         )
-        if slope is None or (intercept and not fitting.torques_differ(torque)):
-            note = (
-                "not possible: all torques are equal, so a slope and an intercept "
-                "cannot be separated; "
-                "add runs with another weight or position"
-            )
-            if len(kept) < 2:
-                note = "not possible: a line with a constant needs at least two different points"
-            found.append(NamedFit(name, None, None, note))
-            continue
-        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs assumed independent"
-        note += "; one run has no scatter, so no u" if len(kept) == 1 else ""
-        difference = slope - fit.inertia.value
-        deviation = difference / fit.inertia.u if fit.inertia.u else None
-        minus_m0 = Estimate(constant or 0.0, u_constant, "N*m") if intercept else None
-        inertia = Estimate(slope, u, "kg*m^2")
-        found.append(
-            NamedFit(
-                name, inertia, minus_m0, note, difference / fit.inertia.value, deviation
-            )
-        )
-    return tuple(found)
+        return NamedFit(name, None, None, note)
+    note = (
+        f"least squares of M on φ̇ψ̇, {words} an intercept; u from the scatter, runs "
+        f"assumed independent"
+    )
+    if len(product) == 1:
+        note += "; one run has no scatter, so no u"
+    difference = slope - recommended.value
+    return NamedFit(
+        name,
+        Estimate(slope, u, "kg*m^2"),
+        Estimate(constant or 0.0, u_constant, "N*m") if intercept else None,
+        note,
+        difference / recommended.value,
+        difference / recommended.u if recommended.u else None,
+    )
+
+
+def _or_none(number: float) -> float | None:
+    """Return None for NaN, which means that there is no such number."""
+    return None if math.isnan(number) else number
 
 
 class Ball(Struct, frozen=True):

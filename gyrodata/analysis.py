@@ -24,7 +24,7 @@ from gyrodata.judging.procedure import what_lacks
 from gyrodata.judging.recommended import recommend
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.physics import models
-from gyrodata.physics.models import AUTO, Model
+from gyrodata.physics.models import AUTO, ModelName
 from gyrodata.readings import Readings, read_log, value_text, without_wrong_runs
 from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
@@ -41,7 +41,7 @@ def analyze(
     settings: Mapping[str, Any] | None = None,
     mapping: Mapping[str, str] | None = None,
     config: str | os.PathLike[str] | None = None,
-    model: Model = AUTO,
+    model: ModelName = AUTO,
     keep_flagged: bool = False,
 ) -> Analysis:
     """Compute I_zz with its uncertainty from a log, and everything that the report shows.
@@ -162,7 +162,6 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         p=fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None,
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         budget=fit.budget,
-        effects=lab.effects,
         constancy=tables.constancy(corrected, torques, groups),
         torques=torques,
         run_table=tables.run_table(corrected, fit, outliers, lab.left_out),
@@ -171,12 +170,12 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     )
 
 
-def judge(log: FittedLog) -> Analysis:
+def judge(fitted: FittedLog) -> Analysis:
     """Judge a fit: list the effects, the other fits, the findings, doubts and advice."""
-    log = replace(log, effects=changes.list_effects(log.lab))
-    lab = log.lab
-    measured = log.measurements
-    fit = log.fit
+    fitted = replace(fitted, effects=changes.list_effects(fitted.lab))
+    lab = fitted.lab
+    measured = fitted.measurements
+    fit = fitted.fit
     groups = _kept_groups(measured, fit)
     without_torque: dict[int, Estimate] = {}
     sensitivity = []
@@ -185,47 +184,52 @@ def judge(log: FittedLog) -> Analysis:
         if change.torque is not None and answer.inertia:
             without_torque[change.torque] = answer.inertia
     exponent = tables.common_exponent(measured, groups)
-    diagnostics = (*log.diagnostics, *_findings(log, findings.CHECKS, exponent))
-    doubts = _doubts(diagnostics, _unusual_lines(lab))
+    diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
+    doubts = _doubts(diagnostics, _excused_lines(lab))
     torques = tables.torque_table(measured, fit, groups, without_torque)
-    log = replace(log, torques=torques, diagnostics=diagnostics)
+    fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
     return Analysis(
-        **asdict(log),
-        if_balanced=_if_balanced(log, sensitivity),
+        **asdict(fitted),
+        if_balanced=_if_balanced(fitted, sensitivity),
         doubts=doubts,
         fits=tables.named_fits(measured, fit, _kept_runs(fit)),
         sensitivity=tuple(sensitivity),
         power_law=tables.power_laws(measured, groups),
         exponent=exponent,
-        ball=_ball(log),
+        ball=_ball(fitted),
         advice=_advice(lab, doubts),
     )
 
 
-def check_fit(log: FittedLog) -> FittedLog:
-    """Add to a fit the findings that need no other fit: those that a grade shows."""
-    assumed = changes.assumed_effects(log.lab)
-    log = replace(log, effects=changes.list_effects(log.lab, assumed))
-    found = _findings(log, findings.OF_FIT, None)
-    return replace(log, diagnostics=(*log.diagnostics, *found))
+def check_fit(fitted: FittedLog) -> FittedLog:
+    """Add to a fit the findings that a grade shows.
+
+    The only other fits are those that give the sizes of the assumed effects.
+    """
+    assumed = changes.assumed_effects(fitted.lab)
+    fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))
+    found = _findings(fitted, findings.OF_FIT, None)
+    return replace(fitted, diagnostics=(*fitted.diagnostics, *found))
 
 
 def _findings(
-    log: FittedLog, every: Sequence[findings.Check], exponent: tables.Exponent | None
+    fitted: FittedLog,
+    selected: Sequence[findings.Check],
+    exponent: tables.Exponent | None,
 ) -> list[Diagnostic]:
     """List what some checks find in a fit."""
     seen = findings.Seen(
-        **asdict(log.lab),
-        outliers=log.outliers,
-        without=log.without_outliers,
-        explanations=log.explanations,
-        p=log.p,
-        constancy=log.constancy,
+        **asdict(fitted.lab),
+        outliers=fitted.outliers,
+        without=fitted.without_outliers,
+        explanations=fitted.explanations,
+        p=fitted.p,
+        constancy=fitted.constancy,
         exponent=exponent,
-        ball=_ball(log),
-        sizes=log.unusual_sizes,
+        ball=_ball(fitted),
+        sizes=fitted.unusual_sizes,
     )
-    return [diagnostic for check in every for diagnostic in check(seen)]
+    return [diagnostic for check in selected for diagnostic in check(seen)]
 
 
 def _kept_runs(fit: fitting.FitResult) -> list[int]:
@@ -238,29 +242,29 @@ def _kept_groups(measured: Measurements, fit: fitting.FitResult) -> list[list[in
     return [sorted(kept.intersection(group)) for group in measured.by_torque]
 
 
-def _ball(log: FittedLog) -> tables.Ball | None:
+def _ball(fitted: FittedLog) -> tables.Ball | None:
     """Compare I_zz with the ball or disk in the log, if there is one."""
     return tables.compare_with_ball(
-        log.fit.inertia, log.readings.constants, log.readings.uncertainties
+        fitted.fit.inertia, fitted.readings.constants, fitted.readings.uncertainties
     )
 
 
 def _if_balanced(
-    log: FittedLog, answers: Sequence[changes.Sensitivity]
+    fitted: FittedLog, answers: Sequence[changes.Sensitivity]
 ) -> Estimate | None:
     """Return I_zz of a balanced ball, for a log with a single torque.
 
     With one torque, I_zz and M0 cannot be told apart: this is the answer for M0 = 0.
     """
-    if fitting.torques_differ(log.measurements.torque[_kept_runs(log.fit)]):
+    if fitting.torques_differ(fitted.measurements.torque[_kept_runs(fitted.fit)]):
         return None
     for answer in answers:
         if answer.name == "balanced":
             return answer.inertia
-    return log.fit.inertia if log.measurements.balanced else None
+    return fitted.fit.inertia if fitted.measurements.balanced else None
 
 
-def _unusual_lines(lab: Lab) -> list[int]:
+def _excused_lines(lab: Lab) -> list[int]:
     """List the lines of runs whose unusual values are no reason to doubt the answer.
 
     They are runs that are left out, and those without a weight: a turn without a weight
@@ -272,16 +276,16 @@ def _unusual_lines(lab: Lab) -> list[int]:
 
 
 def _doubts(
-    diagnostics: Sequence[Diagnostic], unusual_lines: Sequence[int]
+    diagnostics: Sequence[Diagnostic], excused_lines: Sequence[int]
 ) -> tuple[Doubt, ...]:
-    """List the doubts in the order of `DOUBTS`, without sizes in unusual lines."""
+    """List the doubts in the order of `DOUBTS`, without sizes in excused lines."""
     doubts: list[Doubt] = []
     for kind in DOUBTS:
         reasons = [
             diagnostic
             for diagnostic in diagnostics
             if diagnostic.doubt == kind
-            and not (kind == "size" and diagnostic.line in unusual_lines)
+            and not (kind == "size" and diagnostic.line in excused_lines)
         ]
         doubts += [Doubt(kind, reason.message, reason.hint) for reason in reasons]
     return tuple(doubts)
@@ -303,7 +307,7 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     gains = []
     for _, answer in changes.answers(lab, "advice"):
         then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < findings.WORTH * now or answer.name == changes.DOUBTED:
+        if then < findings.WORTH * now or answer.name == changes.ALWAYS_ADVISED:
             text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
             gains.append((then, answer.words, text))
     return [text for *_, text in sorted(gains)]
@@ -312,8 +316,9 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
     """Analyse a log and list what is missing.
 
-    Return the analysis, or None if the log has no answer, and all diagnostics. If cells
-    of some runs cannot be read, the other runs are checked without them.
+    Return the analysis, or None if the log has no answer, and all diagnostics. If the
+    log contains an error (`Readings.ok` is false), the runs of other lines are checked
+    without it.
     """
     if not readings.ok:
         return None, (*readings.diagnostics, *_findings_of_other_runs(readings))

@@ -3,8 +3,7 @@
 `analyze` and `read_log` do the same as the functions of `gyrodata.analysis` and
 `gyrodata.readings`. In addition, they warn about the diagnostics of a log, and write
 remedies in the syntax of Python instead of options of the command. `Analysis` adds to
-the data of an analysis what draws it, prints it, and simulates its lab. This is the
-only module that hands a result to the rooms above `gyrodata.results`.
+the data of an analysis what draws it, prints it, and simulates its lab.
 """
 
 from __future__ import annotations
@@ -165,61 +164,63 @@ class Analysis(results.Analysis, frozen=True, eq=False):
         return markdown(self)
 
 
-def summary(lab: results.Analysis) -> str:
+def summary(analysis: results.Analysis) -> str:
     """Return the answer and the findings as text, with remedies in the syntax of Python."""
     from gyrodata.reporting import text
 
-    words = text.summary(lab, verbose=False, rest="More: .report(FOLDER)")
+    words = text.summary(analysis, verbose=False, rest="More: .report(FOLDER)")
     return in_python(words.rstrip("\n"))
 
 
-def selfcheck(lab: results.Analysis, labs: int = 1000, seed: int = 1) -> SelfCheck:
+def selfcheck(analysis: results.Analysis, labs: int = 1000, seed: int = 1) -> SelfCheck:
     """Simulate a lab many times; see `gyrodata.selfcheck`."""
     from gyrodata.trials import coverage
 
-    return coverage.selfcheck(lab, labs, seed)
+    return coverage.selfcheck(analysis, labs, seed)
 
 
-def plot(lab: results.Analysis, name: str = "torque", ax: Axes | None = None) -> Axes:
+def plot(
+    analysis: results.Analysis, name: str = "torque", ax: Axes | None = None
+) -> Axes:
     """Draw one of the figures of the report; see `Analysis.plot`."""
     from gyrodata.reporting import figures
 
-    return figures.plot_on(lab, name, ax)
+    return figures.plot_on(analysis, name, ax)
 
 
-def report(lab: results.Analysis, folder: str | os.PathLike[str]) -> Path:
+def report(analysis: results.Analysis, folder: str | os.PathLike[str]) -> Path:
     """Write the report into a folder, and return the path of report.html."""
     from gyrodata.reporting.page import report_files
 
     target = Path(folder)
-    write_folder(target, report_files(lab))
+    write_folder(target, report_files(analysis))
     return target / "report.html"
 
 
-def markdown(lab: results.Analysis) -> str:
+def markdown(analysis: results.Analysis) -> str:
     """Return the report as Markdown."""
     from gyrodata.reporting.markdown import markdown_report
 
-    return markdown_report(lab)
+    return markdown_report(analysis)
 
 
-def notebook_html(lab: results.Analysis) -> str:
+def notebook_html(analysis: results.Analysis) -> str:
     """Return what a notebook shows of an analysis: the answer, a figure, the findings."""
     from gyrodata.reporting import figures
 
-    answer = escape(summary(lab))
+    answer = escape(summary(analysis))
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
-    words = escape(figures.alt_text(lab, "torque"))
-    drawn = figures.render(lab, "png", names=("torque",), faults={})
+    words = escape(figures.alt_text(analysis, "torque"))
+    drawn = figures.render(analysis, "png", names=("torque",), faults={})
     if "torque" in drawn:
         image = b64encode(drawn["torque"]).decode()
         source = f"data:image/png;base64,{image}"
         parts.append(f'<img src="{source}" alt="{words}" style="max-width: 36em">')
     else:
         parts.append(f"<p>{words}</p>")
-    if lab.diagnostics:
+    if analysis.diagnostics:
         parts.append("<ul>")
-        for finding in lab.diagnostics:
+        for finding in analysis.diagnostics:
             text = escape(f"{finding.severity} {finding.code}: {finding.message}")
             parts.append(f"<li>{text}</li>")
         parts.append("</ul>")

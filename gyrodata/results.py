@@ -32,7 +32,7 @@ from gyrodata.judging.tables import (
     Torque,
 )
 from gyrodata.measurements import Measurements
-from gyrodata.physics.models import AUTO, Model, Motion
+from gyrodata.physics.models import AUTO, ModelName, Motion
 from gyrodata.readings import Readings
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 DOF_REASON = (
     "u and the interval are quantiles of the posterior distribution, which includes "
-    "the doubt about the widths"
+    "the doubt about the sizes of the errors"
 )
 
 
@@ -59,7 +59,7 @@ class Options(Struct, frozen=True):
     """Headers of roles that were given in addition to the log."""
     config: str | None = None
     """Name of the TOML file with constants and headers, without its folder."""
-    model: Model = AUTO
+    model: ModelName = AUTO
     keep_flagged: bool = False
     worksheet: bool = False
     """Whether the report asks questions instead of giving conclusions."""
@@ -68,7 +68,9 @@ class Options(Struct, frozen=True):
 DoubtKind = Literal["ball", "size", "note", "contradiction", "exponent", "scatter"]
 
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
-"""Kinds of doubt, the most serious first."""
+"""Kinds of doubt, the most serious first: I_zz contradicts the ball; a reading has an
+unusual size; a note of the student says so; the runs contradict each other; the period
+is not in proportion to the spin; the runs scatter too much."""
 
 
 class Doubt(Struct, frozen=True):
@@ -189,7 +191,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     budget : tuple of Share
         What each uncertainty component contributes to u(I_zz), the largest first.
     effects : tuple of Effect
-        The sizes of the approximations in this log; all of them in an `Analysis`.
+        The sizes of the approximations in this log: none after `fit_log`, those that
+        are assumed after `check_fit`, all of them in an `Analysis`.
     constancy : Constancy or None
         Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
     torques : tuple of Torque
@@ -218,12 +221,12 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     p: float | None
     birge: float | None
     budget: tuple[Share, ...]
-    effects: tuple[Effect, ...]
     constancy: Constancy | None
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     unusual_sizes: tuple[Diagnostic, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
+    effects: tuple[Effect, ...] = ()
 
     @property
     def lab(self) -> Lab:
@@ -247,7 +250,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
     ----------
     if_balanced : Estimate or None
         I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
-        differ.
+        differ, or if this fit has no answer.
     doubts : tuple of Doubt
         Reasons why I_zz may be wrong by more than its u.
     fits : tuple of NamedFit

@@ -446,7 +446,7 @@ def _reading_without_weight(lab: Lab) -> dict[str, float]:
     }
 
 
-DOUBTED = "half_the_error_in_doubt"
+ALWAYS_ADVISED = "half_the_error_in_doubt"
 """An error whose usual size may be far too small: it is advised to measure it, even if
 u becomes only a little smaller."""
 
@@ -476,9 +476,9 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
     """Halve each error that makes a part of u, or that may be too small, if somebody can."""
     doubted = _doubted_sources(lab)
     for share in lab.fit.budget:
-        name = DOUBTED if share.source in doubted else "half_the_error"
+        name = ALWAYS_ADVISED if share.source in doubted else "half_the_error"
         better = SOURCES[share.source].better if share.source in SOURCES else ""
-        if better and (share.share > 0.05 or name == DOUBTED):
+        if better and (share.share > 0.05 or name == ALWAYS_ADVISED):
             words = better + doubted.get(share.source, "")
             yield lab.change(name, words, _with_half_the_error(lab, share.source))
 
@@ -695,7 +695,7 @@ def _biases(lab: Lab, model: MotionModel) -> Floats:
     """
     top = fitting.top_of(lab.measured, lab.fit)
     first = models.of_effects()[model.effect]
-    return Motion((first,)).slowing(top, fitting.timed_runs(lab.measured)) - 1
+    return Motion((first,)).bias_without(top, fitting.timed_runs(lab.measured))
 
 
 def size_of_model(lab: Lab, model: MotionModel) -> float:
@@ -719,16 +719,16 @@ above this part of `DROP_ONE`."""
 
 
 def assumed_effects(lab: Lab) -> tuple[str, ...]:
-    """Return the effects that may matter, and about which the log is silent."""
+    """Return the effects about which the log is silent, if they are used or may matter."""
     runs = fitting.timed_runs(lab.measured)
-    silent = [model for model in MODELS if model.is_assumed(runs)]
-    return tuple(
-        [
-            model.effect
-            for model in silent
-            if not size_of_model(lab, model) < NEARLY * DROP_ONE
-        ]
-    )
+    effects = []
+    for model in MODELS:
+        if not model.is_silent(runs):
+            continue
+        is_small = size_of_model(lab, model) < NEARLY * DROP_ONE
+        if model in lab.motion.models or not is_small:
+            effects.append(model.effect)
+    return tuple(effects)
 
 
 # --- answers ---
@@ -853,7 +853,7 @@ def choose_model(
     fits = fits or Fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
-    silent = [candidate for candidate in MODELS if candidate.is_assumed(runs)]
+    silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
     if model != AUTO or not (stated.models or silent):
         return stated, None
     try:

@@ -612,7 +612,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
             if key in unused:
                 yield readings.say("u_of_pitch_not_used", place, key=key)
     runs = fitting.timed_runs(measured)
-    silent = {model.effect: model for model in MODELS if model.is_assumed(runs)}
+    silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in seen.effects:
         if effect.effect == "tachometer" and _matters(seen, effect):
             direction = "lower" if (effect.bias or 0.0) > 0 else "higher"

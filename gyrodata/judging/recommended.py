@@ -19,7 +19,7 @@ from gyrodata.judging.changes import Lab
 from gyrodata.judging.explanations import ONE_BALANCE, Diagnosis, Explanation
 from gyrodata.measurements import Measurements
 from gyrodata.physics import models
-from gyrodata.physics.models import AUTO, Model, Motion
+from gyrodata.physics.models import AUTO, ModelName, Motion
 from gyrodata.readings import Readings
 
 LARGEST = 3_000_000
@@ -54,7 +54,7 @@ class Recommended(Struct, frozen=True):
 def recommend(
     readings: Readings,
     measured: Measurements,
-    model: Model = AUTO,
+    model: ModelName = AUTO,
     keep_flagged: bool = False,
 ) -> Recommended:
     """Choose the models, find the outliers, and fit the other runs.
@@ -128,7 +128,7 @@ class _Screened(Struct, frozen=True):
         return explanations.diagnose(readings, self.runs, tilted, base, self.outliers)
 
     def fit_kept(
-        self, readings: Readings, model: Model, left_out: tuple[int, ...]
+        self, readings: Readings, model: ModelName, left_out: tuple[int, ...]
     ) -> Lab:
         """Fit the runs that are not certainly wrong."""
         ready = self.ready if not left_out else None
@@ -151,7 +151,7 @@ def _agrees(fit: FitResult) -> bool:
     return fit.chance_of_one_balance > ONE_BALANCE
 
 
-def _screen(measured: Measurements, model: Model) -> _Screened:
+def _screen(measured: Measurements, model: ModelName) -> _Screened:
     """Choose the models, correct the runs for them, and find the outliers.
 
     The correction depends on I_zz, which an outlier can change: so outliers are found
@@ -195,7 +195,7 @@ def _refuse_too_many_shared_readings(
 
 
 def _refuse_rods_that_fall(
-    readings: Readings, measured: Measurements, model: Model
+    readings: Readings, measured: Measurements, model: ModelName
 ) -> None:
     """Refuse runs that are too slow for a rod that was released from rest."""
     if models.stated_or_asked(model, fitting.timed_runs(measured)).sags:

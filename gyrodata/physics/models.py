@@ -9,15 +9,17 @@ of the model, the tables and the pages ask the model, and never for its name.
 A `Motion` contains the models of one fit. Their corrections multiply.
 
 Words for a model, as they are used here and in `gyrodata.judging.changes`: it is
-*stated* if the log says that the rod moved so, and *asked* if the user chose it. It is
-*assumed* if the log is silent, and the rod may have moved so; *supposed* readings are
-then those of a typical rod. A model that is stated or assumed is *offered*, and it is
-*needed* if the motion changes I_zz by too much to be left out. A model that is in the
-fit is *used*; its effect is then *kept*.
+*stated* if the log says that the rod moved so, and *asked* if the user chose it. The log
+is *silent* about it if it does not say how the rod moved; *supposed* readings are then
+those of a typical rod. A model is *offered* if it is stated, or if the log is silent and
+the motion is *possible*; it is *needed* if the motion changes I_zz by too much to be
+left out. A model that is in the fit is *used*, and its effect is then *kept*; if the log
+is silent about it, it is *assumed*.
 
 The *start* is how the rod began to move, the line ``# motion:`` of the log: "steady"
 (it was guided until it precessed steadily) or "released" (from rest). It is one fact
-that models ask for, and not the model "steady", which is eq. (8).
+that models ask for, and not the model "steady", which is eq. (8): the start "steady"
+belongs to `Horizontal`, and is that of every fit without another start.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ from gyrodata import physics
 from gyrodata.physics import Floats, motion
 from gyrodata.physics.motion import Top
 
-Model = Literal["auto", "horizontal", "steady", "released"]
+ModelName = Literal["auto", "horizontal", "steady", "released"]
 """The names that a user can choose from, for type checkers; `names` lists them."""
 
 LEVEL_TO = math.radians(2.0)
@@ -132,10 +134,10 @@ class MotionModel(Struct, frozen=True):
         """Return whether a log states that its rods moved in this way."""
         return False
 
-    def is_assumed(self, runs: TimedRuns) -> bool:
-        """Return whether a log is silent about its rods, so that they may have moved in this way.
+    def is_silent(self, runs: TimedRuns) -> bool:
+        """Return whether a log does not say if its rods moved in this way.
 
-        The model is then assumed if the motion changes I_zz by enough.
+        `is_possible` and the size of the effect then decide whether it is assumed.
         """
         return False
 
@@ -144,16 +146,22 @@ class MotionModel(Struct, frozen=True):
         return True
 
     def supposed(self, runs: TimedRuns) -> dict[str, Any]:
-        """Return readings of a typical rod that moves so, for a log without them."""
+        """Return readings of a typical rod that moves so, for a log without them.
+
+        The keys are fields of `gyrodata.measurements.Measurements`.
+        """
         return {}
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
-        """Say why the effect is in the model of a log, or is left out.
+        """Say why the effect is in the fit of a log, or is not.
 
-        The table of effects asks the model that is used with this effect (`kept` is
-        true). If none is used, or if its readings are `supposed`, it asks the first
-        model of the effect in `MODELS` (`kept` is false). `as_asked` is ", as asked" if
-        the user chose the model, else "".
+        Parameters
+        ----------
+        runs : TimedRuns
+        kept : bool
+            Whether this model is in the fit, with readings of the log.
+        as_asked : str
+            ", as asked" if the user chose the models of the fit, else "".
         """
         raise NotImplementedError
 
@@ -161,19 +169,19 @@ class MotionModel(Struct, frozen=True):
         """Return whether the mean rate differs from that of the equation in the fit."""
         return True
 
-    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+    def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean rate of precession [rad/s], shape (n,).
 
-        `steady` is the rate by the equation in the fit [rad/s].
+        `steady_rate` is the rate by the equation in the fit [rad/s].
         """
-        return steady
+        return steady_rate
 
     def errors(
         self, top: Top, runs: TimedRuns, slowing: Floats
     ) -> Iterator[ModelError]:
         """Yield the errors that exist only with this model.
 
-        `slowing` is the rate by the equation over the mean rate of this model [1].
+        `slowing` is the steady rate over the mean rate of this model alone [1].
         """
         return iter(())
 
@@ -185,6 +193,10 @@ class Horizontal(MotionModel, frozen=True):
     words = "eq. (9), a level rod"
     start = "steady"
     start_words = "was guided until it precessed steadily"
+
+    def is_corrected(self, runs: TimedRuns) -> bool:
+        """Return False: the fit contains eq. (9)."""
+        return False
 
 
 class Steady(MotionModel, frozen=True):
@@ -215,13 +227,13 @@ class Steady(MotionModel, frozen=True):
         """Return whether the spin falls; else eq. (8) is the whole model."""
         return runs.spin_start is not None
 
-    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+    def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s].
 
         The method is Gauss-Legendre quadrature.
         """
         if runs.spin_start is None or runs.spin_end is None:
-            return steady
+            return steady_rate
         points, weights = np.polynomial.legendre.leggauss(8)
         decay = np.log(runs.spin_end / runs.spin_start)
         spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
@@ -270,7 +282,7 @@ class Released(MotionModel, frozen=True):
             )
         return f"released, as the log says; computed as steady{as_asked}"
 
-    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+    def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean rate by the exact motion [rad/s], shape (n,)."""
         total = _total_spin(top, runs)
         return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
@@ -315,7 +327,8 @@ PART_RELEASED, PART_U = 0.5, 0.4
 """Part of the effect of a release, and its standard uncertainty, if the log does not
 say how the rod was started. A rod that gets a push of the share k of the steady rate
 shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of the effect, with q = I_zz/I, to second
-order in I φ̇/(I_zz ψ̇): all of it without a push, and none of it with the steady rate.
+order in I φ̇/(I_zz ψ̇) (expand `gyrodata.physics.motion.mean_precession_rate`): all of
+it without a push, and none of it with the steady rate.
 Every k from 0 to 1 is possible, so that the part is 0.5 ± 0.4."""
 
 
@@ -340,7 +353,7 @@ class Pushed(Released, frozen=True):
         """Return False: no log states the size of a push."""
         return False
 
-    def is_assumed(self, runs: TimedRuns) -> bool:
+    def is_silent(self, runs: TimedRuns) -> bool:
         """Return whether the log does not say how the rod was started."""
         return runs.start is None
 
@@ -360,10 +373,11 @@ class Pushed(Released, frozen=True):
             "the rod was started"
         )
 
-    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+    def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean rate with a part of the effect of a release [rad/s]."""
-        mean = Released.mean_rate(self, top, runs, steady)
-        return np.asarray(steady / (1 + PART_RELEASED * (ratio(steady, mean) - 1)))
+        mean = Released.mean_rate(self, top, runs, steady_rate)
+        effect = ratio(steady_rate, mean) - 1
+        return np.asarray(steady_rate / (1 + PART_RELEASED * effect))
 
     def errors(
         self, top: Top, runs: TimedRuns, slowing: Floats
@@ -402,7 +416,7 @@ class Earth(MotionModel, frozen=True):
             return "at most, at a pole"
         return "at the log's latitude, its sign unknown"
 
-    def mean_rate(self, top: Top, runs: TimedRuns, steady: Floats) -> Floats:
+    def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean rate against the turning floor [rad/s], shape (n,).
 
         Without a latitude, the rate at a pole shows how large the effect is at most.
@@ -414,7 +428,7 @@ class Earth(MotionModel, frozen=True):
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
         seen = 2 * np.pi * runs.turns / runs.time
-        return np.asarray(steady / (1 + direction * floor / seen))
+        return np.asarray(steady_rate / (1 + direction * floor / seen))
 
 
 HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
@@ -478,6 +492,7 @@ class Motion(Struct, frozen=True):
 
     def started_as(self, model: MotionModel) -> Motion:
         """Return the same models for a rod that was started in another way."""
+        # The start "steady" has no effect: `including` then adds nothing.
         starts = {one.effect for one in MODELS if one.start and one.effect}
         kept = [one for one in self.models if one.effect not in starts]
         return Motion(tuple(kept)).including(model)
@@ -497,9 +512,10 @@ class Motion(Struct, frozen=True):
     def correction(
         self, top: Top, runs: TimedRuns
     ) -> tuple[Floats, tuple[ModelError, ...]]:
-        """Compute the steady rate over the mean rate of each run [1], and the errors then.
+        """Compute the slowing of each run and the errors then, for the fit.
 
-        The rate of a run without a torque is zero; its ratio is 1.
+        The slowing is the rate by the equation in the fit over the mean rate [1], shape
+        (n,). The rate of a run without a torque is zero; its slowing is 1.
         """
         product = np.ones(len(runs.time))
         errors: list[ModelError] = []
@@ -511,15 +527,15 @@ class Motion(Struct, frozen=True):
                 errors += model.errors(top, runs, slowing)
         return product, tuple(errors)
 
-    def slowing(self, top: Top, runs: TimedRuns) -> Floats:
-        """Compute the rate by eq. (9) over the mean rate of each run [1], shape (n,).
+    def bias_without(self, top: Top, runs: TimedRuns) -> Floats:
+        """Compute I_zz of each run by eq. (9) over I_zz with these models, minus 1.
 
-        It is I_zz of each run without these models over I_zz with them.
+        The shape is (n,). The fit does not use it: this is the size of an effect.
         """
-        correction, _ = self.correction(top, runs)
+        slowing, _ = self.correction(top, runs)
         with np.errstate(divide="ignore", invalid="ignore"):
             level = Motion()._steady_rate(top, runs)
-            return ratio(level, self._steady_rate(top, runs)) * correction
+            return ratio(level, self._steady_rate(top, runs)) * slowing - 1
 
     def _steady_rate(self, top: Top, runs: TimedRuns) -> Floats:
         """Compute the rate by the equation in the fit [rad/s], shape (n,)."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrodata.analysis import check_fit, fit_log
 from gyrodata.measurements import Measurements, Source
-from gyrodata.physics.models import Model
+from gyrodata.physics.models import ModelName
 from gyrodata.readings import read_log
 from gyrodata.results import FittedLog, Options
 
@@ -17,7 +17,7 @@ G = 9.803
 RPM = np.pi / 30
 
 
-def analyze_briefly(log: Any, model: Model = "auto", **given: Any) -> FittedLog:
+def analyze_briefly(log: Any, model: ModelName = "auto", **given: Any) -> FittedLog:
     """Analyse a log without what only a report shows: the same I_zz, odd runs and
     refusals in a tenth of the time.
     """

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -72,75 +73,89 @@ def list_mistakes(
     readings: Readings, measured: Measurements, inertia: float
 ) -> Iterator[Mistake]:
     """List every mistake that is possible in this log, with its I_zz [kg*m^2]."""
-    units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
-    units["spin"] = next(
-        (
-            c.unit
-            for role, c in readings.columns.items()
-            if role.startswith("spin") and c.unit
-        ),
-        "rpm",
-    )
-    if measured.timed:
-        units["turns"] = next(
-            (
-                words
-                for words, count in COUNTS.items()
-                if np.allclose(measured.turns, count)
-            ),
-            "",
-        )
+    units = _units(readings, measured)
     factors = _factors_of_log(readings, measured, inertia)
+    values = _values_in_words(readings, measured, inertia)
+    for known in known_mistakes().values():
+        if known.needs and not _is_in_log(readings, known.needs):
+            continue
+        unit = units.get(known.column, "")
+        torque = _factor(known.torque, factors)
+        product = _factor(known.product, factors)
+        if torque is None or product is None:
+            continue
+        mistake = replace(known, torque=torque, product=product)
+        if known.read:
+            mistake = _of_units(mistake, unit)
+        if mistake.words or mistake.log:
+            yield _in_words(mistake, unit, values)
+
+
+def _is_in_log(readings: Readings, name: str) -> bool:
+    """Return whether a log has a column, or a constant, of a name."""
+    return name in readings.columns or name in readings.constants
+
+
+def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
+    """Return the units of the columns of a log, and the number of turns of all runs."""
+    units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
+    spins = [
+        _unit(readings, role) for role in readings.columns if role.startswith("spin")
+    ]
+    units["spin"] = next(filter(None, spins), "rpm")
+    if measured.timed:
+        counts = [
+            words
+            for words, count in COUNTS.items()
+            if np.allclose(measured.turns, count)
+        ]
+        units["turns"] = "".join(counts[:1])
+    return units
+
+
+def _values_in_words(
+    readings: Readings, measured: Measurements, inertia: float
+) -> dict[str, Any]:
+    """Return what the words of the table can contain, for a log and its I_zz [kg*m^2]."""
     diameter = 100 * readings.constants.get("ball_diameter", math.nan)
-    small = abs(inertia) < 1
-    shown: dict[str, Any] = {
+    is_small = abs(inertia) < 1
+    return {
         "g": measured.g,
         "radius": diameter / 2,
         "twice_diameter": 2 * diameter,
+        "size": "below" if is_small else "above",
+        "sign": "negative" if is_small else "positive",
     }
-    shown |= (
-        {"size": "below", "sign": "negative"}
-        if small
-        else {"size": "above", "sign": "positive"}
-    )
-    for one in known_mistakes().values():
-        unit = units.get(one.column, "")
-        torque, product = (
-            factors.get(by) if isinstance(by, str) else by
-            for by in (one.torque, one.product)
-        )
-        log = one.log
-        remedy = one.remedy
-        if one.read:
-            # A spin in Hz is a spin in revolutions per second.
-            names_of_unit = {unit, "Hz"} if unit == "rps" else {unit}
-            if one.read not in names_of_unit:
-                log = ""
-            remedy = remedy or f'write the header as "{one.column} [{one.meant}]"'
-        missing = one.needs and not (
-            one.needs in readings.columns or one.needs in readings.constants
-        )
-        if missing or torque is None or product is None or not (one.words or log):
-            continue
-        if one.read:
-            factor = _size_of(one.column, one.read) / _size_of(one.column, one.meant)
-            if one.column in ("mass", "position"):
-                torque = factor
-            else:
-                product = 1 / factor if one.column == "time" else factor
-        texts = (one.words, one.check, log, remedy)
-        words, check, log, remedy = (text.format(unit=unit, **shown) for text in texts)
-        yield replace(
-            one,
-            words=words,
-            check=check,
-            log=log,
-            remedy=remedy,
-            torque=torque,
-            product=product,
-            rank=int(unit not in one.common_in) if one.common_in else one.rank,
-            forgets=one.forgets if unit in one.forgets_in or not one.forgets_in else "",
-        )
+
+
+def _factor(written: Any, factors: Mapping[str, Any]) -> Any:
+    """Return a factor of the table: a number, or its name; None if it is impossible."""
+    return factors.get(written) if isinstance(written, str) else written
+
+
+def _of_units(mistake: Mistake, unit: str) -> Mistake:
+    """Return a mistake about a unit, with its factors, for a column in `unit`."""
+    column = mistake.column
+    factor = _size_of(column, mistake.read) / _size_of(column, mistake.meant)
+    # A spin in Hz is a spin in revolutions per second.
+    is_in_log = mistake.read == unit or (mistake.read == "Hz" and unit == "rps")
+    remedy = mistake.remedy or f'write the header as "{column} [{mistake.meant}]"'
+    mistake = replace(mistake, remedy=remedy, log=mistake.log if is_in_log else "")
+    if column in ("mass", "position"):
+        return replace(mistake, torque=factor)
+    return replace(mistake, product=1 / factor if column == "time" else factor)
+
+
+def _in_words(mistake: Mistake, unit: str, values: Mapping[str, Any]) -> Mistake:
+    """Return a mistake with the values of a log in its words."""
+    texts = {
+        name: getattr(mistake, name).format(unit=unit, **values)
+        for name in ("words", "check", "log", "remedy")
+    }
+    rank = int(unit not in mistake.common_in) if mistake.common_in else mistake.rank
+    is_forgotten = unit in mistake.forgets_in or not mistake.forgets_in
+    forgets = mistake.forgets if is_forgotten else ""
+    return replace(mistake, **texts, rank=rank, forgets=forgets)
 
 
 def _size_of(column: str, unit: str) -> float:
@@ -229,40 +244,45 @@ def explaining_mistakes(
 
     `inertia`, `expected`: I_zz from the log, and the value that it should be [kg*m^2].
     """
-    loaded = measured.torque != 0
-    each = np.abs(measured.torque / measured.product)[loaded]
-    before = checks.spread(each)
     found = []
     for mistake in list_mistakes(readings, measured, inertia):
-        mended = (
-            each
-            / np.broadcast_to(mistake.torque / mistake.product, measured.torque.shape)[
-                loaded
-            ]
-        )
-        if (
-            not mistake.log
-            or not np.isfinite(mended).all()
-            or checks.spread(mended) > before + checks.SCATTERS
-        ):
-            continue
-        value = inertia * float(np.median(mended) / np.median(each))
-        away = abs(math.log(value / expected))
-        if away < CLOSE:
+        value = _inertia_without(mistake, measured, inertia) if mistake.log else None
+        away = abs(math.log((value or math.inf) / expected))
+        if value and away < CLOSE:
             # Of two mistakes that fit equally well, the more common one comes first.
             found.append((away + 0.01 * mistake.rank, mistake, value))
-    if (
-        START_SPIN[0] < inertia / expected < START_SPIN[1]
-        and "spin" in readings.columns
-    ):
-        words = (
-            f"the spin was read at the start, and was "
-            f"{100 * (1 - inertia / expected):.0f} % lower at half time"
-        )
-        remedy = (
-            "write spins read at half time, or the spin at start and end in columns "
-            '"spin_start", "spin_end"'
-        )
-        found.append((CLOSE, Mistake("start_spin", log=words, remedy=remedy), expected))
-    found.sort(key=lambda item: item[0])
-    return tuple((mistake, value) for _, mistake, value in found[:MOST])
+    low, high = START_SPIN
+    if low < inertia / expected < high and "spin" in readings.columns:
+        found.append((CLOSE, _start_spin(inertia / expected), expected))
+    found.sort(key=itemgetter(0))
+    return tuple([(mistake, value) for _, mistake, value in found[:MOST]])
+
+
+def _inertia_without(
+    mistake: Mistake, measured: Measurements, inertia: float
+) -> float | None:
+    """Return I_zz without a mistake [kg*m^2]; None if the runs then scatter more."""
+    loaded = measured.torque != 0
+    factor = np.broadcast_to(mistake.torque / mistake.product, loaded.shape)[loaded]
+    each = np.abs(measured.torque / measured.product)[loaded]
+    mended = each / factor
+    if not np.isfinite(mended).all():
+        return None
+    if checks.spread(mended) > checks.spread(each) + checks.SCATTERS:
+        return None
+    return inertia * float(np.median(mended) / np.median(each))
+
+
+def _start_spin(ratio: float) -> Mistake:
+    """Return the mistake that the spin was read at the start, for I_zz over its true value."""
+    return Mistake(
+        "start_spin",
+        log=(
+            f"the spin was read at the start, and was {100 * (1 - ratio):.0f} % lower at "
+            f"half time"
+        ),
+        remedy=(
+            'write spins read at half time, or the spin at start and end in columns "spin_'
+            'start", "spin_end"'
+        ),
+    )

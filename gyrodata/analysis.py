@@ -63,7 +63,9 @@ def analyze(
         TOML file with settings and mapping.
     model : {"auto", "horizontal", "steady", "released"}
         Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the
-        simplest of them that is accurate enough for the log.
+        simplest of them that is accurate enough for the log. If the log does not say how
+        the rod was started, "auto" can also assume half the effect of a release: the
+        model is then named "released", too.
     keep_flagged : bool
         Keep suspected outliers in the fit.
 
@@ -126,10 +128,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    questions = tuple(checks.check(readings, measured))
-    measured = replace(measured, diagnostics=(*measured.diagnostics, *questions))
-    sizes = tuple(checks.check_sizes(readings, measured))
-    diagnostics = (*readings.diagnostics, *measured.diagnostics, *sizes)
+    of_readings = tuple(checks.check(readings, measured))
+    measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
+    unusual_sizes = tuple(checks.check_sizes(readings, measured))
+    diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):
         raise LogError([*diagnostics, readings.say("all_torques_zero")])
     model = options.model
@@ -165,7 +167,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         constancy=tables.constancy(corrected, torques, groups),
         torques=torques,
         run_table=tables.run_table(corrected, fit, outliers, lab.left_out),
-        unusual_sizes=sizes,
+        unusual_sizes=unusual_sizes,
         diagnostics=diagnostics,
     )
 
@@ -186,6 +188,7 @@ def judge(fitted: FittedLog) -> Analysis:
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
+    # This time with I_zz without each torque, by its number.
     torques = tables.torque_table(measured, fit, groups, without_torque)
     fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
     return Analysis(
@@ -204,7 +207,7 @@ def judge(fitted: FittedLog) -> Analysis:
 def check_fit(fitted: FittedLog) -> FittedLog:
     """Add to a fit the findings that a grade shows.
 
-    The only other fits are those that give the sizes of the assumed effects.
+    To save time, the only other fits are those for the sizes of the assumed effects.
     """
     assumed = changes.assumed_effects(fitted.lab)
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))

@@ -170,7 +170,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         The recommended fit: adjusted times, residuals, covariance and posterior
         distribution.
     model : Motion
-        How the rods moved: the models that were fitted to the runs.
+        How the rods moved: the models that were fitted to the runs. `model.name` is the
+        name that users choose, as in `options.model` and in the JSON.
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
@@ -200,7 +201,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     run_table : tuple of Run
         Every run with its residual; `runs` is the same as a DataFrame.
     unusual_sizes : tuple of Diagnostic
-        Questions about readings of an unusual size, which are also diagnostics.
+        The diagnostics about readings of an unusual size.
     diagnostics : tuple of Diagnostic
         Errors, warnings and notes, with code, place and remedy.
     """
@@ -230,7 +231,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
 
     @property
     def lab(self) -> Lab:
-        """The log and its fit, for `changes`."""
+        """The log and its fit as `changes` needs them; users also call an analysis a lab."""
         left_out = [i for i, run in enumerate(self.run_table) if run.left_out]
         return Lab(
             readings=self.readings,
@@ -263,8 +264,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         Exponent of period against spin, of all torques; None if no torque has runs at
         different spins.
     ball : Ball or None
-        Comparison with the inertia of the ball; None if the log does not give its mass
-        and diameter.
+        Comparison with the inertia of the ball or disk; None if the log gives neither.
     advice : tuple of str
         What would improve the next measurement.
     """
@@ -491,7 +491,7 @@ class AnalysisResult(Struct, eq=False):
     """Mistakes with which the runs would agree, the most probable first; empty if they
     agree, or if no mistake explains them."""
     constants: Mapping[str, float]
-    """By name: g, and the mass and diameter of the ball if the log gives them."""
+    """By name: g, and every other constant that the log gives."""
     model: str
     effects: tuple[Effect, ...]
     """The size of every approximation in this log."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -34,14 +34,25 @@ from gyrodata.cli.terminal import (
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.results import HandIn
+    from gyrodata.results import Analysis, HandIn
 
 
 CheckFormat = Literal["text", "json", "ndjson"]
 
-Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
-"""A log, the submission that a grader would read with it, and diagnostics of this
-submission."""
+
+class Checked(NamedTuple):
+    """A log or a submission, and what `gyro check` found in it."""
+
+    name: str
+    findings: Sequence[Diagnostic]
+    code: int
+    """The exit code."""
+    readings: Readings | None = None
+    """None if the log cannot be read."""
+    analysis: Analysis | None = None
+    """None if the log has no answer, or for a submission."""
+    hand_in: HandIn | None = None
+    """Of a submission: what a grader would read."""
 
 
 def template(
@@ -207,49 +218,39 @@ def check(
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
     """
-    given: dict[str, Any] = {
-        "settings": pairs(settings, "--set"),
-        "mapping": pairs(mapping, "--map"),
-    }
     if hand_in and (settings or mapping or config or fix or "-" in logs):
         refuse("hand_in_as_it_is")
     if form == "json" and len(logs) > 1 and not hand_in:
         refuse("json_for_one_log")
     if fix and "-" in logs:
         refuse("fix_of_standard_input")
-    from gyrodata.readings import read_log
-
+    given: dict[str, Any] = {
+        "settings": pairs(settings, "--set"),
+        "mapping": pairs(mapping, "--map"),
+    }
     worst = 0
     if hand_in:
-        from gyrodata.grading.grade import read_hand_in
-
-        _, worst = _check_one(
-            names_of(logs)[0],
-            lambda: read_hand_in([Path(log) for log in logs]),
-            form,
-            strict,
-        )
+        worst = _print(_check_submission(logs, strict), form)
         logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
-
-        def read(log: str = log, name: str = name) -> Read:
-            return (
-                read_log(
-                    **source_of(log, name), **given, config=constants_of(log, config)
-                ),
-                None,
-                (),
-            )
-
-        readings, code = _check_one(name, read, form, strict)
-        if fix and readings is not None:
-            try:
-                _fix(Path(log), readings, form)
-            except InputError as error:
-                complain(error.diagnostics)
-                code = error.exit_code
+        given["config"] = constants_of(log, config)
+        checked = _check_log(log, name, given, strict)
+        code = _print(checked, form)
+        if fix and checked.readings is not None:
+            code = _fix_or_complain(log, checked, form)
         worst = max(worst, code)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _fix_or_complain(log: str, checked: Checked, form: CheckFormat) -> int:
+    """Write a checked log as it was understood; return the exit code."""
+    assert checked.readings is not None
+    try:
+        _fix(Path(log), checked.readings, form)
+    except InputError as error:
+        complain(error.diagnostics)
+        return error.exit_code
+    return checked.code
 
 
 def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
@@ -277,60 +278,81 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     )
 
 
-def _check_one(
-    name: str, read: Callable[[], Read], form: CheckFormat, strict: bool
-) -> tuple[Readings | None, int]:
-    """Check one log and print what was found; return the log and the exit code."""
+def _check_log(log: str, name: str, given: dict[str, Any], strict: bool) -> Checked:
+    """Read and analyse a log, and list what it lacks; an error is a finding."""
     from gyrodata.analysis import check_log
+    from gyrodata.readings import read_log
+
+    try:
+        readings = read_log(**source_of(log, name), **given)
+        analysis, findings = check_log(readings)
+    except GyroError as error:
+        return Checked(name, error.diagnostics, error.exit_code)
+    except Exception as error:
+        return Checked(name, (fault(error, name),), FAULT)
+    has_doubts = analysis is not None and bool(analysis.doubts)
+    code = int(has_doubts or _is_serious(findings, strict))
+    findings = tuple(sorted(findings, key=_place))
+    return Checked(name, findings, code, readings, analysis)
+
+
+def _check_submission(paths: Sequence[str], strict: bool) -> Checked:
+    """Read a submission as a grader would; an error is a finding.
+
+    Missing runs are not listed: they cannot be measured any more.
+    """
+    from gyrodata.grading.grade import read_hand_in
+
+    name = names_of(paths)[0]
+    try:
+        readings, hand_in, of_submission = read_hand_in([Path(path) for path in paths])
+    except GyroError as error:
+        return Checked(name, error.diagnostics, error.exit_code)
+    except Exception as error:
+        return Checked(name, (fault(error, name),), FAULT)
+    of_log = sorted(readings.diagnostics, key=_place)
+    findings = (*of_log, *sorted(of_submission, key=_place))
+    code = int(_is_serious(findings, strict))
+    return Checked(readings.name, findings, code, readings, hand_in=hand_in)
+
+
+def _place(finding: Diagnostic) -> tuple[int, int]:
+    return finding.line or 0, finding.column or 0
+
+
+def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
+    """Return whether a finding is more than a note, or more than advice unless `strict`."""
     from gyrodata.judging.procedure import ADVICE
+
+    return any(
+        finding.severity != "note" and (strict or finding.code not in ADVICE)
+        for finding in findings
+    )
+
+
+def _print(checked: Checked, form: CheckFormat) -> int:
+    """Print what a check found, and return its exit code."""
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import check_text
     from gyrodata.results import CheckDocument, Input, to_json
 
-    readings = hand_in = analysis = None
-    of_submission: tuple[Diagnostic, ...] = ()
-    try:
-        readings, hand_in, of_submission = read()
-        found = (*readings.diagnostics, *of_submission)
-        # Missing runs are listed before the submission, when they can still be
-        # measured.
-        if hand_in is None:
-            analysis, found = check_log(readings)
-        serious = [
-            one
-            for one in found
-            if one.severity != "note" and (strict or one.code not in ADVICE)
-        ]
-        code = 1 if serious or (analysis and analysis.doubts) else 0
-    except GyroError as error:
-        found = error.diagnostics
-        code = error.exit_code
-    except Exception as error:
-        found = (fault(error, name),)
-        code = FAULT
-    # Diagnostics of the whole submission come last.
-    found = tuple(
-        sorted(
-            found,
-            key=lambda one: (one in of_submission, one.line or 0, one.column or 0),
-        )
-    )
-    name = readings.name if readings and hand_in else name
+    readings = checked.readings
     rows = len(readings.runs) if readings else None
     if form == "text":
-        write_text(
-            check_text(
-                name, rows, found, "with an answer" if hand_in else "complete", analysis
-            )
+        verdict = "with an answer" if checked.hand_in else "complete"
+        text = check_text(
+            checked.name, rows, checked.findings, verdict, checked.analysis
         )
-        return readings, code
-    doubts = analysis.doubts if analysis else ()
+        write_text(text)
+        return checked.code
+    doubts = checked.analysis.doubts if checked.analysis else ()
+    only_notes = all(finding.severity == "note" for finding in checked.findings)
     document = CheckDocument(
-        input=Input(name, readings.sha256 if readings else None, rows),
-        clean=not doubts and all(one.severity == "note" for one in found),
+        input=Input(checked.name, readings.sha256 if readings else None, rows),
+        clean=not doubts and only_notes,
         doubts=doubts,
-        diagnostics=tuple(one.to_dict() for one in found),
-        hand_in=hand_in,
+        diagnostics=tuple([finding.to_dict() for finding in checked.findings]),
+        hand_in=checked.hand_in,
     )
     write_out(json_text(to_json(document), indent=2 if form == "json" else None))
-    return readings, code
+    return checked.code

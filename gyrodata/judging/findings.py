@@ -51,11 +51,11 @@ class Seen(Lab, frozen=True, kw_only=True):
     readings: Readings
     outliers: tuple[Outlier, ...]
     without: Estimate | None
-    """I_zz without any odd run [kg*m^2], if one is kept."""
+    """I_zz without any outlier [kg*m^2], if one is kept."""
     explanations: tuple[Explanation, ...]
     """Mistakes with which the runs would agree, the most probable first."""
     p: float | None
-    """Chance of a chi-square at least as large; None without degrees of freedom."""
+    """Probability of a chi-square at least as large; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     exponent: Exponent | None
@@ -70,13 +70,13 @@ class Seen(Lab, frozen=True, kw_only=True):
 
 
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
-    """Name each run that looks odd, unless an explanation says more."""
+    """Name each outlier, unless an explanation says more."""
     if seen.outliers and not _is_explained(seen):
-        yield from _odd_runs(seen)
+        yield from _say_outliers(seen)
 
 
-def _odd_runs(seen: Seen) -> Iterator[Diagnostic]:
-    """Say for each odd run what was done with it, and what it does to the answer."""
+def _say_outliers(seen: Seen) -> Iterator[Diagnostic]:
+    """Say for each outlier what was done with it, and what it does to the answer."""
     readings = seen.readings
     without = seen.without
     kept = ""
@@ -97,7 +97,7 @@ def _odd_runs(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
-    """Return the cell of an odd run that its correction is about, or its time."""
+    """Return the cell of an outlier that its correction is about, or its time."""
     timing = readings.columns[timing_role(readings)]
     # "position 15.4 cm would fit" is about the position.
     first_word = "".join(outlier.cells[:1]).partition(" ")[0]

@@ -143,7 +143,7 @@ class MeanProduct(Estimate, frozen=True, kw_only=True):
     spread: float | None
     """Standard deviation of the single runs; null for one run."""
     p: float | None
-    """Chance of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
+    """Probability of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
     chi2: float | None
     """χ² of that scatter by the uncertainties that each run has alone, of one degree of
     freedom less than runs."""
@@ -267,7 +267,7 @@ class Constancy(Struct, frozen=True):
     chi2: float
     dof: int
     p: float
-    """Chance of a chi-square at least as large if φ̇ψ̇ is constant."""
+    """Probability of a chi-square at least as large if φ̇ψ̇ is constant."""
 
 
 UNLIKELY = 0.05

@@ -335,8 +335,9 @@ def release_bias(
 ) -> Any:
     """Relative bias of I_zz [1] if a released rod is treated as steady: 2δ².
 
-    Lowest order, for a level rod; too high by 3 % of itself at δ = 0.07, by 15 % at
-    0.17.
+    Lowest order in δ = I M/(I_zz ψ̇)², for a level rod and its total spin ψ̇, which is
+    smaller than the spin that a tachometer reads on the rod while it sags; too high by
+    3 % of itself at δ = 0.07, by 15 % at 0.17.
     """
     return (
         2

@@ -60,8 +60,8 @@ class TimedRuns(Struct, frozen=True, eq=False):
     pitch: Floats
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     sense: Floats
-    """Sign of the rate of precession times the spin, which is positive unless the log
-    states its sense; 0 if it is unknown."""
+    """Sign of the rate of precession if the spin counts as positive; 0 if it is unknown.
+    `direction` is that of the precession alone, seen from above."""
     transverse_u: float
     """Relative standard uncertainty of I [1]."""
     spin_start: Floats | None = None
@@ -451,7 +451,10 @@ def ratio(steady: Floats, mean: Floats) -> Floats:
 
 
 class Motion(Struct, frozen=True):
-    """The models that a fit contains, in the order of `MODELS`."""
+    """The models of a fit, in the order of `MODELS`, without the first one.
+
+    Eq. (9), the first of `MODELS`, is in every fit, and is never listed.
+    """
 
     models: tuple[MotionModel, ...] = ()
     """Empty for the steady precession of a level rod."""
@@ -498,10 +501,7 @@ class Motion(Struct, frozen=True):
         return Motion(tuple(kept)).including(model)
 
     def including(self, model: MotionModel) -> Motion:
-        """Return these models and another one, which replaces the one with its effect.
-
-        The first of `MODELS` is in every fit, and adds nothing.
-        """
+        """Return these models and another one, which replaces the one with its effect."""
         others = self.without(model.effect).models
         return Motion(tuple([one for one in MODELS[1:] if one in (*others, model)]))
 
@@ -512,9 +512,9 @@ class Motion(Struct, frozen=True):
     def correction(
         self, top: Top, runs: TimedRuns
     ) -> tuple[Floats, tuple[ModelError, ...]]:
-        """Compute the slowing of each run and the errors then, for the fit.
+        """Return the product of the slowings of all models, and their errors, for the fit.
 
-        The slowing is the rate by the equation in the fit over the mean rate [1], shape
+        A slowing is the rate by the equation in the fit over the mean rate [1], shape
         (n,). The rate of a run without a torque is zero; its slowing is 1.
         """
         product = np.ones(len(runs.time))
@@ -554,6 +554,7 @@ def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
     The latter includes what the log states of the models before it in `MODELS`, which
     are simpler, and nothing of those behind it: a user who asks for "steady" gets no
     correction for a release, and a user who asks for any model gets none for the Earth.
+    What is assumed of a silent log is added by `gyrodata.judging.changes.choose_model`.
     """
     stated = [model for model in MODELS if model.is_stated(runs)]
     if name == AUTO:

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.figure_data import (
+    Group,
     Scene,
     answer,
     as_number,
@@ -378,32 +379,15 @@ def _draw_runs(
     at_y = np.clip(y, *ax.get_ylim())
     inside = (at_x == x) & (at_y == y)
     colours = np.full(len(x), "#000000")
-    for rank, group in enumerate(
-        sorted(scene.groups, key=lambda group: -group.summary.torque)
-    ):
-        colours[group.members] = colour = group.look.colour
-        label = group.look.label + (
-            f"\n{with_u(group.summary.product)} rad²/s²" if means else ""
-        )
+    groups = sorted(scene.groups, key=lambda group: -group.summary.torque)
+    for rank, group in enumerate(groups):
+        colours[group.members] = group.look.colour
+        label = group.look.label
+        if means:
+            label += f"\n{with_u(group.summary.product)} rad²/s²"
         if rank % _labelled(scene):
             label = "_"
-        for hollow in (False, True):
-            members = [i for i in group.members if scene.hollow[i] == hollow]
-            if members:
-                ax.plot(
-                    at_x[members],
-                    at_y[members],
-                    linestyle="none",
-                    marker=group.look.marker,
-                    color=colour,
-                    markerfacecolor="white" if hollow else colour,
-                    markeredgecolor=colour if hollow else "white",
-                    markeredgewidth=1.3 if hollow else 0.5,
-                    zorder=4 if hollow else 3,
-                    clip_on=False,
-                    label=label,
-                )
-                label = "_"
+        _draw_marks(ax, scene, group, at_x, at_y, label)
     if x_u.any() or y_u.any():
         of_bars: Any = list(colours[inside])
         ax.errorbar(
@@ -415,18 +399,56 @@ def _draw_runs(
             ecolor=of_bars,
             elinewidth=1.0,
         )
-    names = {}
     odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
-    for i in odd:
-        words = [run_name(scene.names[i])] if scene.hollow[i] else []
-        if at_x[i] != x[i]:
-            words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")
-        if at_y[i] != y[i]:
-            words.append(f"{'↑' if y[i] > at_y[i] else '↓'} {as_number(y[i])}")
-        names[int(i)] = " ".join(words)
+    names = {}
+    for i in odd.tolist():
+        names[i] = " ".join(
+            [
+                run_name(scene.names[i]) if scene.hollow[i] else "",
+                _beyond(x[i], at_x[i], "→←"),
+                _beyond(y[i], at_y[i], "↑↓"),
+            ]
+        ).strip()
     _name_runs(ax, at_x, at_y, names)
+    _explain_marks(ax, scene, bool(inside.all()))
+
+
+def _draw_marks(
+    ax: Axes, scene: Scene, group: Group, x: Floats, y: Floats, label: str
+) -> None:
+    """Draw the runs of one torque, full or hollow; the first ones are in the legend."""
+    colour = group.look.colour
+    for hollow in (False, True):
+        members = [i for i in group.members if scene.hollow[i] == hollow]
+        if not members:
+            continue
+        ax.plot(
+            x[members],
+            y[members],
+            linestyle="none",
+            marker=group.look.marker,
+            color=colour,
+            markerfacecolor="white" if hollow else colour,
+            markeredgecolor=colour if hollow else "white",
+            markeredgewidth=1.3 if hollow else 0.5,
+            zorder=4 if hollow else 3,
+            clip_on=False,
+            label=label,
+        )
+        label = "_"
+
+
+def _beyond(value: float, shown: float, arrows: str) -> str:
+    """Write a value outside the axes, with the arrow that points to it; "" if inside."""
+    if value == shown:
+        return ""
+    return f"{arrows[0] if value > shown else arrows[1]} {as_number(value)}"
+
+
+def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
+    """Add to the legend what a hollow mark is, and a mark at the edge."""
     if scene.hollow.any():
         why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
         ax.plot(
@@ -438,7 +460,7 @@ def _draw_runs(
             color=SOFT,
             label=f"hollow: {why}",
         )
-    if not inside.all():
+    if not all_inside:
         ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
 

@@ -7,7 +7,7 @@ check.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from gyrodata.base.diagnostics import (
     OUTLIER,
@@ -119,54 +119,68 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     str
         The answer, then what to do with this load, then the rest.
     """
-    found = list(
-        dict.fromkeys(
-            d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"
-        )
-    )
-    found = [d for d in found if d.code not in _SAID_ELSEWHERE]
-    n = Numbers(analysis)
-    runs = analysis.run_table
-    groups = analysis.measurements.by_torque
-    group_of = {i: k for k, members in enumerate(groups) for i in members}
-    members = groups[group_of[len(runs) - 1]]
-    lines = {runs[i].line for i in members}
-    here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in lines]
-    still_open = [
-        f"repeat {_place(run)}, with {plain(n.load(group_of[i]))}: {run.reason}"
-        for i, run in enumerate(runs)
-        if run.flagged and i not in members
+    every = dict.fromkeys((*analysis.diagnostics, *lacking))
+    findings = [
+        finding
+        for finding in every
+        if finding.severity != "note" and finding.code not in _SAID_ELSEWHERE
     ]
-    still_open += [_advice(d) for d in found if d not in here]
+    numbers = Numbers(analysis)
+    groups = analysis.measurements.by_torque
+    last = len(analysis.run_table) - 1
+    [load] = [k for k, members in enumerate(groups) if last in members]
+    loaded = [analysis.run_table[i] for i in groups[load]]
+    lines = {run.line for run in loaded}
+    here = [
+        finding
+        for finding in findings
+        if finding.code in _OF_ONE_LOAD and finding.line in lines
+    ]
+    later = [_advice(finding) for finding in findings if finding not in here]
+    still_open = [*_runs_to_repeat(numbers, loaded), *later]
+    blocks = [
+        _state(numbers),
+        _listed(
+            f"while {plain(numbers.load(load))} is on the rod:",
+            _with_this_load(analysis, loaded, here),
+        ),
+    ]
+    if still_open:
+        blocks.append(_listed("still to do:", still_open))
+    else:
+        blocks.append(["nothing else to do"])
+        if analysis.advice:
+            blocks.append(_listed("what would reduce u most:", analysis.advice[:3]))
+    return _joined(blocks)
+
+
+def _listed(title: str, lines: Iterable[str]) -> list[str]:
+    """Write a title, and lines below it."""
+    return [title, *(f"  {line}" for line in lines)]
+
+
+def _state(numbers: Numbers) -> list[str]:
+    """List the doubts, the answer and M0 of the runs so far."""
+    analysis = numbers.analysis
     whole = report(analysis)
     inertia = analysis.inertia
-    relative = (
-        f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
-    )
-    state = [
-        *map(plain, whole.doubts),
-        f"{plain(whole.answer)}{relative}",
-        plain(questions.residual_torque(n)),
-    ]
-    blocks = [
-        [*_first_lines(whole), *(f"  {line}" for line in state)],
-        [f"while {plain(n.load(group_of[len(runs) - 1]))} is on the rod:"],
-        ["still to do:", *(f"  {line}" for line in still_open)]
-        if still_open
-        else ["nothing else to do"],
-    ]
-    blocks[1] += [
-        f"  {line}"
-        for line in _with_this_load(analysis, [runs[i] for i in members], here)
-    ]
-    if not still_open and analysis.advice:
-        blocks.append(
-            [
-                "what would reduce u most:",
-                *(f"  {line}" for line in analysis.advice[:3]),
-            ]
-        )
-    return _joined(blocks)
+    answer = plain(whole.answer)
+    if inertia.u:
+        answer += f", u = {100 * inertia.u / abs(inertia.value):.2g} %"
+    doubts = map(plain, whole.doubts)
+    m0 = plain(questions.residual_torque(numbers))
+    return [*_first_lines(whole), *(f"  {line}" for line in (*doubts, answer, m0))]
+
+
+def _runs_to_repeat(numbers: Numbers, loaded: Sequence[Run]) -> Iterator[str]:
+    """Name the flagged runs of other loads."""
+    analysis = numbers.analysis
+    for load, members in enumerate(analysis.measurements.by_torque):
+        for i in members:
+            run = analysis.run_table[i]
+            if run.flagged and run not in loaded:
+                weight = plain(numbers.load(load))
+                yield f"repeat {_place(run)}, with {weight}: {run.reason}"
 
 
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:

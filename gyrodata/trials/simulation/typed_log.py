@@ -194,95 +194,111 @@ def _log(
     seed: int | None,
 ) -> str:
     """Write the log: ``#`` lines, a header and one line for each run."""
-    columns: dict[str, list[str]] = {}
-    for role, values in read.items():
-        key = u_keys(role)[-1]
-        columns[role] = _typed(
-            values,
-            Uncertainty() if seed is None or key not in stated else stated[key],
-            role,
-        )
-    columns["mass"] = [
-        "0" if mass == 0 else text
-        for mass, text in zip(runs.mass, columns["mass"], strict=True)
-    ]
-    near = [
-        (Fraction(turns).limit_denominator(100), turns) for turns in runs.turns.tolist()
-    ]
-    columns["turns"] = [
-        str(fraction if float(fraction) == turns else turns) for fraction, turns in near
-    ]
-    if runs.spin.min() < 0:
-        columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
-    if runs.sense.min() < 0 or not runs.mass.all():
-        columns["precession_sense"] = [
-            "ccw" if sense > 0 else "cw" for sense in runs.sense
-        ]
+    columns = _cells_of_runs(runs, read, {} if seed is None else stated)
     head = {
         SIMULATED: _summary(truth, seed),
         "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}",
     }
-    head |= {
-        key: uncertainty_text(u, kind_of_role(key)) for key, u in stated.items()
-    } | {"motion": truth.motion}
+    for key, u in stated.items():
+        head[key] = uncertainty_text(u, kind_of_role(key))
+    head["motion"] = truth.motion
     across = columns.get("transverse_inertia", [])
     if len(set(across)) == 1:
-        head["transverse_inertia"] = (
-            f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
-        )
+        head["transverse_inertia"] = f"{across[0]} {DISPLAY['inertia']}"
+        del columns["transverse_inertia"]
     table: dict[str, list[str]] = {}
     for role in sorted(columns, key=ROLES.index):
         unit = DISPLAY[kind_of_role(role)]
         table[f"{role} [{unit}]" if unit else role] = columns[role]
         if role == "turns" and "u_turns" in head and not (runs.turns % 1).all():
             # The uncertainty of the turns does not apply to whole turns.
-            u = head.pop("u_turns")
-            table["u_turns"] = [u if turns % 1 else "" for turns in runs.turns]
-    table = {header: cells for header, cells in table.items() if any(cells)}
+            of_parts = head.pop("u_turns")
+            table["u_turns"] = [of_parts if turns % 1 else "" for turns in runs.turns]
     table["run"] = [str(i + 1) for i in range(len(runs.time))]
+    filled = {header: cells for header, cells in table.items() if any(cells)}
     lines = [f"# {key}: {value}" for key, value in head.items()]
-    lines += [
-        ",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]
-    ]
+    lines.append(",".join(filled))
+    lines += map(",".join, zip(*filled.values(), strict=True))
     return "\n".join(lines) + "\n"
 
 
+def _cells_of_runs(
+    runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty]
+) -> dict[str, list[str]]:
+    """Write the readings as the cells of a log, by role.
+
+    A reading without a stated uncertainty is written with all its digits.
+    """
+    columns: dict[str, list[str]] = {}
+    for role, values in read.items():
+        u = stated.get(u_keys(role)[-1], Uncertainty())
+        columns[role] = _typed(values, u, role)
+    for run in np.flatnonzero(runs.mass == 0):
+        columns["mass"][run] = "0"
+    columns["turns"] = [_as_fraction(turns) for turns in runs.turns.tolist()]
+    if runs.spin.min() < 0:
+        columns["spin_sense"] = _senses(runs.spin)
+    if runs.sense.min() < 0 or not runs.mass.all():
+        columns["precession_sense"] = _senses(runs.sense)
+    return columns
+
+
+def _as_fraction(turns: float) -> str:
+    """Write 1/3 for a third, and other numbers as they are."""
+    fraction = Fraction(turns).limit_denominator(100)
+    return str(fraction if float(fraction) == turns else turns)
+
+
+def _senses(values: Floats) -> list[str]:
+    """Write the sense of rotation of each run."""
+    return ["ccw" if value > 0 else "cw" for value in values]
+
+
 def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
-    """Write readings with steps of a third of their uncertainty or less."""
+    """Write readings with steps of a third of their uncertainty or less.
+
+    Raises
+    ------
+    InputError
+        If a reading could not be typed into a log.
+    """
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    spread = from_si(
-        min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0),
-        unit,
-        kind,
-    )
+    sizes = [u.at(float(value)) for value in values if not math.isnan(value)]
+    spread = from_si(min(sizes, default=0.0), unit, kind)
     # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is
     # still true.
     digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
     texts = []
-    for i, value in enumerate(values):
-        shown = from_si(float(value), unit, kind)
-        text = (
-            repr(shown)
-            if digits is None
-            else f"{round(shown, digits):.{max(digits, 0)}f}"
-        )
-        texts.append("" if math.isnan(value) else text)
-        fault, _ = (
-            check_value(role, read_cell(texts[i], kind, unit).value)
-            if texts[i]
-            else ("", "")
-        )
-        if fault:
-            name = (
-                "simulated_reading_large"
-                if "too large" in fault
-                else "simulated_reading_impossible"
-            )
-            raise InputError.named(
-                name, run=i + 1, role=role, value=float(text), unit=unit, fault=fault
-            )
+    for run, value in enumerate(values, start=1):
+        text = ""
+        if not math.isnan(value):
+            text = _rounded(from_si(float(value), unit, kind), digits)
+            _insist_on_possible(text, role, run)
+        texts.append(text)
     return texts
+
+
+def _rounded(value: float, digits: int | None) -> str:
+    """Write a number with some digits behind the point; None: with all of them."""
+    if digits is None:
+        return repr(value)
+    return f"{round(value, digits):.{max(digits, 0)}f}"
+
+
+def _insist_on_possible(text: str, role: str, run: int) -> None:
+    """Raise InputError if a simulated reading is impossible."""
+    kind = kind_of_role(role)
+    unit = DISPLAY[kind]
+    fault, _ = check_value(role, read_cell(text, kind, unit).value)
+    if not fault:
+        return
+    name = "simulated_reading_impossible"
+    if "too large" in fault:
+        name = "simulated_reading_large"
+    raise InputError.named(
+        name, run=run, role=role, value=float(text), unit=unit, fault=fault
+    )
 
 
 def _summary(truth: Truth, seed: int | None) -> str:

@@ -156,3 +156,30 @@ def test_check_and_json_show_the_same_explanations() -> None:
     listed = [each["words"] for each in result["explanations"]]
     assert listed == [each.words for each in found.explanations]
     assert all(words in " ".join(shown.split()) for words in listed)
+
+
+def log_with_wrong_origin(seed: int, off: float, line: str = "") -> str:
+    """Write 18 runs whose positions are all too small by `off` [m]."""
+    random = np.random.default_rng(seed)
+    written = [f"{line}# u_time: 0.1 s\n{HEAD}"]
+    for mass in MASSES[:2]:
+        for position in (9.0, 13.0, 17.0):
+            for spin in SPINS:
+                torque = mass * 1e-3 * G * (position / 100 + off)
+                time = 2 * np.pi * TRUTH * spin * np.pi / 30 / torque
+                shown = f"{time + random.normal(0, 0.1):.2f}"
+                written.append(f"{mass:.1f},{position:.1f},{spin},{shown},1\n")
+    return "".join(written)
+
+
+@pytest.mark.parametrize("seed", [0, 6, 11])
+def test_the_remedy_of_a_wrong_origin_gives_the_right_answer(seed: int) -> None:
+    found = gyrodata.analyze(log_with_wrong_origin(seed, 6e-3).encode())
+    assert found.explanations[0].kind == "origin"
+    line = re.search(r"# u_position_zero: \S+ mm", found.explanations[0].remedy)
+    assert line is not None
+    mended = gyrodata.analyze(
+        log_with_wrong_origin(seed, 6e-3, f"{line[0]}\n").encode()
+    )
+    assert off(mended) < 2
+    assert mended.explanations == ()

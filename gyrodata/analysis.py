@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -67,7 +66,8 @@ def analyze(
         the rod was started, "auto" can also assume half the effect of a release: the
         model is then named "released", too.
     keep_flagged : bool
-        Keep suspected outliers in the fit.
+        Keep all outliers in the fit. By default those are left out that are certainly
+        wrong; the other outliers are only named.
 
     Returns
     -------
@@ -125,9 +125,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     LogError
         If the log contains errors, or if its runs do not determine a credible I_zz.
     """
-    if "error" in map(attrgetter("severity"), readings.diagnostics):
+    if not readings.ok:
         raise LogError(readings.diagnostics)
     measured = measure(readings)
+    # A grade asks which findings are about the measurements.
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
     unusual_sizes = tuple(checks.check_sizes(readings, measured))
@@ -183,14 +184,15 @@ def judge(fitted: FittedLog) -> Analysis:
     sensitivity = []
     for change, answer in changes.answers(lab, "sensitivity"):
         sensitivity.append(answer)
-        if change.torque is not None and answer.inertia:
-            without_torque[change.torque] = answer.inertia
+        if change.torque_number is not None and answer.inertia:
+            without_torque[change.torque_number] = answer.inertia
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
     # This time with I_zz without each torque, by its number.
     torques = tables.torque_table(measured, fit, groups, without_torque)
     fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
+    # `asdict` of msgspec copies the fields, and does not change records in them.
     return Analysis(
         **asdict(fitted),
         if_balanced=_if_balanced(fitted, sensitivity),
@@ -205,9 +207,9 @@ def judge(fitted: FittedLog) -> Analysis:
 
 
 def check_fit(fitted: FittedLog) -> FittedLog:
-    """Add to a fit the findings that a grade shows.
+    """Return a fit with the findings that a grade shows, and with the assumed effects.
 
-    To save time, the only other fits are those for the sizes of the assumed effects.
+    To save time, the only other fits are those for the sizes of these effects.
     """
     assumed = changes.assumed_effects(fitted.lab)
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))
@@ -264,6 +266,7 @@ def _if_balanced(
     for answer in answers:
         if answer.name == "balanced":
             return answer.inertia
+    # This is asked only if the log does not say so itself.
     return fitted.fit.inertia if fitted.measurements.balanced else None
 
 
@@ -308,9 +311,9 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     """List the measurements that would make u of I_zz much smaller, best first."""
     now = 100 * fitting.relative_u(lab.fit.inertia)
     gains = []
-    for _, answer in changes.answers(lab, "advice"):
+    for change, answer in changes.answers(lab, "advice"):
         then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < findings.WORTH * now or answer.name == changes.ALWAYS_ADVISED:
+        if then < findings.WORTH * now or change.is_always_advised:
             text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
             gains.append((then, answer.words, text))
     return [text for *_, text in sorted(gains)]

@@ -34,6 +34,7 @@ R = TypeVar("R", results.Analysis, readings.Readings)
 S = TypeVar("S", "Analysis", readings.Readings)
 
 _ARGUMENTS = {"set": "settings", "map": "mapping", "config": "config"}
+# "--set g=9.8" or "--map mass='my weight'": an option, a key and a value.
 _PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]*[^\s;,?).])"""
 _OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} | {
     "--keep-flagged": "keep_flagged=True",
@@ -100,7 +101,8 @@ class Analysis(results.Analysis, frozen=True, eq=False):
     """The complete result of one log, in SI units; two are equal if their JSON is equal.
 
     It adds to the attributes of `gyrodata.results.Analysis` what draws the result,
-    prints it, and simulates its lab.
+    prints it, and simulates its lab. Each method is one call of a function below, so
+    that the class is a list of what users can do.
     """
 
     def __str__(self) -> str:

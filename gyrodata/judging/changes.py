@@ -100,8 +100,10 @@ class Change(Struct, frozen=True):
     left_out: tuple[int, ...] = ()
     widths: Widths | None = None
     """Fixed widths; None: integrate over them as for the log."""
-    torque: int | None = None
+    torque_number: int | None = None
     """Number of the torque that is left out, in the order of the log."""
+    is_always_advised: bool = False
+    """Of advice: whether it is given even if u becomes only a little smaller."""
     kept: bool = False
     """Of an effect: whether the model of the log takes it into account."""
     without: bool = True
@@ -357,7 +359,7 @@ def _without_each_weight(lab: Lab) -> Iterator[Change]:
             f"without {words}",
             measured=select(measured, rest.tolist()),
             left_out=tuple(np.flatnonzero(~kept[rest]).tolist()),
-            torque=number,
+            torque_number=number,
         )
 
 
@@ -446,10 +448,6 @@ def _reading_without_weight(lab: Lab) -> dict[str, float]:
     }
 
 
-ALWAYS_ADVISED = "half_the_error_in_doubt"
-"""An error whose usual size may be far too small: it is advised to measure it, even if
-u becomes only a little smaller."""
-
 WORN = 1 / 150
 """Relative fall of the spin in a second with a worn cup or little air [1/s]."""
 
@@ -476,11 +474,14 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
     """Halve each error that makes a part of u, or that may be too small, if somebody can."""
     doubted = _doubted_sources(lab)
     for share in lab.fit.budget:
-        name = ALWAYS_ADVISED if share.source in doubted else "half_the_error"
+        in_doubt = share.source in doubted
         better = SOURCES[share.source].better if share.source in SOURCES else ""
-        if better and (share.share > 0.05 or name == ALWAYS_ADVISED):
+        if better and (share.share > 0.05 or in_doubt):
             words = better + doubted.get(share.source, "")
-            yield lab.change(name, words, _with_half_the_error(lab, share.source))
+            changed = _with_half_the_error(lab, share.source)
+            yield lab.change(
+                "half_the_error", words, changed, is_always_advised=in_doubt
+            )
 
 
 def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
@@ -695,7 +696,7 @@ def _biases(lab: Lab, model: MotionModel) -> Floats:
     """
     top = fitting.top_of(lab.measured, lab.fit)
     first = models.of_effects()[model.effect]
-    return Motion((first,)).bias_without(top, fitting.timed_runs(lab.measured))
+    return Motion((first,)).bias_if_left_out(top, fitting.timed_runs(lab.measured))
 
 
 def size_of_model(lab: Lab, model: MotionModel) -> float:

@@ -9,10 +9,10 @@ these findings and make none of their own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -659,16 +659,28 @@ LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
 precession over spin [1]."""
 
 
-def _unusual(seen: Seen) -> Iterable[Diagnostic]:
-    """Ask about columns that are possible but not usual.
+class Question(NamedTuple):
+    """A question about a column whose readings are possible but not usual."""
+
+    name: str
+    """Of its message."""
+    role: str
+    usual: tuple[float, float]
+    """Range of the readings in this lab [SI unit]."""
+    is_asked: bool
+    is_doubt: bool = False
+    """Whether no lab has such readings, so that the answer is not safe to quote."""
+
+
+def _unusual(seen: Seen) -> Iterator[Diagnostic]:
+    """Ask about columns that are possible but not usual, one question for each column.
 
     All published logs are within the bounds.
     """
-    readings = seen.readings
     measured = seen.measured
     loaded = measured.torque != 0
     spin = measured.spin[loaded]
-    rate = np.abs(measured.product[loaded]) / measured.spin[loaded]
+    rate = np.abs(measured.product[loaded]) / spin
     turn = fitting.median(2 * np.pi / rate)
     arm = float(np.abs(measured.position[loaded]).max())
     # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m
@@ -676,23 +688,18 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
     lever = arm * fitting.median(rate * spin) / measured.g
     fastest = float(spin.max())
-    turned_by_hand = spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
-    asked = (
-        (
-            "spin_not_usual",
-            fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM),
-            "spin",
-            BY_HAND,
-        ),
-        ("turn_not_usual", turn > LONG_TURN, "time", (1.0, LONG_TURN)),
-        (
-            "turn_too_fast",
-            float((rate / spin).min()) > NEARLY_AS_FAST,
-            "time",
-            (1.0, LONG_TURN),
-        ),
-        ("arm_not_usual", arm < SHORT_ARM, "position", (SHORT_ARM, 0.6)),
-        ("weight_too_large", lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND),
+    by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
+    odd_spin = fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM)
+    is_as_fast = float((rate / spin).min()) > NEARLY_AS_FAST
+    times = (1.0, LONG_TURN)
+    arms = (SHORT_ARM, 0.6)
+    is_heavy = lever > LONG_LEVER and arm < arms[1]
+    questions = (
+        Question("spin_not_usual", "spin", BY_HAND, odd_spin),
+        Question("turn_not_usual", "time", times, turn > LONG_TURN),
+        Question("turn_too_fast", "time", times, is_as_fast, is_doubt=True),
+        Question("arm_not_usual", "position", arms, arm < SHORT_ARM),
+        Question("weight_too_large", "spin", BY_HAND, is_heavy, is_doubt=True),
     )
     values = {
         "rpm": fastest / RPM,
@@ -701,36 +708,35 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         "arm": 100 * arm,
         "lever": lever,
     }
-    found: dict[str, Diagnostic] = {}
-    for name, odd, role, range_ in asked:
-        column = readings.columns.get(role)
-        unit = unit_within(readings, role, range_) if odd and column else ""
-        hint = "check the unit in the header of each column; if it is right, leave it"
-        if unit:
-            hint = (
-                f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; '
-                f"if it is right, add "
-            )
-            hint += "# ball_mass and # ball_diameter: gyro then compares I_zz with the ball instead"
-        if odd and role not in found:
-            # The message about an arm or a spin contains the largest one.
-            sizes = np.where(
-                loaded,
-                np.abs(measured.position if role == "position" else measured.spin),
-                0.0,
-            )
-            run = int(np.argmax(sizes))
-            row = run if role in ("position", "spin") else 0
-            place = column.place(row) if column else None
-            # If only another unit makes the column usual, or if no such rod was seen,
-            # the answer is not safe to quote.
-            doubt = (
-                "size" if unit or name in ("turn_too_fast", "weight_too_large") else ""
-            )
-            found[role] = replace(
-                readings.say(name, place, **values, hint=hint), doubt=doubt
-            )
-    return found.values()
+    roles: set[str] = set()
+    for question in questions:
+        if question.is_asked and question.role not in roles:
+            roles.add(question.role)
+            yield _ask(seen, question, values)
+
+
+def _ask(seen: Seen, question: Question, values: Mapping[str, float]) -> Diagnostic:
+    """Ask about the largest reading of a column, and propose another unit."""
+    readings = seen.readings
+    measured = seen.measured
+    role = question.role
+    column = readings.columns.get(role)
+    unit = unit_within(readings, role, question.usual) if column else ""
+    hint = "check the unit in the header of each column; if it is right, leave it"
+    if unit:
+        hint = (
+            f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it '
+            f"is right, add # ball_mass and # ball_diameter: gyro then compares I_zz with "
+            f"the ball instead"
+        )
+    place = None
+    if column is not None:
+        sizes = {"position": measured.position, "spin": measured.spin}
+        size = np.abs(sizes.get(role, np.zeros(len(measured.runs))))
+        place = column.place(int(np.argmax(np.where(measured.torque, size, 0.0))))
+    asked = readings.say(question.name, place, **values, hint=hint)
+    # If another unit makes the column usual, the answer is not safe to quote either.
+    return replace(asked, doubt="size" if unit or question.is_doubt else "")
 
 
 INERTIA_RANGE = (1e-6, 1.0)

@@ -8,13 +8,23 @@ of the model, the tables and the pages ask the model, and never for its name.
 
 A `Motion` contains the models of one fit. Their corrections multiply.
 
-Words for a model, as they are used here and in `gyrodata.judging.changes`: it is
-*stated* if the log says that the rod moved so, and *asked* if the user chose it. The log
-is *silent* about it if it does not say how the rod moved; *supposed* readings are then
-those of a typical rod. A model is *offered* if it is stated, or if the log is silent and
-the motion is *possible*; it is *needed* if the motion changes I_zz by too much to be
-left out. A model that is in the fit is *used*, and its effect is then *kept*; if the log
-is silent about it, it is *assumed*.
+Words for a model, as they are used here and in `gyrodata.judging.changes`:
+
+stated
+    The log says that the rod moved so.
+asked
+    The user chose the model.
+silent
+    The log does not say how the rod moved. *Supposed* readings, those of a typical rod,
+    then give the size of the effect; the fit never uses them.
+offered
+    The model is stated, or the log is silent and the motion is *possible*.
+needed
+    The model is offered, and changes I_zz by too much to be left out.
+used
+    The model is in the fit; its effect is then *kept*.
+assumed
+    The model is used, and the log is silent.
 
 The *start* is how the rod began to move, the line ``# motion:`` of the log: "steady"
 (it was guided until it precessed steadily) or "released" (from rest). It is one fact
@@ -60,8 +70,8 @@ class TimedRuns(Struct, frozen=True, eq=False):
     pitch: Floats
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     sense: Floats
-    """Sign of the rate of precession if the spin counts as positive; 0 if it is unknown.
-    `direction` is that of the precession alone, seen from above."""
+    """Sign of φ̇ψ̇, the rate of precession times the spin: +1 if both have the same sign;
+    0 if it is unknown."""
     transverse_u: float
     """Relative standard uncertainty of I [1]."""
     spin_start: Floats | None = None
@@ -71,8 +81,8 @@ class TimedRuns(Struct, frozen=True, eq=False):
     total_spin: Floats | None = None
     """Total spin [rad/s]; None if the tachometer follows the rod."""
     direction: Floats | None = None
-    """+1 counterclockwise, −1 clockwise seen from above, 0 if it is unknown; None if no
-    run has a direction."""
+    """Sign of φ̇ alone: +1 counterclockwise, −1 clockwise seen from above, 0 if it is
+    unknown; None if no run has a direction."""
     latitude: float | None = None
     """[rad]; None if the log does not say."""
     start: str | None = None
@@ -148,18 +158,22 @@ class MotionModel(Struct, frozen=True):
     def supposed(self, runs: TimedRuns) -> dict[str, Any]:
         """Return readings of a typical rod that moves so, for a log without them.
 
-        The keys are fields of `gyrodata.measurements.Measurements`.
+        Only the size of the effect uses them, never the fit. The keys are fields of
+        `gyrodata.measurements.Measurements`.
         """
         return {}
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say why the effect is in the fit of a log, or is not.
 
+        `gyrodata.judging.changes` adds the size of the effect.
+
         Parameters
         ----------
         runs : TimedRuns
         kept : bool
-            Whether this model is in the fit, with readings of the log.
+            Whether this model is in the fit, with readings of the log that are not
+            supposed.
         as_asked : str
             ", as asked" if the user chose the models of the fit, else "".
         """
@@ -224,7 +238,7 @@ class Steady(MotionModel, frozen=True):
         return f"{'eq. (8)' if kept else 'eq. (9)'} is used{as_asked}"
 
     def is_corrected(self, runs: TimedRuns) -> bool:
-        """Return whether the spin falls; else eq. (8) is the whole model."""
+        """Return whether the log has spins at start and end; else eq. (8) is all."""
         return runs.spin_start is not None
 
     def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
@@ -527,7 +541,7 @@ class Motion(Struct, frozen=True):
                 errors += model.errors(top, runs, slowing)
         return product, tuple(errors)
 
-    def bias_without(self, top: Top, runs: TimedRuns) -> Floats:
+    def bias_if_left_out(self, top: Top, runs: TimedRuns) -> Floats:
         """Compute I_zz of each run by eq. (9) over I_zz with these models, minus 1.
 
         The shape is (n,). The fit does not use it: this is the size of an effect.

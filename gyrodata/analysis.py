@@ -43,7 +43,7 @@ def analyze(
     model: ModelName = AUTO,
     keep_flagged: bool = False,
 ) -> Analysis:
-    """Compute I_zz with its uncertainty from a log, and everything that the report shows.
+    """Compute I_zz with its uncertainty from a log, and all that the report shows.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
 
 
 def judge(fitted: FittedLog) -> Analysis:
-    """Judge a fit: list the effects, the other fits, the findings, doubts and advice."""
+    """Judge a fit: list effects, other fits, findings, doubts and advice."""
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab))
     lab = fitted.lab
     measured = fitted.measurements

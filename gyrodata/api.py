@@ -43,7 +43,7 @@ _OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} |
 
 
 class GyroWarning(UserWarning):
-    """A warning about a log, one for each code of its warnings, as `gyro analyze` prints them.
+    """A warning about a log, one for each code, as `gyro analyze` prints them.
 
     ``warnings.simplefilter("ignore", gyrodata.GyroWarning)`` hides these warnings.
     """
@@ -98,7 +98,7 @@ def _arguments(options: re.Match[str]) -> str:
 
 
 class Analysis(results.Analysis, frozen=True, eq=False):
-    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+    """The complete result of a log, in SI units; two are equal if their JSON is equal.
 
     It adds to the attributes of `gyrodata.results.Analysis` what draws the result,
     prints it, and simulates its lab. Each method is one call of a function below, so
@@ -109,7 +109,7 @@ class Analysis(results.Analysis, frozen=True, eq=False):
         return summary(self)
 
     def summary(self) -> str:
-        """Return the answer and the findings as text, the same as ``print(lab)`` shows."""
+        """Return the answer and the findings as text, as ``print(lab)`` shows them."""
         return summary(self)
 
     def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
@@ -144,7 +144,7 @@ class Analysis(results.Analysis, frozen=True, eq=False):
         return plot(self, name, ax)
 
     def report(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the HTML report, the figures and the data of ``gyro analyze`` into a folder.
+        """Write the page, the figures and the data of ``gyro analyze`` into a folder.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class Analysis(results.Analysis, frozen=True, eq=False):
 
 
 def summary(analysis: results.Analysis) -> str:
-    """Return the answer and the findings as text, with remedies in the syntax of Python."""
+    """Return the answer and the findings as text, with remedies for Python."""
     from gyrodata.reporting import text
 
     words = text.summary(analysis, verbose=False, rest="More: .report(FOLDER)")
@@ -207,7 +207,7 @@ def markdown(analysis: results.Analysis) -> str:
 
 
 def notebook_html(analysis: results.Analysis) -> str:
-    """Return what a notebook shows of an analysis: the answer, a figure, the findings."""
+    """Return what a notebook shows: the answer, a figure, the findings."""
     from gyrodata.reporting import figures
 
     answer = escape(summary(analysis))

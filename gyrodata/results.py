@@ -101,7 +101,7 @@ class Result(Estimate, frozen=True, kw_only=True):
 
     @property
     def ufloat(self) -> Any:
-        """Value and u as a number of `uncertainties`; correlated ones are in `Analysis.ufloats`."""
+        """Value and u as a number of `uncertainties`; see also `Analysis.ufloats`."""
         from uncertainties import ufloat
 
         return ufloat(self.value, self.u or 0.0)
@@ -125,7 +125,7 @@ class Result(Estimate, frozen=True, kw_only=True):
         return self.value
 
     def __format__(self, form: str) -> str:
-        """Format like `uncertainties`, followed by the unit: ``f"{lab.inertia:.2u}"``."""
+        """Format like `uncertainties`, with the unit: ``f"{lab.inertia:.2u}"``."""
         return f"{self.ufloat:{form}} {self.unit}" if form else str(self)
 
     def __str__(self) -> str:
@@ -231,7 +231,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
 
     @property
     def lab(self) -> Lab:
-        """The log and its fit as `changes` needs them; users also call an analysis a lab."""
+        """The log and its fit as `changes` needs them; users call an analysis a lab."""
         left_out = [i for i, run in enumerate(self.run_table) if run.left_out]
         return Lab(
             readings=self.readings,
@@ -245,7 +245,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
 
 
 class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
-    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+    """The complete result of a log, in SI units; two are equal if their JSON is equal.
 
     Attributes
     ----------
@@ -317,7 +317,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         return pd.DataFrame([asdict(run) for run in self.run_table])
 
     def ufloats(self) -> dict[str, Any]:
-        """Return I_zz [kg*m^2], M0 [N*m] and b [s] as correlated numbers of `uncertainties`.
+        """Return I_zz, M0 and b [SI units] as correlated numbers of `uncertainties`.
 
         Returns
         -------

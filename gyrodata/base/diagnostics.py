@@ -36,7 +36,7 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
     doubt: str = ""
     """Kind of doubt if the answer is not safe to quote: "ball", "size", …; else ""."""
     title: str = ""
-    """A statement about the code: what gyro found. "" if another message explains it."""
+    """What gyro found, as a statement; "" if another message explains it."""
     meaning: str = ""
     """What the text and the title do not say: a cause, or how much I_zz changes. Numbers
     are those of the sample log with this one change, or of the example."""

@@ -1,4 +1,4 @@
-"""Write files completely or not at all, through no link, and by one gyro at a time in a folder.
+"""Write files completely or not at all, by one gyro at a time in a folder.
 
 After a power cut, a file that was written with `sync` is either old or new. Other files
 may be damaged then; the same command writes them again. A sync takes 5 ms to 20 ms, too

@@ -1,4 +1,4 @@
-"""Diagnostics: what is wrong, where, and what to type; and the errors that contain them.
+"""Diagnostics: what is wrong, where, what to type; and errors that contain them.
 
 The only handler of these errors is in `gyrodata.cli`. `gyrodata.base.diagnostics`
 reads the messages.
@@ -27,7 +27,7 @@ cursor of a terminal."""
 
 
 def printable(name: str) -> str:
-    """Return a file name that can be printed: a byte that is not UTF-8 becomes a question mark."""
+    """Return a file name that can be printed: a byte that is not UTF-8 becomes "?"."""
     return name.encode("utf-8", "replace").decode("utf-8")
 
 
@@ -37,7 +37,7 @@ def count_text(count: int, noun: str) -> str:
 
 
 def shown(text: object) -> str:
-    """Return a text that can be printed: one line, composed letters, no control characters."""
+    """Return a text for one line: composed letters, no control characters."""
     line = " ".join(printable(str(text)).split())
     if line.isprintable() and unicodedata.is_normalized("NFC", line):
         return line

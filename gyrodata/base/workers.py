@@ -37,7 +37,7 @@ _file: ContextVar[str] = ContextVar("_file", default="")
 
 
 def reads_file(name: str) -> None:
-    """Note the file that a task reads from now on, so that a failure can name it; "" for none."""
+    """Note the file that a task reads, so that a failure can name it; "" for none."""
     _file.set(name)
 
 
@@ -153,7 +153,7 @@ def _pool(workers: int) -> Iterator[Executor]:
 
 
 def _begin() -> None:
-    """Prepare a worker: it ignores Ctrl-C, has limited memory, and ends when its parent ends."""
+    """Let a worker ignore Ctrl-C, limit its memory, and end it with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent: Any = multiprocessing.parent_process()
     threading.Thread(
@@ -187,7 +187,7 @@ def _do_all(
 
 
 def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Failed:
-    """Do one task, and return its result or its error. With a limit [s] of 0 nothing stops it."""
+    """Do one task, and return its result or its error; a limit [s] of 0 is none."""
 
     def ring(*_: object) -> None:
         raise _TookTooLong

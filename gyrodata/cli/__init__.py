@@ -1,4 +1,4 @@
-"""The commands: only this package prints and exits. Commands import heavy modules when they run."""
+"""The commands: only this package prints and exits, and it imports modules late."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _load(name: str) -> Any:
 
 
 def _described(command: Any, name: str, kind: _Kind) -> Any:
-    """Give a command, its options, and the commands below it the texts of `commands.toml`."""
+    """Give a command, its options and its subcommands the texts of `commands.toml`."""
     command.name = name
     command.short_help = kind.short
     command.epilog = example_of(*kind.example) if kind.example else None
@@ -80,7 +80,7 @@ def _described(command: Any, name: str, kind: _Kind) -> Any:
 
 
 class _OnDemand(UserDict[str, Any]):
-    """The commands by name. Each is loaded when it is used, so that the start is fast."""
+    """The commands by name. Each is loaded when it is used: the start is fast."""
 
     def __getitem__(self, name: str) -> Any:
         return _load(name)
@@ -99,7 +99,7 @@ class _Gyro(Door):
                 formatter.write_dl([(name, kind.short) for name, kind in group.items()])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read "help analyze" as "analyze --help", and "log.csv" as "analyze log.csv"."""
+        """Read "help analyze" as "analyze --help", "log.csv" as "analyze log.csv"."""
         if args[:1] == ["help"]:
             args = [*args[1:], "--help"]
         first = args[0].lower() if args else ""

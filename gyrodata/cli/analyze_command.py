@@ -177,7 +177,7 @@ class _Output(Struct):
     parts: list[str] = []
 
     def show(self, done: _Outcome) -> None:
-        """Print one answer, or keep it for the file, and print the messages about it."""
+        """Print one answer, or keep it for the file, and print its messages."""
         if self.file is not None:
             self.parts.append(done.text)
         else:
@@ -324,7 +324,7 @@ def _watch(path: Path, request: _Request) -> None:
 
 
 def contents(path: Path) -> Iterator[bytes | None]:
-    """Give the content of a file, now and after each change; None while it cannot be read.
+    """Yield the content of a file after each change; None if it cannot be read.
 
     Two looks in sequence have to agree, because a program may still be writing the
     file.

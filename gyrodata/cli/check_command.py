@@ -1,4 +1,4 @@
-"""``gyro template`` and ``gyro check``: a log to fill in, and what a log still lacks."""
+"""``gyro template``: a log to fill in. ``gyro check``: what a log still lacks."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def template(
     spins: Annotated[str, typer.Option("--spins")] = "200,400,600rpm",
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
 ) -> None:
-    """Write a blank log to fill in: each weight with every spin, and a run without a weight.
+    """Write a blank log: each weight with every spin, and a run without a weight.
 
     The spins alternate. Without --out, the log is printed as CSV.
     """
@@ -321,7 +321,7 @@ def _place(finding: Diagnostic) -> tuple[int, int]:
 
 
 def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
-    """Return whether a finding is more than a note, or more than advice unless `strict`."""
+    """Return whether a finding is more than a note, or than advice unless `strict`."""
     from gyrodata.judging.procedure import ADVICE
 
     return any(

@@ -1,4 +1,4 @@
-"""The pages of documentation: Markdown files of the package, for a terminal or a browser."""
+"""The pages of documentation: Markdown files, for a terminal or a browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``gyro explain``: pages of the documentation, codes of messages, words, and keys of a log."""
+"""``gyro explain``: pages of documentation, codes, words, and keys of a log."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def _wrapped(line: str) -> str:
 
 
 def _raised(code: str) -> Diagnostic | None:
-    """Return the diagnostic that the example of a code raises; None if the example is not a log."""
+    """Return the diagnostic of the example of a code; None if it is not a log."""
     from gyrodata.analysis import check_log
     from gyrodata.readings import read_log
 

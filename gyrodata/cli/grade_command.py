@@ -301,7 +301,7 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
 
 def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
-    """Write the files for Gradescope, the scripts executable, and say what to do there."""
+    """Write the files for Gradescope, and say what to do there."""
     from gyrodata.grading.exports.gradescope import autograder_files
     from gyrodata.grading.rubric import read_rubric
 

@@ -1,4 +1,4 @@
-"""Options that several commands share, and options that are quantities: a number with its unit."""
+"""Options that several commands share, and options that are quantities."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class _Numbers(Struct):
     def get(
         self, option: str, text: str | None, kind: str, usual: str, bound: Bound = ""
     ) -> float:
-        """Return the value of an option, else that of the log, else the usual one [SI unit]."""
+        """Return the value of an option, of the log, or the usual one [SI unit]."""
         from gyrodata.quantities.units import DISPLAY, from_si
 
         if text is not None:
@@ -64,7 +64,7 @@ class _Numbers(Struct):
         return value
 
     def transverse(self, text: str | None, inertia: float, load: float = 0.0) -> float:
-        """Return I about an axis across the rod [kg*m^2]; `load` is m x^2 of the weight."""
+        """Return I across the rod [kg*m^2]; `load` is m x^2 of the weight."""
         from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 
         usual = f"{DEFAULT_TRANSVERSE_RATIO * inertia + load:.9g} kg m^2"

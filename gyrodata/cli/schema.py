@@ -71,7 +71,7 @@ def json_schema(name: str) -> dict[str, Any]:
 
 
 def diagnostics_table() -> list[dict[str, str]]:
-    """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
+    """List every diagnostic in the order of the codes, as records for JSON."""
     return [
         {
             "code": code,

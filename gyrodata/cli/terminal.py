@@ -214,7 +214,7 @@ def _throw_away(stream: Any) -> None:
 
 
 def fault(error: Exception, name: str = "") -> Diagnostic:
-    """Describe a fault of gyro itself, with its place; GYRO_DEBUG=1 prints the traceback."""
+    """Describe a fault of gyro itself; GYRO_DEBUG=1 prints the traceback."""
     import traceback
 
     if os.environ.get("GYRO_DEBUG"):
@@ -276,7 +276,7 @@ def wrapped(text: str, stream: Any) -> str:
 
 
 def write_out(text: str) -> None:
-    """Write data to standard output; a reader that has stopped (``| head``) is not an error."""
+    """head``) is not an error.|Write data to standard output; a closed pipe (``| head``) is no error.| head``) is not an error."""
     try:
         sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
@@ -289,12 +289,12 @@ def write_out(text: str) -> None:
 
 
 def write_text(text: str) -> None:
-    """Write text for people to standard output: wrapped and coloured if it is a terminal."""
+    """Write text to standard output, wrapped and coloured if it is a terminal."""
     write_out(coloured(wrapped(text, sys.stdout), sys.stdout))
 
 
 def tell(*lines: str) -> None:
-    """Write lines to standard error; if it cannot be written, the answer is still printed."""
+    """Write lines to standard error; if it is closed, the answer is still printed."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
             line = wrapped(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr)
@@ -304,7 +304,7 @@ def tell(*lines: str) -> None:
 
 
 def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
-    """Write diagnostics to standard error. Errors come last, because users see the last lines."""
+    """Write diagnostics to standard error; errors come last, where users see them."""
     order = {"note": 0, "warning": 1, "error": 2}
     shown = [one for one in found if not quiet or one.severity == "error"]
     tell(

@@ -103,7 +103,7 @@ def selfcheck(
     mapping: options.MappingOption = None,
     config: options.ConfigOption = None,
 ) -> None:
-    """Simulate this lab many times, and count how often its intervals contain the true value.
+    """Simulate this lab many times, and count the intervals with the true value.
 
     gyro simulates new readings from the design of the lab, its fitted values as the
     truth, and its stated uncertainties. It applies the recommended fit and those of the
@@ -182,7 +182,7 @@ def schema(
         SchemaName, typer.Argument(metavar="NAME", show_choices=False)
     ] = "analysis",
 ) -> None:
-    """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
+    """Print the JSON Schema of an output or a rubric, or all diagnostics."""
     from gyrodata.cli.schema import diagnostics_table, json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text

@@ -72,7 +72,7 @@ class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault
 
 
 class Linear(Struct, frozen=True):
-    """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
+    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
 
     values: Floats
     """Adjusted value of each quantity, shape (10, n)."""
@@ -91,7 +91,7 @@ class Linear(Struct, frozen=True):
 
 
 class Problem:
-    """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
+    """The readings of a log and their errors: S sources, n runs, K shared errors.
 
     `observed` contains the readings, shape (10, n). `member` contains the number of the
     shared error in each reading, or −1, shape (S, n); `from_source`, `from_run` and
@@ -147,7 +147,7 @@ class Problem:
         self.owners[self.to_column] = self.from_source
 
     def with_scatter(self, factor: float) -> Problem:
-        """Return the same problem with the errors of single runs multiplied by a factor."""
+        """Return the same problem with larger errors of single runs, by a factor."""
         new = copy.copy(self)
         sizes = np.where(self.independent > 0, factor, 1.0)
         new.absolute = sizes * self.absolute
@@ -215,7 +215,7 @@ class Problem:
 def _add_tilt(
     to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
 ) -> Floats:
-    """Return the term of a tilted rod in each condition, and add its derivatives to `to`."""
+    """Return the term of a tilted rod, and add its derivatives to `to`."""
     angle = 2 * np.pi * values[TURNS]
     pitch = values[PITCH]
     difference = whole - values[TRANSVERSE]
@@ -273,7 +273,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
 
 
 def rough_inertia(measured: Measurements) -> float:
-    """Compute the median of M/(φ̇ψ̇) over the loaded runs [kg*m^2], as a rough scale."""
+    """Compute the median of M/(φ̇ψ̇) of the loaded runs [kg*m^2]."""
     ratios = np.abs(measured.torque / measured.product)
     ratios = ratios[ratios > 0]
     return median(ratios) if len(ratios) else 1e-3
@@ -354,7 +354,7 @@ def sample(measured: Measurements, kept: Floats) -> Any:
 
 @np.errstate(divide="ignore", invalid="ignore")
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
-    """Solve many pairs of runs for (I_zz, M0), and return the pair that agrees with most runs.
+    """Return the I_zz and M0 of the pair of runs that agrees with most runs.
 
     With b = 0 and a level rod the runs are on the line M = I_zz φ̇ψ̇ − M0.
     """
@@ -399,7 +399,7 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
-    """Compare times with those of a start, in units of the uncertainty of a time and 1 %."""
+    """Compare times with those of a start, in their uncertainty and 1 %."""
     time = measured.time[index]
     with np.errstate(divide="ignore"):
         product = (measured.torque[index] + start.residual_torque) / start.inertia
@@ -486,7 +486,7 @@ def adjust(
     kept: Floats,
     factor: float,
 ) -> Adjusted:
-    """Repeat the linearised least squares until the steps converge to a credible solution.
+    """Repeat the linear least squares until it converges to a credible solution.
 
     Parameters
     ----------

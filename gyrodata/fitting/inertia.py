@@ -1,4 +1,4 @@
-"""The fit of one log: I_zz, M0 and b from the raw readings, with errors that runs share.
+"""The fit of one log: I_zz, M0 and b from raw readings that share errors.
 
 `fit` first adjusts the runs with the stated uncertainties; then it integrates over the
 widths that the log does not know (`posterior`), and adjusts the runs again at the
@@ -181,7 +181,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return self._estimate(2)
 
     def _estimate(self, number: int) -> Estimate:
-        """Return an unknown: with a posterior its median, and half the 68.3 % interval."""
+        """Return an unknown: the median of its posterior, and half the 68.3 % interval."""
         if self.posterior is None:
             u = math.sqrt(self.covariance[number, number])
             return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
@@ -201,12 +201,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def budget(self) -> tuple[Share, ...]:
-        """The sources of u(I_zz), the largest first; empty for a fit at fixed widths."""
+        """The sources of u(I_zz), largest first; empty for a fit at fixed widths."""
         return () if self.posterior is None else _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
-        """The conditions at the end of the adjustment, without the errors of single runs."""
+        """The conditions at the end, without the errors of single runs."""
         end = self.adjusted
         return end.problem.linearise(
             np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns
@@ -214,7 +214,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def fitted_time(self) -> Floats:
-        """Time that the fit predicts for each run from its other readings [s], shape (n,)."""
+        """Time that the fit predicts from the other readings [s], shape (n,)."""
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
         values = self._linear.values
         torque = self._linear.torque + residual_torque
@@ -253,7 +253,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def chance_of_one_balance(self) -> float:
-        """Probability that M0 is the same with every weight; 1 if the log decides it."""
+        """Probability that M0 is the same with every weight; 1 if the log says so."""
         if self.posterior is None or self.adjusted.problem.measured.balance is not None:
             return 1.0
         return self.posterior.chance_of_one_balance()
@@ -575,7 +575,7 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
-    """Return the scale of M0's prior [N*m], for an I_zz [kg*m^2] and a smallest torque [N*m]."""
+    """Return the scale of M0's prior, for an I_zz [kg*m^2] and a torque [N*m]."""
     usual = posterior.BALANCE * lightest
     if measured.torque_unseen is not None:
         return min(usual, measured.torque_unseen * abs(inertia))
@@ -693,7 +693,7 @@ def _total_spin_read(measured: Measurements) -> Floats | None:
 
 
 def conserved_spin(measured: Measurements, top: Top) -> Floats:
-    """Return the total spin of each run if the rod was released from rest [rad/s], shape (n,).
+    """Return the total spin of a rod released from rest [rad/s], shape (n,).
 
     A tachometer that follows the rod reads more than it while the rod sags.
     """
@@ -722,7 +722,7 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
 
 
 def corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
-    """Correct the angles of the runs for the motion, with the I_zz and M0 of a fit of them.
+    """Correct the angles of the runs for the motion, with the result of a fit.
 
     The runs also get the sources of error that exist only with this motion.
     """
@@ -760,7 +760,7 @@ def fit_model(
     widths: Widths | None = None,
     near: FitResult | None = None,
 ) -> tuple[Measurements, FitResult]:
-    """Fit a log with a motion: correct the runs with the result of the fit, until both agree.
+    """Fit a log with a motion: fit and correct the runs until both agree.
 
     Parameters
     ----------

@@ -173,7 +173,7 @@ def integrate(
     stated: bool,
     untouched: float = UNTOUCHED,
 ) -> Posterior:
-    """Compute the posterior: all s, v and w with a weight for their agreement with the runs.
+    """Compute the posterior: all s, v and w, weighted by how they fit the runs.
 
     Parameters
     ----------
@@ -306,7 +306,7 @@ def _solve(
 
 
 def _rotate(conditions: Conditions, levels: Floats) -> tuple[Floats, Floats, Floats]:
-    """Rotate the conditions so that shared errors, including b, do not correlate two rows.
+    """Rotate the conditions until shared errors and b do not correlate two rows.
 
     Parameters
     ----------
@@ -347,7 +347,7 @@ def _rotate(conditions: Conditions, levels: Floats) -> tuple[Floats, Floats, Flo
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
-    """Combine the posteriors of several models of one log, each with the weight of its evidence."""
+    """Combine the posteriors of several models of a log, weighted by evidence."""
     evidence = np.array([float(one.evidence) for one in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
@@ -424,7 +424,7 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
 
 
 def doubt_of_widths(stated: bool) -> float:
-    """Return the factor by which the errors of single runs can be larger than the log says."""
+    """Return by what factor errors of single runs can be larger than stated."""
     return math.exp(SPREAD_STATED if stated else SPREAD_DEFAULT)
 
 

@@ -46,7 +46,7 @@ Screened = tuple[list[Outlier], FitResult | None]
 def screen(
     measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
 ) -> Screened:
-    """Find the runs that do not agree with the others, and the turn count that would explain each.
+    """Find the runs that do not agree with the others, and turns that explain them.
 
     A run is compared with the prediction of the *other* runs, in units of the
     uncertainty of this difference or of the scatter of the runs, the larger one.
@@ -143,7 +143,7 @@ def _settle(
 def _explaining_turns(
     measured: Measurements, result: FitResult, index: int, typical: float
 ) -> float | None:
-    """Return the turn count that explains a run best, to 3 standard uncertainties, or None."""
+    """Return the turns that explain a run best, to 3 u; None if none does."""
     bias = result.timing_bias.value
     one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
     spread = (

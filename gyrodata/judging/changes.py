@@ -152,7 +152,7 @@ def _effects(lab: Lab) -> Iterator[Change]:
 
 
 def _residual_torque(lab: Lab) -> Change:
-    """Suppose that M0 is zero: a run without a weight then stands still, and is not used."""
+    """Suppose that M0 is zero: a run without a weight then is not used."""
     measured = lab.measured
     widths = lab.fit.widths
     lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
@@ -304,7 +304,7 @@ def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
 
 
 def _total_spin_read(lab: Lab) -> Iterator[Change]:
-    """Suppose that the tachometer of a tilted rod stands still, and reads the total spin."""
+    """Suppose that a fixed tachometer reads the total spin of a tilted rod."""
     measured = lab.measured
     if not measured.pitch.any() or measured.tachometer is not None:
         return
@@ -400,7 +400,7 @@ def _scaled(
 
 
 def _unloaded_run(lab: Lab) -> Iterator[Change]:
-    """Add a run without a weight at the middle spin, with its direction written down."""
+    """Add a run without a weight at the middle spin, with its direction."""
     measured = lab.measured
     if not measured.torque.all():
         return
@@ -428,7 +428,7 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
 
 
 def _reading_without_weight(lab: Lab) -> dict[str, float]:
-    """Return the readings of a run without a weight, by their fields in `Measurements`."""
+    """Return the readings of a run without a weight, by field of `Measurements`."""
     measured = lab.measured
     fit = lab.fit
     # The gain does not depend on how large M0 is; but without a residual torque the rod
@@ -471,7 +471,7 @@ def _doubted_sources(lab: Lab) -> dict[str, str]:
 
 
 def _better_readings(lab: Lab) -> Iterator[Change]:
-    """Halve each error that makes a part of u, or that may be too small, if somebody can."""
+    """Halve each error that makes a part of u, or that is in doubt, if possible."""
     doubted = _doubted_sources(lab)
     for share in lab.fit.budget:
         in_doubt = share.source in doubted
@@ -485,7 +485,7 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
 
 
 def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
-    """Return the sources and times of a log with half the error of one of its sources."""
+    """Return the sources and times of a log with half the error of a source."""
     measured = lab.measured
     fit = lab.fit
     problem = fit.adjusted.problem
@@ -502,7 +502,7 @@ def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
 
 
 def _advice(lab: Lab) -> Iterator[Change]:
-    """List what the next lab can do: another run, better readings, a balance test, more turns."""
+    """List what the next lab can do better."""
     yield from _unloaded_run(lab)
     yield from _better_readings(lab)
     measured = lab.measured
@@ -530,7 +530,7 @@ def _advice(lab: Lab) -> Iterator[Change]:
 
 
 def _direction(lab: Lab) -> Iterator[Change]:
-    """Write the direction of the runs without a weight, if M0 may have either sign without it."""
+    """Write the direction of runs without a weight, if M0 may have either sign."""
     if lab.fit.two_signs:
         yield lab.change(
             "direction",
@@ -580,7 +580,7 @@ class Effect(Struct, frozen=True):
 
 
 def _bias(lab: Lab, change: Change) -> float | None:
-    """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
+    """Compute I_zz without an effect over I_zz with it, minus 1; None if impossible."""
     if (
         change.measured is lab.measured
         and change.motion == lab.motion
@@ -659,7 +659,7 @@ def _size_up(lab: Lab, change: Change, u: float) -> Effect:
 
 
 def _has_unknown_sign(lab: Lab, change: Change) -> bool:
-    """Return whether an effect is in every log, and the log does not say in which sense."""
+    """Return whether an effect is in every log, in a sense that it does not say."""
     if change.model is None or not change.model.always:
         return False
     return not change.model.is_stated(fitting.timed_runs(lab.measured))
@@ -682,7 +682,7 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
 
 
 def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
-    """Return why a model with a small effect is kept, if the single runs are the reason."""
+    """Return why a model with a small effect is kept, if the runs show it."""
     is_stated = model.is_stated(fitting.timed_runs(lab.measured))
     if is_stated and _seen_in_scatter(lab, model):
         return "; kept because the single runs show it"
@@ -720,7 +720,7 @@ above this part of `DROP_ONE`."""
 
 
 def assumed_effects(lab: Lab) -> tuple[str, ...]:
-    """Return the effects about which the log is silent, if they are used or may matter."""
+    """Return the effects of a silent log that are used or may matter."""
     runs = fitting.timed_runs(lab.measured)
     effects = []
     for model in MODELS:
@@ -828,7 +828,7 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
 def choose_model(
     measured: Measurements, model: str = AUTO, fits: Fits | None = None
 ) -> tuple[Motion, Lab | None]:
-    """Choose the requested model, or the simplest models that are good enough for a log.
+    """Choose the requested model, or the simplest that are good enough.
 
     A model is offered if the log states its motion, or if the log is silent and the
     motion may have happened. It is needed if its effect is too large to be left out. A

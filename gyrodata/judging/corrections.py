@@ -81,7 +81,7 @@ class Cell(Struct, frozen=True):
 def of_run(
     readings: Readings, measured: Measurements, kept: Sequence[int], index: int
 ) -> Iterator[Correction]:
-    """List the corrections of one run; `kept` are the runs that agree with each other."""
+    """List the corrections of a run; `kept` are runs that agree with each other."""
     yield from _other_counts(measured, kept, index)
     yield from _exchanged_in_run(readings, index)
     timing = timing_role(readings)
@@ -164,7 +164,7 @@ def _other_counts(
 
 
 def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
-    """Suppose that the spin and the time of a run were written in each other's column."""
+    """Suppose that the spin and the time of a run are exchanged."""
     spin = readings.columns.get("spin")
     time = readings.columns.get("time")
     if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
@@ -204,7 +204,7 @@ def _exchanged(
 def _with_value(
     readings: Readings, column: Column, index: int, value: float
 ) -> Readings:
-    """Change one cell; if it also counts for blank cells below it, their runs change too."""
+    """Change a cell, also for the blank cells below for which it counts."""
 
     def changed(reading: Reading, spot: int) -> Reading:
         is_cell = spot == column.spots[index]
@@ -360,7 +360,7 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
 def _guesses(
     column: Column, text: str, number: Decimal
 ) -> Iterator[tuple[str, Decimal, str]]:
-    """List other numbers for a number as it was typed: the mistake, the number, and why."""
+    """List other numbers that may be meant: the mistake, the number, and why."""
     for power in (-1, 1, -2, 2):
         kind = "point" if abs(power) == 1 else "two places"
         yield kind, number.scaleb(power), "is the decimal point misplaced?"

@@ -140,7 +140,7 @@ class Log(Struct, frozen=True):
         return fitting.fit(runs, tilted=self.tilted, left_out=left_out)
 
     def evidence(self, fit: FitResult) -> float:
-        """Return the log of the probability of the kept times of a fit, and of the ball."""
+        """Return the log of the probability of the kept times, and of the ball."""
         return float(np.logaddexp(*self.evidences(fit)))
 
     def evidences(self, fit: FitResult) -> tuple[float, float]:
@@ -162,7 +162,7 @@ class Log(Struct, frozen=True):
         return evidence + float(alike), evidence + float(differs)
 
     def _log_of_balance(self, fit: FitResult) -> float:
-        """Return the log of how much more common the M0 of a fit is than in its prior."""
+        """Return the log of how much more common an M0 is than in its prior."""
         measured = self.measured
         stated = measured.balanced, measured.balance_test, measured.torque_unseen
         if any(each is not None for each in stated):
@@ -249,7 +249,7 @@ def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
 
 
 def _comparable(tried: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the most probable hypothesis, and those that are not clearly less probable."""
+    """Return the most probable hypotheses: none is clearly less probable."""
     if not tried:
         return []
     least = tried[0].log_probability - CLEARLY
@@ -368,7 +368,7 @@ def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> 
 def _exchanges(
     log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
 ) -> Iterator[tuple[str, dict[int, float]]]:
-    """Find pairs of runs whose cells are exchanged: words, and the score of each run."""
+    """Find runs whose cells are exchanged: words, and the score of each run."""
     gains: list[tuple[float, Correction, dict[int, float]]] = []
     for correction in _possible_exchanges(log, of_run):
         scores = _scores_of_pair(log, prediction, of_run, correction)
@@ -615,7 +615,7 @@ def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
 
 
 def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
-    """Return a value with which a weight would agree, and its cause; "" if impossible."""
+    """Return a value with which a weight agrees, and its cause; "" if none."""
     origin = log.readings.position_from if column.role == "position" else None
     measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
     value = factor * measured

@@ -55,7 +55,7 @@ class Seen(Lab, frozen=True, kw_only=True):
     explanations: tuple[Explanation, ...]
     """Mistakes with which the runs would agree, the most probable first."""
     p: float | None
-    """Probability of a chi-square at least as large; None without degrees of freedom."""
+    """Probability of a larger chi-square; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     exponent: Exponent | None
@@ -601,7 +601,7 @@ def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
-    """Report what the log does not contain for the choice of the model, and how much it matters."""
+    """Report what the log does not say of the motion, and how much it matters."""
     readings = seen.readings
     measured = seen.measured
     if measured.transverse_inertia is None:
@@ -628,14 +628,14 @@ def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
 
 
 def _matters(seen: Seen, effect: Effect) -> bool:
-    """Return whether an effect is too large to be left out, if the log is consistent."""
+    """Return whether an effect of a consistent log is too large to be left out."""
     return (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
 
 
 def _silent_motion(
     seen: Seen, effect: Effect, model: MotionModel
 ) -> Iterator[Diagnostic]:
-    """Report a motion that the log does not state: assumed, or not used although it matters."""
+    """Report a motion of a silent log: assumed, or not used although it matters."""
     if effect.bias is None or model.messages is None:
         return
     is_assumed, is_not_used = model.messages
@@ -760,7 +760,7 @@ MASS_BY = 0.2
 
 
 def _well_known(ball: Ball, inertia: Estimate) -> bool:
-    """Return whether the uncertainty of a difference from the ball is that of the runs."""
+    """Return whether the ball is better known than the runs measure."""
     return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
 
 
@@ -849,7 +849,7 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
 
 
 def _body(seen: Seen) -> Iterator[Diagnostic]:
-    """Report an I_zz that is impossible for the ball or disk in the log, or in this lab."""
+    """Report an I_zz that is impossible for the ball or disk, or in this lab."""
     ball = seen.ball
     if ball is not None and _is_far(ball):
         yield _ball_disagrees(seen, ball)
@@ -860,7 +860,7 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _other_body(seen: Seen) -> Iterator[Diagnostic]:
-    """Report an I_zz that differs from the ball in the log, or from well known balls."""
+    """Report an I_zz that differs from the ball, or columns that are not usual."""
     ball = seen.ball
     if (ball is not None and _is_far(ball)) or _is_unusual(seen):
         return

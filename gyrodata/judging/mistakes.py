@@ -116,7 +116,7 @@ def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
 def _values_in_words(
     readings: Readings, measured: Measurements, inertia: float
 ) -> dict[str, Any]:
-    """Return what the words of the table can contain, for a log and its I_zz [kg*m^2]."""
+    """Return what the words of the table can contain, for a log and its I_zz."""
     diameter = 100 * readings.constants.get("ball_diameter", math.nan)
     is_small = abs(inertia) < 1
     return {
@@ -274,7 +274,7 @@ def _inertia_without(
 
 
 def _start_spin(ratio: float) -> Mistake:
-    """Return the mistake that the spin was read at the start, for I_zz over its true value."""
+    """Return the mistake of a spin read at the start, for I_zz over its true value."""
     return Mistake(
         "start_spin",
         log=(

@@ -1,4 +1,4 @@
-"""Steps of the lab procedure that are missing in a log, each with its reason in numbers.
+"""Steps of the lab procedure that are missing in a log, with reasons in numbers.
 
 The procedure: at least three weights, each with at least three well-spread spins; one
 run without a weight; times over 6 s; the spin at start and end if it falls much.

@@ -21,7 +21,7 @@ from gyrodata.readings import Readings
 
 
 def count_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the torques whose turns must be wrong, because all torques agree with other counts."""
+    """Name the torques whose turns are wrong: with others all torques agree."""
     groups = measured.by_torque
     answers = fitting.explaining_counts(measured)
     if not answers:

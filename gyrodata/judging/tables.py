@@ -103,7 +103,7 @@ def run_table(
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
-    """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
+    """Return why a run is an outlier: corrections that fit, or its distance."""
     if outlier.cells:
         return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
     name = "time" if measured.timed else "period"
@@ -138,12 +138,12 @@ def turn_words(turns: float) -> str:
 
 
 class MeanProduct(Estimate, frozen=True, kw_only=True):
-    """Weighted mean of φ̇ψ̇ of one torque [rad²/s²]; u includes the errors that its runs share."""
+    """Weighted mean of φ̇ψ̇ of a torque [rad²/s²]; u includes shared errors."""
 
     spread: float | None
     """Standard deviation of the single runs; null for one run."""
     p: float | None
-    """Probability of a scatter at least as large if φ̇ψ̇ is constant; null for one run."""
+    """Probability of a larger scatter if φ̇ψ̇ is constant; null for one run."""
     chi2: float | None
     """χ² of that scatter by the uncertainties that each run has alone, of one degree of
     freedom less than runs."""
@@ -202,7 +202,7 @@ def torque_table(
 
 
 def _mean_product(measured: Measurements, runs: list[int], sense: float) -> MeanProduct:
-    """Return the weighted mean of |φ̇ψ̇| of some runs with a sign, and their scatter."""
+    """φ̇ψ̇| of some runs with a sign, and their scatter.|Return the weighted mean of φ̇ψ̇ of some runs, and their scatter.|φ̇ψ̇| of some runs with a sign, and their scatter."""
     values = np.abs(measured.product[runs])
     size = measured.own_relative[runs] * values
     weight = 1 / np.maximum(size, 1e-12) ** 2
@@ -257,7 +257,7 @@ class Exponent(Estimate, frozen=True, kw_only=True):
 
 
 class Constancy(Struct, frozen=True):
-    """Scatter of the single φ̇ψ̇ about the mean of their torque, for all torques together."""
+    """Scatter of φ̇ψ̇ about the mean of each torque, for all torques together."""
 
     scatter: float
     """Standard deviation about the means, relative to them [1]."""
@@ -341,7 +341,7 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
 def constancy(
     measured: Measurements, torques: tuple[Torque, ...], groups: list[list[int]]
 ) -> Constancy | None:
-    """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
+    """Test if φ̇ψ̇ is constant for each torque, within u of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
     """
@@ -397,7 +397,7 @@ class NamedFit(Struct, frozen=True):
 def named_fits(
     measured: Measurements, fit: FitResult, kept: list[int]
 ) -> tuple[NamedFit, ...]:
-    """Return the two straight lines of the textbook, to compare with the recommended fit."""
+    """Return the two lines of the textbook, to compare with the recommended fit."""
     product = fit.sense[kept] * np.abs(measured.product[kept])
     torque = measured.torque[kept]
     note = (
@@ -541,7 +541,7 @@ def compare_with_ball(
 
 
 def _disk_and_hoop(constants: Mapping[str, float]) -> float:
-    """Compute ½ m r² of a disk and m r² of a hoop, whose mass is all at the rim [kg*m^2]."""
+    """Compute ½ m r² of a disk and m r² of a hoop [kg*m^2]."""
     disk = physics.cylinder_inertia(
         constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0)
     )

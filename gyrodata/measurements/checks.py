@@ -140,7 +140,7 @@ def _find_fast_precession(
 
 
 def _find_unheard(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
-    """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
+    """Name every stated ``u_…`` without an effect and its reason, if not zero."""
     of_whole_log = _used_of_whole_log(readings, measured)
     for key, place in readings.stated_at.items():
         if key in roles.SHARED_UNCERTAINTIES:
@@ -168,7 +168,7 @@ def _used_of_whole_log(readings: Readings, measured: Measurements) -> set[str]:
 
 
 def _changes_errors(key: str, readings: Readings, measured: Measurements) -> bool:
-    """Return whether a log without the uncertainty of some readings has other errors."""
+    """Return whether the errors of a log depend on the uncertainty of a key."""
     columns = dict(readings.columns)
     for role, column in readings.columns.items():
         if key in roles.u_keys(role):
@@ -257,7 +257,7 @@ one pair, or several."""
 def _find_copies(
     readings: Readings, measured: Measurements, timing: Column
 ) -> Iterator[Diagnostic]:
-    """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
+    """Warn of identical rows, unless coarse times can agree by chance."""
     rows = _rows(readings, measured, timing)
     lines_of: dict[object, list[int]] = {}
     for line, row in rows.items():
@@ -302,7 +302,7 @@ def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
-    """Return the chance that two readings of one time by a steady hand are equal [1]."""
+    """Return the probability that a steady hand reads the same time twice [1]."""
     step = float(np.median(timing.steps))
     [stated] = [each for each in measured.sources if each.name == "time"]
     u = min(float(np.median(stated.absolute)), STEADIEST)
@@ -393,7 +393,7 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
 
 
 def exchanged(readings: Readings, measured: Measurements) -> bool:
-    """Return whether spin and time are possible only if the two columns are exchanged."""
+    """Return whether spin and time are possible only if they are exchanged."""
     spins = readings.columns.get("spin")
     times = readings.columns.get("time")
     if spins is None or times is None or (spins.unit, times.unit) != ("rpm", "s"):
@@ -433,13 +433,13 @@ SCATTERS = 0.03
 
 
 def spread(each: Floats) -> float:
-    """Return the relative spread of I_zz of the single runs [1], robust against one odd run."""
+    """Return the relative spread of I_zz of the runs [1], robust against outliers."""
     logs = np.log(each)
     return float(np.median(np.abs(logs - np.median(logs))))
 
 
 def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
+    """Report readings that are impossible in this lab, and exchanged columns."""
     if exchanged(readings, measured):
         spin = readings.columns["spin"]
         time = readings.columns["time"]

@@ -128,7 +128,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def load(self) -> Floats:
-        """The mass [kg], force [N] or torque [N*m] that the log contains, shape (n,)."""
+        """The mass [kg], force [N] or torque [N*m] in the log, shape (n,)."""
         for load in (self.mass, self.force):
             if not np.isnan(load).all():
                 return load
@@ -190,7 +190,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         return bool(np.ptp(self.balance_groups))
 
     def balance_source(self, width: float) -> Source:
-        """Return the difference of M0 between weights, of a width [N*m], as a source."""
+        """Return the difference of M0 between weights as a source, of a width [N*m]."""
         nothing = np.zeros(len(self.runs))
         return Source(
             BALANCE_CHANGE,
@@ -205,23 +205,23 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def product(self) -> Floats:
-        """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
+        """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
         return sign * 2 * np.pi * self.turns / self.time * self.spin
 
     @cached_property
     def whole_turns(self) -> Any:
-        """Whether each run covers whole turns, which end where they began, shape (n,)."""
+        """Whether each run ends where it began, after whole turns, shape (n,)."""
         return np.abs(self.turns - np.round(self.turns)) <= WHOLE
 
     @property
     def corrected_spin(self) -> Floats:
-        """Mean spin of each run, corrected for the delay of its reading [rad/s], shape (n,)."""
+        """Mean spin, corrected for the delay of its reading [rad/s], shape (n,)."""
         return self.spin if self.delay_factor is None else self.spin * self.delay_factor
 
     @cached_property
     def own_relative(self) -> Floats:
-        """Relative uncertainty of each run's φ̇ψ̇ from its own time and spin [1], shape (n,)."""
+        """Relative u of φ̇ψ̇ from the run's own time and spin [1], shape (n,)."""
         variance = np.zeros(len(self.runs))
         for source in self.sources:
             size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(
@@ -355,7 +355,7 @@ def _gravity(readings: Readings, diagnostics: list[Diagnostic]) -> float:
 
 
 def _timing(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-    """Return the time [s] and the turns [1] of each run; one turn if a period is given."""
+    """Return the time [s] and the turns of each run; one turn for a period."""
     if "time" in values and "turns" in values:
         return values["time"], np.abs(values["turns"])
     if "time" in values and "angle" in values:
@@ -505,7 +505,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
 
 
 def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
-    """Return the prior width of M0 from the balance test of a log, and the key of the test.
+    """Return the prior width of M0 from a balance test, and the key of the test.
 
     The most direct statement first.
     """

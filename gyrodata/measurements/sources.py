@@ -70,7 +70,7 @@ class Source(Struct, frozen=True):
 
 
 def load_role(columns: Mapping[str, Column]) -> str:
-    """Return the role that gives the torque: masses, else forces, else the torque itself."""
+    """Return the role that gives the torque: mass, else force, else torque."""
     if "mass" in columns:
         return "mass"
     return "force" if "force" in columns else "torque"
@@ -108,7 +108,7 @@ def list_sources(readings: Readings, measured: Measurements) -> Iterator[Source]
 
 
 def _load_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
-    """List the errors of the weights, or of forces or torques, and of their positions."""
+    """List the errors of weights, forces or torques, and of their positions."""
     columns = readings.columns
     load = load_role(readings.columns)
     values = values_of(columns[load])
@@ -180,7 +180,7 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
-    """Return the uncertainty of the inertia of each weight from that of its diameter."""
+    """Return the error of the inertia of each weight from that of its diameter."""
     across = values_of(column)
     given = np.zeros(len(mass))
     for i, u in column.stated:
@@ -286,7 +286,7 @@ def _relative_errors(readings: Readings, column: Column) -> tuple[Floats, bool]:
 def _falling_spin_sources(
     readings: Readings, measured: Measurements
 ) -> Iterator[Source]:
-    """List the errors of a spin that falls: it was read late, by a law that is not certain."""
+    """List the errors of a spin that was read late, and falls by an unknown law."""
     used = spin_columns(readings)
     spin = measured.spin
     drag = measured.drag
@@ -440,7 +440,7 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
-    """Return the uncertainty of a source of the whole log, and whether it is the default."""
+    """Return the uncertainty of a source, and whether it is the default."""
     stated = readings.uncertainties.get(f"u_{key}")
     return (SOURCES[key].default, True) if stated is None else (stated, False)
 
@@ -453,7 +453,7 @@ def _source(
     default: bool,
     usual: str | None = None,
 ) -> Source:
-    """Create a source of the table for a log, with one size of its errors or one for each run."""
+    """Create a source of the table, with one size of its errors or one for each run."""
     kind = SOURCES[key]
     nothing = np.zeros(len(groups))
     words = kind.usual if usual is None else usual
@@ -493,7 +493,7 @@ def _of_whole_log(
 
 
 def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
-    """Return a component with one error for each value: for each weight, not for each run.
+    """Return a source with one error for each value: each weight, not each run.
 
     If runs of one group state different uncertainties (a column ``u_mass``), the
     largest is used for the group: it is one reading and has one error.
@@ -663,7 +663,7 @@ def _usual_u_of_spin(readings: Readings) -> float:
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
-    """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
+    """Return the columns of the spin, in the order in which they are read."""
     columns = readings.columns
     complete = {role for role in columns if None not in columns[role].values}
     for unit in ("spin", "spin_period"):
@@ -691,7 +691,7 @@ def _time_of_one(time: Column, turns: Column) -> Column:
 
 
 def as_spin(column: Column) -> Floats:
-    """Return the spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
+    """Return the spin [rad/s] of a column of spins or of periods, shape (n,)."""
     values = np.abs(values_of(column))
     is_period = column.role.startswith(("spin_period", "spin_time"))
     return 2 * np.pi / values if is_period else values

@@ -1,4 +1,4 @@
-"""Mechanics of the gyroscope: closed forms, the exact motion, and theory for given numbers.
+"""Mechanics of the gyroscope: closed forms, exact motion, theory for numbers.
 
 `closed_forms` contains the equations that this package hands on; `motion` integrates
 the motion of a top; `prediction` answers the questions of `gyro predict`. Nothing here

@@ -93,7 +93,7 @@ def solid_ball_inertia(mass: float, diameter: float) -> float:
 def bored_ball_inertia(
     mass: float, diameter: float, bore_diameter: float, bore_depth: float
 ) -> float:
-    """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
+    """Moment of inertia [kg*m^2] of a ball about a cylindrical bore along a radius.
 
     The mass is that of the bored ball. The bore is near the axis, so of two balls of
     the same mass the bored one has the larger moment of inertia. The round end of the
@@ -161,7 +161,7 @@ def fast_precession_rate(
     transverse_inertia: ArrayLike,
     pitch: ArrayLike,
 ) -> Any:
-    """Fast rate of steady precession, the other root of eq. (8); hardly ever seen in a lab.
+    """Fast rate of steady precession, the other root of eq. (8), rare in a lab.
 
     φ̇ [rad/s]; NaN if no steady precession exists; infinite if there is only the slow
     one, for a level rod or I = I_zz. Without a torque, the free precession of a
@@ -269,7 +269,7 @@ def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
 
 
 def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
-    """Relative change of I_zz [1] if the spin fell by dry friction instead of viscously: −d²/12.
+    """Relative change of I_zz [1] if the spin fell by dry friction: −d²/12.
 
     Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio
     minus 1, which is the change of I_zz because the inertia is proportional to 1/spin.
@@ -298,7 +298,7 @@ def least_spin(
 def sleeping_spin(
     torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
 ) -> Any:
-    """Total spin above which an upright rod stays upright ("sleeps"): 2√(I h m g)/I_zz [rad/s].
+    """Total spin above which an upright rod "sleeps": 2√(I h m g)/I_zz [rad/s].
 
     From the motion linearised about the vertical; 0 if every spin is enough. The torque
     is that of the horizontal rod. It is negative for a rod that hangs straight down, or
@@ -376,7 +376,7 @@ def spin_of_sag(
     transverse_inertia: ArrayLike,
     pitch: ArrayLike,
 ) -> Any:
-    """Spin [rad/s] at which a rod that is released sags by an angle [rad]; see `greatest_sag`."""
+    """Spin [rad/s] at which a released rod sags by an angle; see `greatest_sag`."""
     high = np.sign(torque) * np.sin(pitch)
     low = np.sin(np.arcsin(high) - sag)
     return (

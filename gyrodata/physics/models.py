@@ -59,7 +59,7 @@ only."""
 
 
 class TimedRuns(Struct, frozen=True, eq=False):
-    """The readings of n runs, as a model of motion needs them; arrays have shape (n,)."""
+    """The readings of n runs for a model of motion; arrays have shape (n,)."""
 
     time: Floats
     """Timed interval [s]."""
@@ -347,7 +347,7 @@ Every k from 0 to 1 is possible, so that the part is 0.5 ± 0.4."""
 
 
 class Pushed(Released, frozen=True):
-    """A rod that is released with a push of unknown size: the start if the log is silent.
+    """A rod that is released with an unknown push: the start of a silent log.
 
     Its name is that of a released rod. A push lessens the sag, so that no log is refused
     because of it.
@@ -460,7 +460,7 @@ gives the size of the effect."""
 
 
 def ratio(steady: Floats, mean: Floats) -> Floats:
-    """Divide the steady rate by the mean rate [1]; 1 without a torque, where both are zero."""
+    """Divide the steady rate by the mean rate [1]; 1 without a torque."""
     return np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
 
 
@@ -499,7 +499,7 @@ class Motion(Struct, frozen=True):
         return any(model.tilted for model in self.models)
 
     def of_effect(self, effect: str) -> MotionModel | None:
-        """Return the model that takes an effect into account; None if it is left out."""
+        """Return the model of an effect; None if the effect is left out."""
         found = [model for model in self.models if model.effect == effect]
         return found[0] if found else None
 
@@ -515,18 +515,18 @@ class Motion(Struct, frozen=True):
         return Motion(tuple(kept)).including(model)
 
     def including(self, model: MotionModel) -> Motion:
-        """Return these models and another one, which replaces the one with its effect."""
+        """Return these models and another one, in place of the one with its effect."""
         others = self.without(model.effect).models
         return Motion(tuple([one for one in MODELS[1:] if one in (*others, model)]))
 
     def is_corrected(self, runs: TimedRuns) -> bool:
-        """Return whether the runs need a correction that depends on the result of the fit."""
+        """Return whether the runs need a correction by the result of the fit."""
         return any(model.is_corrected(runs) for model in self.models)
 
     def correction(
         self, top: Top, runs: TimedRuns
     ) -> tuple[Floats, tuple[ModelError, ...]]:
-        """Return the product of the slowings of all models, and their errors, for the fit.
+        """Return the product of the slowings of all models, and their errors.
 
         A slowing is the rate by the equation in the fit over the mean rate [1], shape
         (n,). The rate of a run without a torque is zero; its slowing is 1.
@@ -563,7 +563,7 @@ AUTO: Final = "auto"
 
 
 def stated_or_asked(name: str, runs: TimedRuns) -> Motion:
-    """Return the models that a log states, or the model that a user asks for by its name.
+    """Return the models that a log states, or one that a user asks for by name.
 
     The latter includes what the log states of the models before it in `MODELS`, which
     are simpler, and nothing of those behind it: a user who asks for "steady" gets no
@@ -586,12 +586,12 @@ def names() -> tuple[str, ...]:
 
 
 def starts() -> tuple[MotionModel, ...]:
-    """Return the models that a log can name in its line ``# motion:``, the last one first."""
+    """Return the models that the line ``# motion:`` can name, the last one first."""
     return tuple([model for model in MODELS if model.start][::-1])
 
 
 def of_effects() -> dict[str, MotionModel]:
-    """Return the first model of each effect, by the effect, in the order of the table."""
+    """Return the first model of each effect, in the order of the table."""
     found: dict[str, MotionModel] = {}
     for model in MODELS:
         if model.effect:

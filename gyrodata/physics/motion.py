@@ -1,4 +1,4 @@
-"""The complete motion of the top, eqs. (7): in steps, and of a rod that is released from rest.
+"""The complete motion of the top, eqs. (7), and of a rod released from rest.
 
 Splitting alternates two exact motions: without torque H is constant and e3 turns about
 it at |H|/I; without rotation H grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant
@@ -462,7 +462,7 @@ class Nutation(Struct, frozen=True):
 
 
 def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
-    """Compute the nutation of one rod that is released from rest, to about 1e-11 of each number."""
+    """Compute the nutation of a rod released from rest, to about 1e-11."""
     nod = _nod(top, spin, pitch)
     share = nod.weight / nod.weight.sum()
     rates = nod.rate(_X)
@@ -491,7 +491,7 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
 
 
 def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) -> Any:
-    """Compute the first time at which the rod has swept an angle about the vertical [s].
+    """Compute the time at which the rod has swept an angle first [s].
 
     Infinite if it never does.
     """

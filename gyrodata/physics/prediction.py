@@ -1,4 +1,4 @@
-"""Predictions of theory for given numbers: the answers of ``gyro predict``, and their text.
+"""Predictions of theory: the answers of ``gyro predict``, and their text.
 
 The answers are in SI units. A value that does not exist is None, and ``reason``
 contains the cause. The words are in `prediction.toml`.
@@ -219,7 +219,7 @@ class Earth(Prediction, frozen=True, kw_only=True):
 def predict_earth(
     latitude: float, times: Sequence[float], inertia: float, spin: float
 ) -> Earth:
-    """Compute the directions of two balanced gyroscopes at clock times since the start [s]."""
+    """Compute the directions of two balanced gyroscopes at times [s]."""
     height = round(90 - math.degrees(abs(latitude)), 1)
     pole, azimuth, star, side = ("north", 0.0, "the pole star", "south")
     if latitude < 0:
@@ -358,7 +358,7 @@ class Twist(Prediction, frozen=True, kw_only=True):
 def predict_twist(
     wheel_inertia: float, wheel_spin: float, time: float, handles: float
 ) -> Twist:
-    """Turn the wheel over in a time [s], with the hands at this distance from each other [m].
+    """Turn the wheel over in a time [s], with hands at a distance [m].
 
     The spin is positive if it is counterclockwise, seen from the right hand.
     """
@@ -422,7 +422,7 @@ class Tip(Prediction, frozen=True, kw_only=True):
 def predict_tip(
     force: float, length: float, inertia: float, spin: float, transverse_inertia: float
 ) -> Tip:
-    """Pull the tip; the spin is positive if it is counterclockwise, seen from the tip."""
+    """Pull the tip; a counterclockwise spin, seen from the tip, is positive."""
     torque = force * length
     top = motion.Top(inertia, transverse_inertia, torque)
     # The force replaces gravity: the rod is level if it is at right angles to the
@@ -471,7 +471,7 @@ def predict_tip(
 
 
 class _Quantities(string.Formatter):
-    """Formats of quantities for people, such as ``{spin:rate}`` and ``{pitch:angle}``."""
+    """Formats of quantities, such as ``{spin:rate}`` and ``{pitch:angle}``."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if format_spec == "rate":
@@ -486,7 +486,7 @@ class _Quantities(string.Formatter):
 
 
 def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
-    """Write a prediction as text: the question, the answer in words, and the numbers."""
+    """Write a prediction as text: question, answer in words, and numbers."""
     quantities = _Quantities()
     lines = []
     values = {**answer.options, **asdict(answer)}

@@ -37,7 +37,7 @@ _ORDINARY = re.compile(
     rf"(?:[0-9]+/[0-9]+|{NUMBER})(?:\s*±\s*{NUMBER})?\s*"
     r"(?:(?!(?i:pi)|π)[^\W\d]+(?:/[^\W\d]+(?:\^?2)?)?)?"
 )
-"""A number or a fraction, perhaps with its uncertainty, and a unit such as ``m/s^2``."""
+"""A number or fraction, perhaps with ±, and a unit such as ``m/s^2``."""
 _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
@@ -325,7 +325,7 @@ def _insist_on_decimal_comma(written: Written, quantity: Quantity, kind: str) ->
 
 
 def how_to_write(kind: str) -> str:
-    """Return how a number of a kind is written, without a number that could be copied."""
+    """Return how a number of a kind is written, with no number to copy."""
     known = units.KINDS[kind]
     if not known.si:
         return "write the number alone"
@@ -348,7 +348,7 @@ def parse_quantity(text: str, kind: str) -> float:
 def parse_uncertainty(
     text: str, kind: str, unit: str = "", ask: bool = True
 ) -> Uncertainty:
-    """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
+    """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or ``0.2 % + 0.5 rpm``.
 
     The function divides by a coverage factor behind it, as in ``1 mm (k = 2)``; a term
     without a unit has `unit`.

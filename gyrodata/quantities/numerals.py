@@ -151,7 +151,7 @@ def last_place(number: str) -> int:
 
 
 def as_read(value: float, step: float) -> str:
-    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0".
+    """Write a reading with its digits: 15 in steps of 0.1 is "15.0".
 
     Four digits are written if `step` is 0, or if the digits are more than an instrument
     has, because such digits come from arithmetic.
@@ -258,14 +258,14 @@ def _parts(match: re.Match[str], coverage: float) -> Written:
 
 
 def _spread_of_digits(digits: str, number: str, power: str) -> str:
-    """Return the uncertainty in a bracket: 4.41(3) is 4.41 ± 0.03, and so is 4.41(0.03)."""
+    """Return the uncertainty in a bracket: 4.41(3) and 4.41(0.03) are ± 0.03."""
     if digits.isdigit():
         return f"{digits}e{last_place(number)}"
     return digits + power
 
 
 def _without_separator(number: str, spread: str) -> str:
-    """Return 46300 for the number of "46,300 ± 600", whose comma separates thousands."""
+    """Return 46300 for "46,300 ± 600", whose comma separates thousands."""
     if re.fullmatch(THOUSANDS, number) and to_float(spread) > to_float(number):
         return number.replace(",", "")
     return number

@@ -203,7 +203,7 @@ def registry() -> pint.UnitRegistry[Fraction]:
 
 @cache
 def spellings() -> dict[str, str]:
-    """Return the name of the unit of each spelling, with Latin letters for look-alikes."""
+    """Return the unit of each spelling, with Latin letters for look-alikes."""
     names = {
         fold_letters(spelling): registry().get_name(spelling) for spelling in registry()
     }
@@ -439,7 +439,7 @@ def _in_radians(product: Product) -> float:
 
 @lru_cache(maxsize=1024)
 def kinds_of(text: str) -> frozenset[str]:
-    """Return the kinds of quantity that a unit text can measure; none if it is not a unit."""
+    """Return the kinds of quantity that a unit measures; none if it is no unit."""
     if not text.strip():
         return frozenset()
     try:

@@ -54,7 +54,7 @@ def words(key: str, separator: str = " ") -> str:
 
 
 def numbers() -> dict[str, None]:
-    """Return the keys that are numbers, "1" or "/3": each lists the words that say it."""
+    """Return the keys that are numbers, "1" or "/3", with the words for each."""
     keys = (key for section in LANGUAGES.values() for key in section)
     return dict.fromkeys(key for key in keys if key[-1].isdigit())
 

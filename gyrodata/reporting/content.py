@@ -317,7 +317,7 @@ def _agreement(n: Numbers) -> Sentence:
 
 
 def _largest_part(n: Numbers) -> Sentence:
-    """Name the largest uncertainty component, and a balance that the runs do not determine."""
+    """Name the largest uncertainty component, and an undetermined balance."""
     said: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
         part = n.number(f"budget.{i}.share", f"{100 * share.share:.0f}", values.PERCENT)

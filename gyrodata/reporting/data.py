@@ -41,7 +41,7 @@ _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
 
 
 def templates(folder: Path) -> Environment:
-    """Return the environment of the templates of a folder; in HTML, every text is escaped."""
+    """Return the environment of a folder's templates; HTML escapes every text."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
     # To fold constants takes longer than it gains in one run.
@@ -78,7 +78,7 @@ def table_header(table: str) -> str:
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
-    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log.
+    """Write the rows of a log in a table: one for each run, or one for the log.
 
     Values are in SI units with the digits of the JSON; the spin of a run is in rpm too.
     """
@@ -114,7 +114,7 @@ def table_rows(analysis: Analysis, table: str) -> str:
 def log_row(
     name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]
 ) -> str:
-    """Write the row of a log in the table of logs; `row` is empty for a log without an answer."""
+    """Write the row of a log; `row` is empty for a log without an answer."""
     codes = " ".join(
         dict.fromkeys(one.code for one in diagnostics if one.severity != "note")
     )

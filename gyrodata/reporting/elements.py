@@ -53,7 +53,7 @@ class Number(Struct, frozen=True):
 
 
 class Styled(Struct, frozen=True):
-    """Text in a style: "strong", "warn" (strong, in another colour), "quote" or "code"."""
+    """Text in a style: "strong", "warn" (another colour), "quote" or "code"."""
 
     text: str
     style: str

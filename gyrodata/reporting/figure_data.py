@@ -1,4 +1,4 @@
-"""The data of the figures: arrays, a colour and a marker for each torque, and numbers as text."""
+"""The data of the figures: arrays, colours and markers, numbers as text."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Group(Struct, frozen=True):
 
 
 class Scene(Struct, frozen=True):
-    """The data of n runs; arrays of shape (n,). Names with ``_u`` are standard uncertainties."""
+    """The data of n runs; arrays of shape (n,). ``_u``: standard uncertainties."""
 
     analysis: Analysis
     inertia: float
@@ -117,7 +117,7 @@ def gather(analysis: Analysis) -> Scene:
 
 
 def _relative(measured: Measurements, *quantities: str) -> Floats:
-    """Compute the relative standard uncertainty of a product of quantities in each run."""
+    """Compute the relative u of a product of quantities in each run."""
     variance = np.zeros(len(measured.runs))
     for source in measured.sources:
         if source.quantity in quantities:
@@ -137,7 +137,7 @@ def _relative(measured: Measurements, *quantities: str) -> Floats:
 
 
 def list_looks(analysis: Analysis) -> tuple[Look, ...]:
-    """Return the label, colour and marker of each torque, for tables that show the same marks."""
+    """Return the label, colour and marker of each torque, also for tables."""
     return tuple(group.look for group in _groups(analysis))
 
 
@@ -205,7 +205,7 @@ def as_number(value: float, step: float = 0.0) -> str:
 
 
 def with_u(result: Estimate) -> str:
-    """Write a value with two digits of its standard uncertainty: "(4.44 ± 0.06) × 10⁻³"."""
+    """Write a value with two digits of its u: "(4.44 ± 0.06) × 10⁻³"."""
     if not result.u or not math.isfinite(result.u):
         return as_number(result.value)
     from uncertainties import ufloat
@@ -219,7 +219,7 @@ def with_u(result: Estimate) -> str:
 
 
 def answer(inertia: Result) -> str:
-    """Write I_zz [kg*m^2] with u, or its 95 % interval if that is much wider than ± 2 u."""
+    """Write I_zz [kg*m^2] with u, or its 95 % interval if that is wider."""
     if inertia.interval_95 is None or not is_wide(inertia):
         return f"{with_u(inertia)} kg·m²"
     ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95]
@@ -227,7 +227,7 @@ def answer(inertia: Result) -> str:
 
 
 def torque_unit(largest: float) -> tuple[str, float]:
-    """Choose a unit for the largest torque [N*m]; return its name and its size [N*m]."""
+    """Choose a unit for the largest torque: its name and its size [N*m]."""
     if largest >= 10:
         return "N·m", 1.0
     return ("mN·m", 1e-3) if largest >= 1e-4 else ("µN·m", 1e-6)

@@ -183,7 +183,7 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
 
 
 def draw_rest(ax: Axes, scene: Scene) -> None:
-    """Draw the difference of each run's torque and the fitted line, on a larger scale."""
+    """Draw the difference of each torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
     reach = float(
@@ -223,7 +223,7 @@ def describe_torque(scene: Scene) -> str:
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
-    """Draw each run's time minus the prediction of the other runs, in the order of the log."""
+    """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
     limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
@@ -370,7 +370,7 @@ def _draw_runs(
     y_u: Floats,
     means: bool = False,
 ) -> None:
-    """Draw every run with the colour and marker of its torque; flagged runs are hollow and named.
+    """Draw every run as its torque is drawn; flagged runs are hollow and named.
 
     A run outside the axes is drawn at the edge, without bars and with its value. With
     `means`, the legend contains the mean φ̇ψ̇ of each torque.
@@ -441,7 +441,7 @@ def _draw_marks(
 
 
 def _beyond(value: float, shown: float, arrows: str) -> str:
-    """Write a value outside the axes, with the arrow that points to it; "" if inside."""
+    """Write a value outside the axes, with an arrow to it; "" if inside."""
     if value == shown:
         return ""
     return f"{arrows[0] if value > shown else arrows[1]} {as_number(value)}"
@@ -465,7 +465,7 @@ def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
-    """Write names next to marks, at the places that cover the fewest marks and names."""
+    """Write names next to marks, where they cover the fewest marks and names."""
     points = 72 / ax.figure.dpi
     middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
     halves = [np.array([4.0, 4.0])] * len(middles)
@@ -661,7 +661,7 @@ def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
 
 
 def load_matplotlib() -> ModuleType:
-    """Import matplotlib also if MPLBACKEND names no backend: a figure in a file needs no window."""
+    """Import matplotlib also if MPLBACKEND is wrong: a file needs no window."""
     if "matplotlib" in sys.modules:
         return sys.modules["matplotlib"]
     backend = os.environ.pop("MPLBACKEND", None)

@@ -150,7 +150,7 @@ def _quantity(number: Number) -> str:
 
 
 def _head(head: Head) -> str:
-    """Write the unit below the words, so that a column of short numbers stays narrow."""
+    """Write the unit below the words: a column of numbers stays narrow."""
     if head.scale is None or not head.scale.unit:
         return escape(head.words)
     power = rf"\num{{e{head.scale.exponent}}}\," if head.scale.exponent else ""

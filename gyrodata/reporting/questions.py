@@ -120,7 +120,7 @@ def others(n: Numbers) -> Section:
 
 
 def _number(n: Numbers, number: str) -> str:
-    """Write the number of a question on the lab sheet, unless the settings of the lab remove it."""
+    """Write the number of a question on the lab sheet, unless the lab has none."""
     return (
         ""
         if n.analysis.readings.metadata.get("question_numbers") == "no"

@@ -105,7 +105,7 @@ def _block(block: Block) -> list[str]:
 
 
 def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
-    """Describe the state of the lab, and what to do before the weight is removed from the rod.
+    """Describe the lab so far, and what to do before the weight is removed.
 
     Parameters
     ----------

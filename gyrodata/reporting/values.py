@@ -1,4 +1,4 @@
-"""Numbers as text, rounded to their uncertainty (two digits) by the `uncertainties` package."""
+"""Numbers as text, rounded to two digits of u by the package `uncertainties`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gyrodata.quantities.numerals import as_read
 
 
 class Scale(Struct, frozen=True):
-    """A unit that values are shown in, with the power of ten that is written before it."""
+    """A unit that values are shown in, with the power of ten before it."""
 
     unit: str
     """As text: "mN·m"; "" for plain numbers."""
@@ -58,7 +58,7 @@ def mass_scale(largest: float) -> Scale:
 
 
 def torque_scale(largest: float) -> Scale:
-    """Choose N·m, mN·m or µN·m for a largest torque [N*m], so that numbers have few zeros."""
+    """Choose N·m, mN·m or µN·m for a largest torque [N*m]."""
     if largest >= 10:
         return NEWTON_METRE
     if largest >= 1e-4:
@@ -187,7 +187,7 @@ def p_text(p: float) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Write a duration [s]: "3 h 20 min", "2 days 4 h"; two units at most, cut off, not rounded."""
+    """Write a duration [s] in at most two units, cut off: "2 days 4 h"."""
     if seconds < 60:
         return f"{seconds:.0f} s"
     days, rest = divmod(int(seconds), 86400)
@@ -242,7 +242,7 @@ def in_columns(
 
 
 def _width(text: str) -> int:
-    """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
+    """Columns of a terminal: two for a wide character, none for a combining mark."""
     if text.isascii():
         return len(text)
     return sum(

@@ -276,7 +276,7 @@ def wrapped(text: str, stream: Any) -> str:
 
 
 def write_out(text: str) -> None:
-    """head``) is not an error.|Write data to standard output; a closed pipe (``| head``) is no error.| head``) is not an error."""
+    """Write data to standard output; a closed pipe (``| head``) is no error."""
     try:
         sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()

@@ -202,7 +202,7 @@ def torque_table(
 
 
 def _mean_product(measured: Measurements, runs: list[int], sense: float) -> MeanProduct:
-    """φ̇ψ̇| of some runs with a sign, and their scatter.|Return the weighted mean of φ̇ψ̇ of some runs, and their scatter.|φ̇ψ̇| of some runs with a sign, and their scatter."""
+    """Return the weighted mean of φ̇ψ̇ of some runs, and their scatter."""
     values = np.abs(measured.product[runs])
     size = measured.own_relative[runs] * values
     weight = 1 / np.maximum(size, 1e-12) ** 2

@@ -191,9 +191,6 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         Birge ratio, √(chi-square/dof) [1]; None without degrees of freedom.
     budget : tuple of Share
         What each uncertainty component contributes to u(I_zz), the largest first.
-    effects : tuple of Effect
-        The sizes of the approximations in this log: none after `fit_log`, those that
-        are assumed after `check_fit`, all of them in an `Analysis`.
     constancy : Constancy or None
         Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
     torques : tuple of Torque
@@ -204,6 +201,9 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         The diagnostics about readings of an unusual size.
     diagnostics : tuple of Diagnostic
         Errors, warnings and notes, with code, place and remedy.
+    effects : tuple of Effect
+        The sizes of the approximations in this log: none after `fit_log`, those that
+        are assumed after `check_fit`, all of them in an `Analysis`.
     """
 
     name: str

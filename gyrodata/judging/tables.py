@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import asdict
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
@@ -449,8 +449,8 @@ def _or_none(number: float) -> float | None:
     return None if math.isnan(number) else number
 
 
-class Ball(Struct, frozen=True):
-    """Compare the measured I_zz with that of the ball or disk in the log."""
+class Sphere(Struct, frozen=True):
+    """The ball alone."""
 
     mass: float | None
     """[kg]; None if the log describes only a disk."""
@@ -467,15 +467,23 @@ class Ball(Struct, frozen=True):
     disk."""
     bore: float
     """Increase by the bore, for the same mass [kg*m^2]."""
+    inertia_u: float | None
+    """Standard uncertainty of all parts together [kg*m^2]; None if neither the mass nor
+    the diameter of the ball has one."""
+
+
+NO_SPHERE = Sphere(None, None, None, None, None, 0.0, None)
+
+
+class Ball(Sphere, frozen=True, kw_only=True):
+    """Compare the measured I_zz with that of the ball or disk in the log."""
+
     rod: float
     """½ m r² of the rod [kg*m^2]."""
     disk: float
     """½ m r² of the disk [kg*m^2]."""
     inertia: float
-    """All of these together [kg*m^2]."""
-    inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of
-    the ball has one."""
+    """The ball, its bore, the rod and the disk together [kg*m^2]."""
     difference: float
     """I_zz minus that [kg*m^2]."""
     difference_u: float | None
@@ -495,49 +503,52 @@ def compare_with_ball(
 
     None if the log gives neither ball nor disk.
     """
-    has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod = physics.cylinder_inertia(
         constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0)
     )
     disk = _disk_and_hoop(constants)
+    has_ball = {"ball_mass", "ball_diameter"} <= constants.keys()
     if not has_ball and not disk:
         return None
-    mass = constants["ball_mass"] if has_ball else 0.0
-    diameter = constants["ball_diameter"] if has_ball else 0.0
-    of_mass = uncertainties.get("u_ball_mass")
-    of_diameter = uncertainties.get("u_ball_diameter")
-    mass_u = of_mass.at(mass) if has_ball and of_mass else None
-    diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
+    sphere = _sphere(constants, uncertainties) if has_ball else NO_SPHERE
+    expected = (sphere.solid or 0.0) + sphere.bore + rod + disk
+    difference = inertia.value - expected
+    difference_u = None
+    if inertia.u is not None:
+        difference_u = math.hypot(inertia.u, sphere.inertia_u or 0.0)
+    return Ball(
+        **asdict(sphere),
+        rod=rod,
+        disk=disk,
+        inertia=expected,
+        difference=difference,
+        difference_u=difference_u,
+        relative=inertia.value / expected - 1,
+        deviation=difference / difference_u if difference_u else None,
+    )
+
+
+def _sphere(
+    constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
+) -> Sphere:
+    """Return the ball of a log alone, with its uncertainties."""
+    mass = constants["ball_mass"]
+    diameter = constants["ball_diameter"]
     solid = physics.solid_ball_inertia(mass, diameter)
     bore = 0.0
-    if has_ball and "bore_diameter" in constants:
-        bore = _bore(mass, diameter, constants) - solid
-    expected = solid + bore + rod + disk
-    expected_u = None
-    if mass_u is not None or diameter_u is not None:
+    if "bore_diameter" in constants:
+        bore = _with_bore(mass, diameter, constants) - solid
+    of_mass = uncertainties.get("u_ball_mass")
+    of_diameter = uncertainties.get("u_ball_diameter")
+    mass_u = of_mass.at(mass) if of_mass else None
+    diameter_u = of_diameter.at(diameter) if of_diameter else None
+    inertia_u = None
+    if of_mass or of_diameter:
         # 2/5 m (d/2)² grows as m and as d².
-        expected_u = solid * math.hypot(
-            (mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter
-        )
-    difference = inertia.value - expected
-    difference_u = (
-        None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
-    )
-    relative = inertia.value / expected - 1
-    deviation = difference / difference_u if difference_u else None
-    parts = solid, bore, rod, disk, expected, expected_u
-    ball = Ball(
-        mass,
-        mass_u,
-        diameter,
-        diameter_u,
-        *parts,
-        difference,
-        difference_u,
-        relative,
-        deviation,
-    )
-    return ball if has_ball else replace(ball, mass=None, diameter=None, solid=None)
+        by_mass = (mass_u or 0.0) / mass
+        by_diameter = 2 * (diameter_u or 0.0) / diameter
+        inertia_u = solid * math.hypot(by_mass, by_diameter)
+    return Sphere(mass, mass_u, diameter, diameter_u, solid, bore, inertia_u)
 
 
 def _disk_and_hoop(constants: Mapping[str, float]) -> float:
@@ -549,7 +560,7 @@ def _disk_and_hoop(constants: Mapping[str, float]) -> float:
     return disk + constants.get("hoop_mass", 0.0) * radius**2
 
 
-def _bore(mass: float, diameter: float, constants: Mapping[str, float]) -> float:
+def _with_bore(mass: float, diameter: float, constants: Mapping[str, float]) -> float:
     """Compute I_zz of a ball with a bore [kg*m^2]; by default it ends at the centre."""
     across = constants["bore_diameter"]
     if across >= diameter:

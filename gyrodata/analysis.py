@@ -128,7 +128,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     if not readings.ok:
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    # A grade asks which findings are about the measurements.
+    # Both are about readings; those about sizes are doubts, unless the run is left out.
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
     unusual_sizes = tuple(checks.check_sizes(readings, measured))
@@ -209,7 +209,8 @@ def judge(fitted: FittedLog) -> Analysis:
 def check_fit(fitted: FittedLog) -> FittedLog:
     """Return a fit with the findings that a grade shows, and with the assumed effects.
 
-    To save time, the only other fits are those for the sizes of these effects.
+    To save time, other fits are made only for the sizes of these effects, and for
+    findings about a missing direction or much scatter.
     """
     assumed = changes.assumed_effects(fitted.lab)
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))

@@ -251,7 +251,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
     ----------
     if_balanced : Estimate or None
         I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
-        differ, or if this fit has no answer.
+        differ, if this fit has no answer, or for more than 500 runs.
     doubts : tuple of Doubt
         Reasons why I_zz may be wrong by more than its u.
     fits : tuple of NamedFit

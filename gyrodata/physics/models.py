@@ -172,8 +172,7 @@ class MotionModel(Struct, frozen=True):
         ----------
         runs : TimedRuns
         kept : bool
-            Whether this model is in the fit, with readings of the log that are not
-            supposed.
+            Whether this model is in the fit; false also if its readings are supposed.
         as_asked : str
             ", as asked" if the user chose the models of the fit, else "".
         """
@@ -297,7 +296,11 @@ class Released(MotionModel, frozen=True):
         return f"released, as the log says; computed as steady{as_asked}"
 
     def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
-        """Compute the mean rate by the exact motion [rad/s], shape (n,)."""
+        """Compute the mean rate by the exact motion [rad/s], shape (n,).
+
+        To second order in δ = I M/(I_zz ψ̇)² a level rod is slower by (2 − 3/2 I_zz/I) δ²
+        if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
+        """
         total = _total_spin(top, runs)
         return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
 
@@ -343,7 +346,8 @@ say how the rod was started. A rod that gets a push of the share k of the steady
 shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of the effect, with q = I_zz/I, to second
 order in I φ̇/(I_zz ψ̇) (expand `gyrodata.physics.motion.mean_precession_rate`): all of
 it without a push, and none of it with the steady rate.
-Every k from 0 to 1 is possible, so that the part is 0.5 ± 0.4."""
+Nobody knows k, and a hand can also hold the rod back a little (k < 0): the part is taken
+as 0.5 ± 0.4, so that none and all of the effect are 1.25 u away."""
 
 
 class Pushed(Released, frozen=True):
@@ -374,7 +378,8 @@ class Pushed(Released, frozen=True):
     def is_possible(self, top: Top, runs: TimedRuns) -> bool:
         """Return whether no rod would have fallen if it had been released from rest."""
         # The spin that is read while a rod sags is a little larger than the one that is
-        # conserved, which takes longer to compute.
+        # conserved, which takes longer to compute: up to half of the limit, the sag by
+        # the conserved spin is below the limit too.
         if np.all(_released_sag(top, runs, runs.spin) < FALLEN / 2):
             return True
         total = _total_spin(top, runs)
@@ -402,7 +407,7 @@ class Pushed(Released, frozen=True):
         # One half of the variance is the habit of the hand, the other half differs from
         # run to run.
         push = PART_U * effect / math.sqrt(2)
-        described = "half of the effect ± 40 %"
+        described = "0.5 ± 0.4 of the effect"
         hand = "all runs (the same hand)"
         yield ModelError("habit", "turns", push, described, hand)
         yield ModelError("push", "turns", push, described)
@@ -438,6 +443,7 @@ class Earth(MotionModel, frozen=True):
         # Counterclockwise is positive.
         latitude = math.pi / 2 if runs.latitude is None else runs.latitude
         floor = physics.EARTH_ROTATION * math.sin(latitude)
+        # A run without a direction turns as the torque turns a positive spin.
         usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)

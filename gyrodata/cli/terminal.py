@@ -276,7 +276,7 @@ def wrapped(text: str, stream: Any) -> str:
 
 
 def write_out(text: str) -> None:
-    """Write data to standard output; a closed pipe (``| head``) is no error."""
+    """Write data to standard output; ``| head`` can close it."""
     try:
         sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()

@@ -439,7 +439,7 @@ def _in_radians(product: Product) -> float:
 
 @lru_cache(maxsize=1024)
 def kinds_of(text: str) -> frozenset[str]:
-    """Return the kinds of quantity that a unit measures; none if it is no unit."""
+    """Return the kinds of quantity that a unit measures; none for other texts."""
     if not text.strip():
         return frozenset()
     try:

@@ -10,8 +10,8 @@ itself: the examples are no honest class, and must not change what is usual in t
 
 from __future__ import annotations
 
-import math
-from functools import cache, lru_cache
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 from gyrodata.grading.forensics import (
     ALLOWED,
     FEWEST,
-    HAND,
-    ROUND,
-    SAME_TORQUE,
+    WIDTH,
     Fingerprint,
     Flag,
+    Logs,
     Prints,
-    measure_scatter,
+    lines_in_words,
+    period_chances,
+    rare_events,
 )
-from gyrodata.grading.yardsticks import grouped
 from gyrodata.physics import Floats, Integers
 
 CLASS = "sample_data/class/"
@@ -43,57 +43,38 @@ MISSED = 0.02
 """Standard deviation of a spin around the one that is aimed at, as a share: two people
 seldom meet the same one."""
 
-
-SAME_TIMES = " and the same precession period"
-MOVED_TIMES = " and times that differ by the same amount"
+EXACT = 1e-3  # probability of a value that has no last digit
 
 
-class _Match(Struct, frozen=True):
+class _Match(Struct, frozen=True, order=True):
     """A log with rows of an example."""
 
-    example: str
-    lines: tuple[int, ...]  # of the log, with a row of the example
-    rows: int  # number of rows of the log
     p: float  # probability that an honest log has so many
-    times: str  # in words, what the times have in common
+    example: str
+    student: str
+    words: str  # which rows it has
 
 
 def flag_examples(prints: Prints) -> tuple[Flag, ...]:
     """Flag each log of a class that is simulated, or has the rows of an example of gyro."""
-    flags = [
-        Flag(
-            "simulated",
-            (student,),
-            f"line {one.simulated} of its log says that it is simulated",
-            0.0,
-            0.0,
-        )
-        for student, one in sorted(prints.items())
-        if one.simulated
-    ]
+    flags = []
+    for student, one in sorted(prints.items()):
+        if one.simulated:
+            words = f"line {one.simulated} of its log says that it is simulated"
+            flags.append(Flag("simulated", (student,), words, 0.0, 0.0))
     pairs = len(prints) * len(examples())
-    found = [
-        (student, one)
-        for student in sorted(prints)
-        for one in _matches(prints[student])
-    ]
-    likely = [(student, one) for student, one in found if one.p * pairs <= ALLOWED]
-    students = {student for student, one in likely if one.example.startswith(CLASS)}
+    found = [one for one in _matches(prints) if one.p * pairs <= ALLOWED]
+    students = {one.student for one in found if one.example.startswith(CLASS)}
     if len(students) >= CLASS_SIZE and 2 * len(students) > len(prints):
         # Its logs may have rows of another example.
-        likely = [(student, one) for student, one in likely if student not in students]
-    for student, some in grouped(likely).items():
-        best = min(some, key=lambda one: (one.p, one.example))
-        told = (
-            f"{len(best.lines)} of {best.rows} rows of {student} (lines "
-            f"{', '.join(map(str, best.lines))}) are in"
-        )
-        told += f" {best.example}, an example of gyro, with the same torque"
-        told += " and the same spin"
-        told += best.times
+        found = [one for one in found if one.student not in students]
+    for student in sorted({one.student for one in found}):
+        some = [one for one in found if one.student == student]
+        best = min(some)
         names = tuple(sorted({one.example for one in some}))
+        expected = best.p * pairs
         flags.append(
-            Flag("shared rows", (student,), told, best.p, best.p * pairs, names)
+            Flag("shared rows", (student,), best.words, best.p, expected, names)
         )
     return tuple(flags)
 
@@ -106,123 +87,65 @@ def examples() -> dict[str, Fingerprint]:
     )
 
 
-class _Rows(Struct, frozen=True):
-    """The n rows of one log, or of all examples."""
+def _matches(prints: Prints) -> Iterator[_Match]:
+    """Compare each log with each example."""
+    logs = Logs(prints, (), examples())
+    for log in range(logs.current):
+        match = logs.near(log)
+        same = logs.same("spin", match.mine, match.other)
+        same &= logs.log[match.other] >= logs.current
+        if not same.any():
+            continue
+        turns = np.array(logs.prints[log].turns)[match.mine - match.rows[0]]
+        away = turns * (logs.period[match.mine] - logs.period[match.other])
+        steps = logs.period_step[match.mine], logs.period_step[match.other]
+        step = turns * np.maximum(*steps)
+        tails = rare_events(_row_chances(logs, match.rows))
+        for at in np.unique(match.at[same]).tolist():
+            pairs = same & (match.at == at)
+            # All times of a copy may be changed by the same amount.
+            for shift in (0.0, float(np.median(away[pairs]))):
+                near = pairs & (np.abs(away - shift) <= 0.5 * step + 1e-6)
+                has = match.have(near)[at]
+                if has.sum() < max(FEWEST, len(has) / 2):
+                    continue
+                # Any of the rows may be the one that the others are compared with.
+                p = len(has) * tails[has.sum() - 1] if shift else tails[has.sum()]
+                example = logs.keys[match.others[at]]
+                words = _words(logs, log, has, example, bool(shift))
+                yield _Match(float(p), example, logs.keys[log], words)
 
-    log: Integers  # number of the log of each row, shape (n,)
-    torque: Floats  # [N*m], shape (n,), without a sign
-    spin: Floats  # [rad/s], shape (n,)
-    spin_step: Floats  # [rad/s], shape (n,)
-    period: Floats  # [s], shape (n,)
-    period_step: Floats  # [s], shape (n,)
 
-
-def _rows(*logs: Fingerprint) -> _Rows:
-    def joined(name: str) -> Floats:
-        return np.array(
-            [value for log in logs for value in getattr(log, name)], dtype=float
-        )
-
-    turns = joined("turns")
-    return _Rows(
-        log=np.repeat(np.arange(len(logs)), [len(log.time) for log in logs]),
-        torque=np.abs(joined("torque")),
-        spin=joined("spin"),
-        spin_step=joined("spin_step"),
-        period=joined("time") / turns,
-        period_step=joined("time_step") / turns,
+def _words(
+    logs: Logs, log: int, has: NDArray[np.bool_], example: str, is_shifted: bool
+) -> str:
+    """Describe the rows of an example in a log."""
+    times = "the same precession period"
+    if is_shifted:
+        times = "times that differ by the same amount"
+    return (
+        f"{has.sum()} of {len(has)} rows of {logs.keys[log]} "
+        f"({lines_in_words(logs.prints[log], has)}) are in {example}, an example of "
+        f"gyro, with the same torque and the same spin and {times}"
     )
 
 
-@cache
-def _example_rows() -> _Rows:
-    return _rows(*examples().values())
+def _row_chances(logs: Logs, rows: Integers) -> Floats:
+    """Return the probability that another log has the rows of a log, shape (n,)."""
+    return _spin_chances(logs, rows) * _period_chances(logs, rows)
 
 
-@lru_cache(maxsize=100)
-def _matches(log: Fingerprint) -> tuple[_Match, ...]:
-    """Compare a log with each example; a class may have many equal logs."""
-    mine, theirs = _rows(log), _example_rows()
-    torques = np.maximum.outer(mine.torque, theirs.torque)
-    same = (
-        np.abs(np.subtract.outer(mine.torque, theirs.torque)) <= SAME_TORQUE * torques
-    )
-    same &= _alike(mine.spin, theirs.spin, mine.spin_step, theirs.spin_step)
-    if not same.any():
-        return ()
-    away = np.subtract.outer(mine.period, theirs.period)
-    step = np.maximum.outer(mine.period_step, theirs.period_step)
-    turns = np.array(log.turns)[:, None]
-    chances = _spin_chances(mine) * _period_chances(log, mine)
-    found = []
-    for number, name in enumerate(examples()):
-        rows = theirs.log == number
-        # All times of a copy may be changed by the same amount.
-        late = (away * turns)[:, rows][same[:, rows]]
-        shift = float(np.median(late)) if late.size else 0.0
-        for by, words in ((0.0, SAME_TIMES), (shift, MOVED_TIMES)):
-            left = np.abs(away - by / turns) - 1e-9 * mine.period[:, None]
-            shared = (same & (left <= 0.5 * step))[:, rows]
-            found += _match(name, log, shared, chances, words)
-    return tuple(found)
+def _period_chances(logs: Logs, rows: Integers) -> Floats:
+    """Return the probability that another log has the periods of rows, shape (n,)."""
+    return np.where(logs.period_step[rows] > 0, period_chances(logs, rows), EXACT)
 
 
-def _match(
-    name: str,
-    log: Fingerprint,
-    same: NDArray[np.bool_],
-    chances: Floats,
-    times: str,
-) -> list[_Match]:
-    """Return the match of a log with an example, if half of its rows have one of it.
+def _spin_chances(logs: Logs, rows: Integers) -> Floats:
+    """Return the probability that another log has the spins of rows, shape (n,).
 
-    `same`: Whether a row of the log is one of the example, shape (n, m).
+    Round spins do not count, because many students aim at them.
     """
-    shared = same.any(axis=1)
-    if shared.sum() < max(FEWEST, len(chances) / 2):
-        return []
-    lines = tuple(sorted(np.array(log.lines)[shared].tolist()))
-    # Any of the rows may be the one that the others are compared with.
-    free = times == MOVED_TIMES
-    p = _tail(chances, int(shared.sum()) - free) * (len(chances) if free else 1)
-    return [_Match(name, lines, len(chances), p, times)]
-
-
-def _alike(
-    one: Floats, other: Floats, step: Floats, other_step: Floats
-) -> NDArray[np.bool_]:
-    """Return which values are the same to the last digit of the coarser one, shape (n, m)."""
-    coarser = np.maximum.outer(step, other_step)
-    return np.abs(np.subtract.outer(one, other)) <= 0.5 * coarser + 1e-9 * one[:, None]
-
-
-_WIDTH = math.sqrt(4 * math.pi)
-"""No interval of this width contains more of a normal distribution [sigma]."""
-
-
-def _period_chances(log: Fingerprint, rows: _Rows) -> Floats:
-    """Return the probability that another log has the period of a row, shape (n,)."""
-    noise = max(measure_scatter(log)[1], HAND * log.by_hand) / np.array(log.turns)
-    period = rows.period_step / np.maximum(_WIDTH * noise, rows.period_step)
-    return np.where(rows.period_step > 0, period, 1e-3)
-
-
-def _spin_chances(rows: _Rows) -> Floats:
-    """Return the probability that another log has the spin of a row, shape (n,)."""
-    is_round = (
-        np.abs(rows.spin - ROUND * np.round(rows.spin / ROUND))
-        <= 0.5 * rows.spin_step + 1e-9 * rows.spin
-    )
-    spin = np.where(
-        is_round, 1.0, np.minimum(rows.spin_step / (_WIDTH * MISSED * rows.spin), 1.0)
-    )
-    return np.where(rows.spin_step > 0, spin, 1e-3)
-
-
-def _tail(chances: Floats, least: int) -> float:
-    """Return the probability that this many of independent events occur, or more."""
-    numbers = np.eye(1, len(chances) + 1)[0]
-    for chance in chances.tolist():
-        numbers[1:] = (1 - chance) * numbers[1:] + chance * numbers[:-1]
-        numbers[0] *= 1 - chance
-    return float(numbers[least:].sum())
+    width = WIDTH * MISSED * logs.spin[rows]
+    step = logs.spin_step[rows]
+    chance = np.where(step > 0, np.minimum(step / width, 1.0), EXACT)
+    return np.where(logs.useful[rows], chance, 1.0)

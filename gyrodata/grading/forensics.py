@@ -3,8 +3,7 @@
 A fingerprint of each log is kept, and all logs are compared at once (`flag_class`):
 
 * rows in common, in any order, unit and rounding;
-* the same spins at the same weights, whatever the times are, or spins that are much
-  closer than those of other logs;
+* spins that are much closer than those of other logs, whatever the times are;
 * scatter below what a hand can do.
 
 Every threshold follows from one number, `ALLOWED`: the expected number of flags of one
@@ -14,16 +13,13 @@ flags that are expected by chance.
 
 from __future__ import annotations
 
-import heapq
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import islice
-from typing import Literal, get_args
+from collections.abc import Iterable, Mapping
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata.fitting import chi2_lower_tail
@@ -35,7 +31,7 @@ from gyrodata.readings.lablog import split_lines
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.readings.writing import SIMULATED
 
-Kind = Literal["shared rows", "same spins", "similar spins", "scatter", "simulated"]
+Kind = Literal["shared rows", "similar spins", "scatter", "simulated"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """All kinds, in the order in which they are listed."""
@@ -49,9 +45,6 @@ LEAST = 1e-300  # smallest probability, so that none is zero
 Prints = Mapping[str, "Fingerprint"]
 """Logs by their keys."""
 NOTHING: Prints = {}
-Pairs = dict[tuple[int, int], float]
-"""Probability that two honest logs are so similar, by the numbers of their tables, the
-smaller one first."""
 
 
 class Flag(Struct, frozen=True):
@@ -84,12 +77,8 @@ def flag_class(
     """
     logs = Logs(prints, partners, previous)
     flags = flag_scatter(logs)
-    if logs.pairs > 0:
-        rows, spins = shared(logs)
-        # The stronger evidence is told.
-        rows = {pair: p for pair, p in rows.items() if p <= spins.get(pair, 1.0)}
-        for kind, pairs in zip(KINDS, (rows, spins, similar(logs)), strict=False):
-            flags += flag_pairs(kind, pairs, logs, flags)
+    flags += flag_pairs("shared rows", shared(logs), logs)
+    flags += flag_pairs("similar spins", _not_joined(similar(logs), logs, flags), logs)
     return in_order(flags)
 
 
@@ -280,116 +269,91 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
 class Logs:
     """N logs: those of the class in the order of their keys, and then the earlier logs.
 
-    Logs with the same rows share one of U tables, so that many copies of a log take the
-    time of one. The tables have R rows in total. `partners`: Students whose logs may be
-    alike. `previous`: Earlier logs.
+    They have R rows in total. `partners`: Students whose logs may be alike. `previous`:
+    Earlier logs.
     """
 
     def __init__(
         self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints
     ) -> None:
-        students, self.current = (
-            sorted(prints),
-            len(prints),
-        )  # number of logs of this class
-        self.keys = [*students, *sorted(previous)]
-        self.prints = [
-            *(prints[key] for key in students),
-            *(previous[key] for key in sorted(previous)),
-        ]
-        self.exempt = self._exempt(partners)
-        # Number of pairs to compare: within the class, and with the earlier logs.
-        self.pairs = self.current * (self.current - 1) // 2 + self.current * len(
-            previous
-        )
-        self.pairs -= sum(some.bit_count() for some in self.exempt.values()) // 2
-        same = grouped(
-            (replace(one, sha256="", lines=()), log)
-            for log, one in enumerate(self.prints)
-        )
-        self.tables = list(same)
-        self.members = list(same.values())  # the logs of each table
-        self.copies = np.array(
-            [len(logs) for logs in self.members], dtype=int
-        )  # shape (U,)
-        self.table_of = {
-            log: table for table, logs in enumerate(self.members) for log in logs
-        }
-        counts = [len(one.time) for one in self.tables]
-        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(
-            int
-        )  # first row of each table, shape (U + 1,)
-        self.table = np.repeat(
-            np.arange(len(counts)), counts
-        )  # table of each row, shape (R,)
-        turns, self.torque = (
-            self._rows("turns"),
-            np.abs(self._rows("torque")),
-        )  # torque [N*m], shape (R,)
-        self.spin, self.spin_step = (
-            self._rows("spin"),
-            self._rows("spin_step"),
-        )  # [rad/s], shape (R,)
-        self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
-        self.grid = np.repeat(
-            [_grid(one) for one in self.tables], counts
-        )  # [rad/s], shape (R,)
-        self.order = np.argsort(
-            self.spin, kind="stable"
-        )  # rows in the order of their spins, shape (R,)
-        self.period, self.period_step = (
-            self._rows("time") / turns,
-            self._rows("time_step") / turns,
-        )  # [s], shape (R,)
-        self.scatters = [measure_scatter(one) for one in self.tables]
-        # Standard deviation of a period [s], shape (R,). A log that scatters more than
-        # most may contain a systematic error, which two logs can share: then the median
-        # of all logs is used.
+        students, earlier = sorted(prints), sorted(previous)
+        self.current = len(students)  # number of logs of this class
+        self.keys = [*students, *earlier]
+        self.prints = [prints[key] for key in students]
+        self.prints += [previous[key] for key in earlier]
+        self.partners = self._partners_of(partners)
+        counts = [len(one.time) for one in self.prints]
+        # First row of each log, shape (N + 1,), and log of each row, shape (R,).
+        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
+        self.log = np.repeat(np.arange(len(counts)), counts)
+        turns = self._rows("turns")
+        self.torque = np.abs(self._rows("torque"))  # [N*m], shape (R,)
+        self.spin = self._rows("spin")  # [rad/s], shape (R,)
+        self.spin_step = self._rows("spin_step")  # [rad/s], shape (R,)
+        self.period = self._rows("time") / turns  # [s], shape (R,)
+        self.period_step = self._rows("time_step") / turns  # [s], shape (R,)
+        grids = [_grid(one) for one in self.prints]
+        self.grid = np.repeat(grids, counts)  # [rad/s], shape (R,)
+        # Rows in the order of their spins, shape (R,).
+        self.order = np.argsort(self.spin, kind="stable")
+        self.scatters = [measure_scatter(one) for one in self.prints]
+        self.noise = self._noise(counts) / turns  # of a period [s], shape (R,)
+        self.useful = self._useful()
+
+    def _partners_of(self, partners: Iterable[frozenset[str]]) -> dict[int, set[int]]:
+        """Return the logs that each log may be like."""
+        number = {key: log for log, key in enumerate(self.keys[: self.current])}
+        found: dict[int, set[int]] = {}
+        for group in partners:
+            logs = {number[key] for key in group if key in number}
+            for log in logs:
+                found[log] = found.get(log, set()) | (logs - {log})
+        return found
+
+    def _rows(self, name: str) -> Floats:
+        values = [value for one in self.prints for value in getattr(one, name)]
+        return np.array(values, dtype=float)
+
+    def _noise(self, counts: list[int]) -> Floats:
+        """Return the standard deviation of the time of each row [s], shape (R,).
+
+        A log that scatters more than most may contain a systematic error, which two
+        logs can share: then the median of all logs is used.
+        """
         sizes = [size for _, size in self.scatters]
-        usual = np.median(np.repeat(sizes or [0.0], self.copies if sizes else 1))
-        least = np.maximum(
-            np.minimum(sizes, usual), [HAND * one.by_hand for one in self.tables]
-        )
-        self.noise = np.repeat(least, counts) / turns
-        # Rows with a spin that is not round, each spin once per weight, shape (R,).
+        usual = np.minimum(sizes, np.median(sizes or [0.0]))
+        hands = [HAND * one.by_hand for one in self.prints]
+        return np.repeat(np.maximum(usual, hands), counts)
+
+    def _useful(self) -> NDArray[np.bool_]:
+        """Return the rows whose spin is not round, each spin once per weight."""
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
-        self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin
-        self.useful[1:] &= (
-            (np.diff(self.table) != 0)
+        useful: NDArray[np.bool_] = off > 0.5 * self.spin_step + _EXACT * self.spin
+        useful[1:] &= (
+            (np.diff(self.log) != 0)
             | (np.diff(self.torque) != 0)
             | (np.diff(self.spin) != 0)
         )
-        self.known = np.add.reduceat(
-            self.useful, self.starts[:-1], dtype=int
-        )  # number of these, shape (U,)
+        return useful
 
-    def _exempt(self, partners: Iterable[frozenset[str]]) -> dict[int, int]:
-        """Return the logs that each log may be like, as a mask with a bit for each log."""
-        number = {key: log for log, key in enumerate(self.keys[: self.current])}
-        exempt: dict[int, int] = {}
-        for group in partners:
-            logs = [number[key] for key in group if key in number]
-            for log in logs:
-                exempt[log] = exempt.get(log, 0) | (mask_of(logs) & ~(1 << log))
-        return exempt
+    @property
+    def pairs(self) -> int:
+        """Number of pairs to compare: within the class, and with the earlier logs."""
+        earlier = len(self.keys) - self.current
+        every = self.current * (self.current - 1) // 2 + self.current * earlier
+        return every - sum(map(len, self.partners.values())) // 2
 
-    def compared_with(self, log: int) -> int:
-        """Return the logs that a log is compared with, as a mask.
-
-        Earlier logs are not compared with each other.
-        """
-        every = (1 << (len(self.keys) if log < self.current else self.current)) - 1
-        return every & ~self.exempt.get(log, 0) & ~(1 << log)
+    def are_compared(self, log: int, others: Integers) -> NDArray[np.bool_]:
+        """Return which other logs a log is compared with: not two earlier ones."""
+        exempt = list(self.partners.get(log, ()))
+        compared = (others != log) & ~np.isin(others, exempt)
+        if log >= self.current:
+            compared &= others < self.current
+        return compared
 
     def rows_of(self, log: int) -> Integers:
         """Return the numbers of the n rows of a log, shape (n,)."""
-        table = self.table_of[log]
-        return np.arange(self.starts[table], self.starts[table + 1])
-
-    def _rows(self, name: str) -> Floats:
-        return np.array(
-            [value for one in self.tables for value in getattr(one, name)], dtype=float
-        )
+        return np.arange(self.starts[log], self.starts[log + 1])
 
     def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
         """Return which rows have the same "spin" or "period".
@@ -399,25 +363,44 @@ class Logs:
         values, steps = getattr(self, name), getattr(self, f"{name}_step")
         return _same_number(values[one], values[other], steps[one], steps[other])
 
+    def near(self, log: int) -> Matches:
+        """Match the rows of a log with the rows of others with their weight and spin.
 
-def mask_of(logs: Iterable[int]) -> int:
-    """Return an integer with a bit for each of some logs.
+        Spins are compared to the step of the tachometer.
+        """
+        rows = self.rows_of(log)
+        spin = self.spin[rows]
+        reach = 0.5 * np.maximum(self.grid[rows], np.max(self.spin_step))
+        reach += 2 * _EXACT * spin
+        low = np.searchsorted(self.spin, spin - reach, sorter=self.order)
+        high = np.searchsorted(self.spin, spin + reach, "right", sorter=self.order)
+        mine = np.repeat(rows, high - low)
+        parts = [self.order[a:b] for a, b in zip(low, high, strict=True)]
+        other = np.concatenate(parts)
+        same = self.log[other] != log
+        same &= _same_weight(self.torque[mine], self.torque[other])
+        same &= _same_number(
+            self.spin[mine], self.spin[other], self.grid[mine], self.spin_step[other]
+        )
+        mine, other = mine[same], other[same]
+        others, at = np.unique(self.log[other], return_inverse=True)
+        return Matches(rows, mine, other, others, at)
 
-    The integer is small and fast, even for thousands of logs.
-    """
-    mask = bytearray()
-    for log in logs:
-        mask.extend(bytes(max(0, log // 8 + 1 - len(mask))))
-        mask[log // 8] |= 1 << log % 8
-    return int.from_bytes(mask, "little")
 
+class Matches(NamedTuple):
+    """Pairs of rows, of a log with n rows and of K others."""
 
-def logs_of(mask: int) -> Iterator[int]:
-    """Give the logs of a mask, in order."""
-    data = np.frombuffer(
-        mask.to_bytes((mask.bit_length() + 7) // 8, "little"), dtype=np.uint8
-    )
-    yield from np.flatnonzero(np.unpackbits(data, bitorder="little")).tolist()
+    rows: Integers  # of the log, shape (n,)
+    mine: Integers  # the row of the log, of each pair
+    other: Integers  # the row of another log, of each pair
+    others: Integers  # the other logs, shape (K,)
+    at: Integers  # the number of the other log among them, of each pair
+
+    def have(self, which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
+        """Return which of the K logs has which row, shape (K, n), by some pairs."""
+        found = np.zeros((len(self.others), len(self.rows)), dtype=bool)
+        found[self.at[which], self.mine[which] - self.rows[0]] = True
+        return found
 
 
 def _grid(log: Fingerprint) -> float:
@@ -435,47 +418,33 @@ def _grid(log: Fingerprint) -> float:
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times are closer to straight lines than a hand can stop them."""
-    everyone = [
-        (key, logs.table_of[number])
-        for number, key in enumerate(logs.keys[: logs.current])
-    ]
-    tables = [
-        (key, logs.tables[table], *logs.scatters[table]) for key, table in everyone
-    ]
-    timed = [
-        (key, log, dof, size)
-        for key, log, dof, size in tables
-        if log.by_hand and dof > 0
-    ]
+    timed = []
+    students = zip(logs.keys[: logs.current], logs.prints, logs.scatters, strict=False)
+    for key, log, (dof, size) in students:
+        if log.by_hand and dof > 0:
+            timed.append((key, log, dof, size))
     flags = []
     for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            told = (
+            evidence = (
                 f"its {len(log.time)} times are within {size:.2g} s of straight lines "
-                f"in the spin, one for each"
+                f"in the spin, one for each torque ({dof} degrees of freedom); a hand "
+                f"on a stopwatch scatters by {HAND:g} s or more"
             )
-            told = (
-                f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch "
-                f"scatters by {HAND:g} s or more"
-            )
-            flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
+            flags.append(Flag("scatter", (key,), evidence, p, p * len(timed)))
     return flags
 
 
-# --- rows and spins that two logs share ---
+# --- rows that two logs share ---
 #
 # The question is how often two honest logs would agree as much as two given logs do.
-# For each row of a log there are two probabilities:
-#
-# * that another log has the same spin at the same weight: the share of the logs that
-# have it. Round spins do not
-#   count, because many students aim at them;
-# * that another log also has the same period. Two people who time the same spin seldom
-# stop at the same hundredth of
-#   a second; the probability follows from the scatter of a hand and from the last
-# digit.
+# For each row of a log there is the probability that another log has the same row: the
+# share of the logs with its spin at its weight (round spins do not count, because many
+# students aim at them), times the probability of the same period. Two people who time
+# the same spin seldom stop at the same hundredth of a second; the probability follows
+# from the scatter of a hand and from the last digit.
 #
 # The number of rows that agree by chance then has the distribution of a sum of
 # independent events. Each pair is judged from both of its logs, and the larger
@@ -485,36 +454,74 @@ SAME_TORQUE = 0.1
 """Rows are compared if their torques differ by less than this share: each station has
 weights of its own."""
 
-# a pair is flagged from this number of rows on; if only spins agree, from one more
-FEWEST = 3
+FEWEST = 3  # a pair is flagged from this number of rows on
 
-MOST_SPINS = 0.5  # share of the spins of the shorter log that must agree
-
-HABIT, HABIT_SHARE = 5, 0.02
-"""If more logs than both of these, a number and a share of the class, have a set of
-spins, the course asked for it."""
+WIDTH = math.sqrt(4 * math.pi)
+"""No interval of this width contains more of a normal distribution [sigma]."""
 
 
-def shared(logs: Logs) -> tuple[Pairs, Pairs]:
-    """Find the pairs of logs with more rows in common than expected by chance.
+class Pairs(NamedTuple):
+    """Logs that are too similar, and the probability of this in two honest logs."""
 
-    The second result contains the pairs with more spins in common than expected.
-    """
-    found: tuple[Pairs, Pairs] = {}, {}
-    for table in range(len(logs.tables)):
-        for pairs, chances in zip(found, _shared_with(logs, table), strict=True):
-            pairs |= {
-                (table, other): p for other, p in chances if p <= ALLOWED / logs.pairs
-            }
-    rows, spins = (
-        {
-            (i, j): max(p, pairs[j, i])
-            for (i, j), p in pairs.items()
-            if i <= j and (j, i) in pairs
-        }
-        for pairs in found
-    )
-    return rows, spins
+    first: Integers  # numbers of logs, shape (m,)
+    second: Integers  # shape (m,), each larger than that of `first`
+    p: Floats  # shape (m,)
+
+    def some(self, which: NDArray[np.bool_] | Integers) -> Pairs:
+        """Return some of the pairs."""
+        return Pairs(self.first[which], self.second[which], self.p[which])
+
+
+def shared(logs: Logs) -> Pairs:
+    """Find the pairs of logs with more rows in common than expected by chance."""
+    ones, others = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
+    chances = [np.zeros(0)]
+    for log in range(len(logs.keys)):
+        other, p = _shared_with(logs, log)
+        rare = p * logs.pairs <= ALLOWED
+        ones.append(np.full(np.sum(rare), log))
+        others.append(other[rare])
+        chances.append(p[rare])
+    one, other, p = map(np.concatenate, (ones, others, chances))
+    # Each pair is there from both of its logs, or it is not rare enough.
+    number = np.minimum(one, other) * len(logs.keys) + np.maximum(one, other)
+    order = np.argsort(number, kind="stable")
+    at = order[:-1][np.diff(number[order]) == 0]
+    behind = order[1:][np.diff(number[order]) == 0]
+    first, second = np.divmod(number[at], len(logs.keys))
+    return Pairs(first, second, np.maximum(p[at], p[behind]))
+
+
+def _shared_with(logs: Logs, log: int) -> tuple[Integers, Floats]:
+    """Return the logs with rows of a log, and how probable so many are by chance."""
+    match = logs.near(log)
+    rows, mine, other = match.rows, match.mine, match.other
+    same = logs.same("spin", mine, other) & logs.same("period", mine, other)
+    count = match.have(same).sum(axis=1)
+    enough = (count >= FEWEST) & logs.are_compared(log, match.others)
+    if not enough.any():
+        return np.zeros(0, dtype=int), np.zeros(0)
+    # A value that n logs have is seen in the other log of a pair in n of N cases.
+    common = (1 + match.have(slice(None)).sum(axis=0)) / len(logs.keys)
+    common[~logs.useful[rows]] = 1.0
+    tails = rare_events(common * period_chances(logs, rows))
+    return match.others[enough], tails[count[enough]]
+
+
+def period_chances(logs: Logs, rows: Integers) -> Floats:
+    """Return the probability that another log has the periods of rows, shape (n,)."""
+    step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
+    return np.asarray(step / np.maximum(WIDTH * logs.noise[rows], step))
+
+
+def rare_events(chances: Floats) -> Floats:
+    """Return the probability that k or more of n events occur, shape (n + 1,)."""
+    numbers: Floats = np.eye(1, len(chances) + 1)[0]
+    for chance in chances.tolist():
+        more = chance * numbers[:-1]
+        numbers *= 1 - chance
+        numbers[1:] += more
+    return numbers[::-1].cumsum()[::-1].clip(LEAST)
 
 
 def _same_number(
@@ -528,102 +535,13 @@ def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
     return np.abs(one - other) <= SAME_TORQUE * np.maximum(one, other)
 
 
-def _tails(chances: Floats) -> Floats:
-    """Return the probability that k or more of n events occur, for m sets of events.
-
-    The shape of the result is (m, n + 1).
-    """
-    numbers: Floats = np.eye(1, chances.shape[1] + 1).repeat(len(chances), axis=0)
-    for chance in chances.T[:, :, None]:
-        more = chance * numbers[:, :-1]
-        numbers *= 1 - chance
-        numbers[:, 1:] += more
-    return numbers[:, ::-1].cumsum(axis=1)[:, ::-1].clip(LEAST)
-
-
-def _shared_with(
-    logs: Logs, table: int
-) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
-    """Compare a log with K tables of other logs that have one of its spins.
-
-    With its own table if that has copies.
-
-    Returns these tables with the probability that an honest log has as many of its
-    rows, and of its spins; only those with enough of them.
-    """
-    number, rows = len(logs.keys), np.arange(logs.starts[table], logs.starts[table + 1])
-    # Each row with each row of another log that has its weight and its spin, to the
-    # step of the tachometer.
-    reach = (
-        0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
-    )
-    low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
-    high = np.searchsorted(
-        logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order
-    )
-    mine = np.repeat(rows, high - low)
-    other = np.concatenate(
-        [logs.order[begin:end] for begin, end in zip(low, high, strict=True)]
-    )
-    same = (logs.table[other] != table) | (logs.copies[table] > 1)
-    same &= _same_weight(logs.torque[mine], logs.torque[other])
-    same &= _same_number(
-        logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other]
-    )
-    mine, other = mine[same], other[same]
-    others = np.flatnonzero(np.bincount(logs.table[other]))
-    at = np.searchsorted(others, logs.table[other])
-    # Number of other logs with each table, shape (K,).
-    weight = logs.copies[others] - (others == table)
-
-    def which_have(which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
-        """Return which of the K tables has which row, shape (K, n)."""
-        found = np.zeros((len(others), len(rows)), dtype=bool)
-        found[at[which], mine[which] - rows[0]] = True
-        return found
-
-    spin = logs.same("spin", mine, other)
-    agree, useful = (
-        which_have(spin & logs.same("period", mine, other)),
-        logs.useful[rows],
-    )
-    same_rows, same_spins = agree.sum(axis=1), (which_have(spin) & useful).sum(axis=1)
-    enough = np.maximum(
-        MOST_SPINS * np.minimum(logs.known[table], logs.known[others]), FEWEST
-    )
-    by_rows, by_spins = same_rows >= FEWEST, same_spins > enough
-    if not (by_rows | by_spins).any():
-        return (), ()
-    # A value that n logs have is seen in the other log of a pair in n of N cases.
-    common = (1 + weight @ which_have(slice(None))) / number
-    habit = np.sum(weight[same_spins > MOST_SPINS * logs.known[table]]) > max(
-        HABIT, HABIT_SHARE * number
-    )
-    common[~useful | habit] = 1.0
-    # No interval of this width contains more of a normal distribution.
-    step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
-    chance = step / np.maximum(math.sqrt(4 * math.pi) * logs.noise[rows], step)
-    # An example that everybody left in the log is in many logs that are not alike
-    # otherwise.
-    unlike = 2 * same_rows < len(rows)
-    crowd = np.maximum(weight[unlike] @ agree[unlike] - 1, 0) / max(number - 2, 1)
-    tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
-    of_rows = zip(
-        others[by_rows].tolist(), tails[0, same_rows[by_rows]].tolist(), strict=True
-    )
-    return of_rows, zip(
-        others[by_spins].tolist(), tails[1, same_spins[by_spins]].tolist(), strict=True
-    )
-
-
 # --- logs with similar spins: copies in which every number was changed a little ---
 
 # the density of honest logs around a log follows from the distance of this neighbour
 NEIGHBOURS = 5
 
-NEAR_ALLOWED = (
-    0.01  # smaller than `ALLOWED`, because the density of honest logs is only estimated
-)
+# smaller than `ALLOWED`, because the density of honest logs is only estimated
+NEAR_ALLOWED = 0.005
 
 NEAR_LOGS = 2000  # in a larger class, honest logs are as close as changed copies
 
@@ -641,63 +559,51 @@ def similar(logs: Logs) -> Pairs:
     to 10 rpm. Spins that differ by `NEAR_SPINS` or more are not those of a copy. In n
     dimensions, a distance d that is smaller than a usual distance D has the probability
     (d/D)^n. The usual distance is the smallest of these: from the log to its fifth
-    neighbour; from most logs of the class to their nearest neighbour; from the log to
-    the middle of the class.
+    neighbour; from most logs of the class to their second neighbour, because the first
+    may be a copy; from the log to the middle of the class.
     """
-    found: Pairs = {}
-    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.tables]
-    for pattern, members in grouped(
-        zip(patterns, range(len(patterns)), strict=True)
-    ).items():
-        copies = logs.copies[members]
-        if len(pattern) < NEAR_ROWS or not NEIGHBOURS < copies.sum() <= NEAR_LOGS:
+    pairs: list[tuple[int, int, float]] = []
+    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.prints]
+    by_pattern = grouped((pattern, log) for log, pattern in enumerate(patterns))
+    for pattern, members in by_pattern.items():
+        if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
-        spin = np.log(logs.spin[rows])
-        spin -= np.median(np.repeat(spin, copies, axis=0), axis=0)
-        size, counts = (
-            spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12,
-            logs.useful[rows].astype(float),
-        )
-        number = counts @ counts.T
-        # The sum of (a - b)² over the spins that count in both logs.
-        square = (counts * size) @ counts.T
-        square = np.abs(
-            square + square.T - 2 * (counts * spin) @ (counts * spin).T
-        ) / np.maximum(number, 1)
-        # A log has no distance from itself, but one from its copies.
-        square[
-            (number < NEAR_ROWS) | (np.eye(len(members), dtype=bool) & (copies == 1))
-        ] = np.inf
-        first, last = (_nearest(square, copies, count) for count in (1, NEIGHBOURS))
-        usual = np.minimum(
-            2 * np.mean(size, axis=1), np.median(np.repeat(first, copies))
-        )
-        usual = np.minimum(last, usual)
-        chance = np.where(
-            square < NEAR_SPINS**2,
-            NEIGHBOURS * (square / usual[:, None]) ** (number / 2),
-            1.0,
-        )
-        chance = np.maximum(np.maximum(chance, chance.T) / copies.sum(), LEAST)
-        for i, j in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
-            if i <= j:
-                found[members[i], members[j]] = float(chance[i, j])
-    return found
+        chance = _chances_of_distances(logs, rows)
+        for at, other in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
+            log, partner = members[at], members[other]
+            if log < partner and logs.are_compared(log, np.array([partner]))[0]:
+                pairs.append((log, partner, float(chance[at, other])))
+    columns = np.array(pairs, dtype=float).reshape(-1, 3).T
+    return Pairs(columns[0].astype(int), columns[1].astype(int), columns[2])
 
 
-def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
-    """Return the distance of each table from the `count`-th nearest other log, shape (U,).
+def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
+    """Return the probability that honest logs are as close as each two, shape (m, m).
 
-    `square`: Distances between the tables, shape (U, U). `copies`: Number of logs of
-    each table, shape (U,).
+    `rows`: The rows of the m logs, shape (m, n).
     """
-    order = np.argsort(square, axis=1)
-    others = copies - np.eye(len(copies), dtype=int)
-    enough = np.take_along_axis(others, order, axis=1).cumsum(axis=1) >= count
-    at = np.take_along_axis(order, enough.argmax(axis=1)[:, None], axis=1)
-    distances: Floats = np.take_along_axis(square, at, axis=1)[:, 0]
-    return distances
+    spin = np.log(logs.spin[rows])
+    spin -= np.median(spin, axis=0)
+    size = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12
+    counts = logs.useful[rows].astype(float)
+    number = counts @ counts.T
+    # The sum of (a - b)² over the spins that count in both logs.
+    square = (counts * size) @ counts.T
+    square = square + square.T - 2 * (counts * spin) @ (counts * spin).T
+    square = np.abs(square) / np.maximum(number, 1)
+    square[(number < NEAR_ROWS) | np.eye(len(rows), dtype=bool)] = np.inf
+    nearest = np.sort(square, axis=1)
+    # Logs with equal spins say nothing of the distance of honest ones.
+    apart = nearest[:, 1][nearest[:, 1] > 0]
+    middle = np.minimum(2 * np.mean(size, axis=1), np.median([*apart, np.inf]))
+    usual = np.minimum(nearest[:, NEIGHBOURS - 1], middle)[:, None]
+    chance = np.ones_like(square)
+    # If many logs have equal spins, the course asked for them.
+    near = (square < NEAR_SPINS**2) & (usual > 0)
+    np.divide(square, usual, out=chance, where=near)
+    chance = np.where(near, NEIGHBOURS * chance ** (number / 2), 1.0)
+    return np.asarray(np.maximum(np.maximum(chance, chance.T) / len(rows), LEAST))
 
 
 # --- flags of logs that are too similar ---
@@ -705,169 +611,87 @@ def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
 PAIRS_TOLD = 3  # number of pairs of a group whose evidence is written
 
 
-Links = dict[int, int]
-"""For each log, the logs that it is paired with, as a mask."""
+def _not_joined(pairs: Pairs, logs: Logs, flags: Iterable[Flag]) -> Pairs:
+    """Leave out the pairs of logs that an earlier flag joins already."""
+    number = {key: log for log, key in enumerate(logs.keys)}
+    joined = -np.arange(1, len(logs.keys) + 1)
+    for at, flag in enumerate(flags):
+        joined[[number[key] for key in (*flag.students, *flag.previous)]] = at
+    return pairs.some(joined[pairs.first] != joined[pairs.second])
 
 
-def flag_pairs(
-    kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]
-) -> list[Flag]:
+def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs) -> list[Flag]:
     """Make one flag of all pairs that are connected.
 
     For example, five copies of one log are one finding, not ten.
-
-    `before`: Flags of other kinds; pairs that these join already are left out.
     """
-    free = _not_joined(pairs, logs, before)
-    links = {pair: _links_of(pair, logs, free) for pair in pairs}
-    group_of = _groups_of(links.values())
-    parts: dict[int, list[tuple[float, Links]]] = {}
-    for pair, some in links.items():
-        for group, inner in grouped(
-            (group_of[log], log) for log in sorted(some)
-        ).items():
-            parts.setdefault(group, []).append(
-                (pairs[pair], {log: some[log] for log in inner})
-            )
-    members = grouped((group, log) for log, group in sorted(group_of.items()))
-    flags = []
-    for group, found in parts.items():
-        # Each pair is counted from both of its logs.
-        count = (
-            sum(mask.bit_count() for _, some in found for mask in some.values()) // 2
+    if not len(pairs.p):
+        return []
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = np.ones(len(pairs.p)), (pairs.first, pairs.second)
+    graph = coo_array(links, shape=(len(logs.keys), len(logs.keys)))
+    _, group_of = connected_components(graph, directed=False)
+    group = group_of[pairs.first]
+    return [
+        _flag_of(kind, pairs.some(group == number), logs) for number in np.unique(group)
+    ]
+
+
+def _flag_of(kind: Kind, pairs: Pairs, logs: Logs) -> Flag:
+    """Make the flag of connected pairs, with the evidence of the strongest ones."""
+    strongest = pairs.some(np.lexsort((pairs.second, pairs.first, pairs.p)))
+    tell = _tell_rows if kind == "shared rows" else _tell_spins
+    evidence = [
+        tell(logs, first, second)
+        for first, second in zip(
+            strongest.first[:PAIRS_TOLD].tolist(),
+            strongest.second[:PAIRS_TOLD].tolist(),
+            strict=True,
         )
-        strongest = heapq.nsmallest(
-            PAIRS_TOLD, (one for p, some in found for one in _first_pairs(p, some))
-        )
-        told = [tell(kind, logs, first, second) for _, first, second in strongest]
-        told += (
-            [f"and {count - PAIRS_TOLD} more like these"] if count > PAIRS_TOLD else []
-        )
-        students = tuple(logs.keys[log] for log in members[group] if log < logs.current)
-        p, previous = (
-            strongest[0][0],
-            tuple(logs.keys[log] for log in members[group] if log >= logs.current),
-        )
-        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous))
-    return flags
+    ]
+    if len(pairs.p) > PAIRS_TOLD:
+        evidence.append(f"and {len(pairs.p) - PAIRS_TOLD} more like these")
+    members = np.unique([pairs.first, pairs.second]).tolist()
+    students = tuple(logs.keys[log] for log in members if log < logs.current)
+    previous = tuple(logs.keys[log] for log in members if log >= logs.current)
+    p = float(strongest.p[0])
+    return Flag(kind, students, "; ".join(evidence), p, p * logs.pairs, previous)
 
 
-def _not_joined(pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> Links:
-    """Return the logs that each log of some pairs is compared with.
-
-    Logs that an earlier flag joins to it are left out.
-    """
-    number = {key: log for log, key in enumerate(logs.keys)}
-    tables = {table for pair in pairs for table in pair}
-    free = {
-        log: logs.compared_with(log) for table in tables for log in logs.members[table]
-    }
-    for flag in before:
-        joined = {number[key] for key in (*flag.students, *flag.previous)}
-        others = ~mask_of(joined)
-        for log in joined & free.keys():
-            free[log] &= others
-    return free
-
-
-def _links_of(pair: tuple[int, int], logs: Logs, free: Links) -> Links:
-    """Return the pairs of logs with two tables, from both sides."""
-    one, other = (logs.members[table] for table in pair)
-    sides = [(one, mask_of(other)), (other, mask_of(one))]
-    links = {log: free[log] & mask for some, mask in sides for log in some}
-    return {log: mask for log, mask in links.items() if mask}
-
-
-def _groups_of(links: Iterable[Links]) -> dict[int, int]:
-    """Return the first log of the group of each log: all that are connected."""
-    every: Links = {}
-    for some in links:
-        for log, mask in some.items():
-            every[log] = every.get(log, 0) | mask
-    group_of: dict[int, int] = {}
-    for head in sorted(every):
-        if head in group_of:
-            continue
-        group, new = 0, 1 << head
-        while new:
-            group |= new
-            near = 0
-            for log in logs_of(new):
-                near |= every[log]
-            new = near & ~group
-        group_of |= dict.fromkeys(logs_of(group), head)
-    return group_of
-
-
-def _first_pairs(p: float, links: Links) -> Iterator[tuple[float, int, int]]:
-    """Give the first pairs of some links, as many as are told."""
-    pairs = (
-        (p, log, other)
-        for log, mask in links.items()
-        for other in logs_of(mask)
-        if log < other
-    )
-    return islice(pairs, PAIRS_TOLD)
-
-
-def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
-    """Describe what two logs have in common, with the lines in both files."""
-    (one, mine), (other, theirs) = (
-        (logs.prints[log], logs.keys[log]) for log in (first, second)
-    )
+def _tell_spins(logs: Logs, first: int, second: int) -> str:
+    """Describe how similar the spins of two logs are."""
     rows, others = logs.rows_of(first), logs.rows_of(second)
-    if kind == "similar spins":
-        ratios = (
-            logs.spin[rows] / logs.spin[others],
-            logs.period[rows] / logs.period[others],
-        )
-        spin, period = (
-            f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios
-        )
-        told = (
-            f"the {len(rows)} spins of {mine} and {theirs} differ by {spin} (root mean "
-            f"square, in the order of"
-        )
-        told += f" weight and spin), and their precession periods by {period}"
-        return f"{told}; the spins of other logs differ much more"
-    row, column = rows[:, None], others[None, :]
-    same = _same_weight(logs.torque[row], logs.torque[column]) & logs.same(
-        "spin", row, column
+    spin = _difference(logs.spin[rows], logs.spin[others])
+    period = _difference(logs.period[rows], logs.period[others])
+    return (
+        f"the {len(rows)} spins of {logs.keys[first]} and {logs.keys[second]} differ "
+        f"by {spin} (root mean square, in the order of weight and spin), and their "
+        f"precession periods by {period}; the spins of other logs differ much more"
     )
-    same &= logs.same("period", row, column) | (kind == "same spins")
-    matched: dict[int, int] = {}
-    for i, j in np.argwhere(same).tolist():
-        if i not in matched and j not in matched.values():
-            matched[i] = j
-    at, at_other = list(matched), list(matched.values())
-    lines, other_lines = np.array(one.lines)[at], np.array(other.lines)[at_other]
-    numbers, other_numbers = (
-        ", ".join(map(str, sorted(some))) for some in (lines, other_lines)
+
+
+def _difference(values: Floats, others: Floats) -> str:
+    """Write the relative difference of two series, root mean square."""
+    return f"{100 * math.sqrt(np.mean(np.log(values / others) ** 2)):.2g} %"
+
+
+def _tell_rows(logs: Logs, first: int, second: int) -> str:
+    """Describe the rows that two logs have in common, with their lines in both files."""
+    rows, others = logs.rows_of(first)[:, None], logs.rows_of(second)[None, :]
+    same = _same_weight(logs.torque[rows], logs.torque[others])
+    same &= logs.same("spin", rows, others) & logs.same("period", rows, others)
+    lines = lines_in_words(logs.prints[first], same.any(axis=1))
+    other_lines = lines_in_words(logs.prints[second], same.any(axis=0))
+    return (
+        f"{same.any(axis=1).sum()} of {min(same.shape)} rows of {logs.keys[first]} "
+        f"({lines}) are in {logs.keys[second]} ({other_lines}), with the same spin and "
+        f"the same precession period"
     )
-    common, mine = (
-        f"{len(at)} of {min(len(rows), len(others))}",
-        f"{mine} (lines {numbers})",
-    )
-    rows, others = rows[at], others[at_other]
-    if kind == "same spins":
-        apart = np.max(
-            np.abs(logs.period[rows] - logs.period[others]) * np.array(one.turns)[at]
-        )
-        told = f"{common} spins of {mine} are those of {theirs} at the same weights"
-        return f"{told}; the times beside them differ by {apart:.2g} s at most"
-    told = f"{common} rows of {mine} are in {theirs} (lines {other_numbers})"
-    told += ", with the same spin and the same precession period"
-    told += (
-        ", the files are the same byte for byte" if one.sha256 == other.sha256 else ""
-    )
-    told += (
-        ", in another order"
-        if np.any(np.argsort(lines) != np.argsort(other_lines))
-        else ""
-    )
-    steps = logs.period_step[[rows, others]]
-    return told + (
-        ", not typed to the same digit"
-        if np.any(steps.max(axis=0) > 1.5 * steps.min(axis=0))
-        else ""
-    )
+
+
+def lines_in_words(log: Fingerprint, which: NDArray[np.bool_]) -> str:
+    """Name the lines of some rows of a log."""
+    lines = sorted(np.array(log.lines)[which].tolist())
+    return f"lines {', '.join(map(str, lines))}"

@@ -47,6 +47,7 @@ PAGES = {
     "tiny": page(f'<span style="font-size:3px">{RIGHT}</span>').replace(WRONG, ""),
     "light": page(f'<span style="color:#f5f5f5">{RIGHT}</span>').replace(WRONG, ""),
     "scaled": page(f'<b style="transform:scale(0)">{RIGHT}</b>').replace(WRONG, ""),
+    "elsewhere": styled(".menu { display: none }"),
     "written": page(f"<p>{RIGHT}</p>", f'<style>p::after{{content:"{WRONG}"}}</style>')
     .replace(f"<p>{WRONG}</p>", "")
     .replace("±", "+-"),
@@ -201,31 +202,11 @@ OPEN = {
         f"{RIGHT}\nAs expected, I_zz = {1.01 * OWN:.6f} ± 0.00006 kg m^2\n",
     ),
     "long": ("report.txt", f"{RIGHT}\n" + "A line of the report.\n" * 1100),
-    "hidden elsewhere": (
-        "report.html",
-        page(
-            f"<p>{RIGHT}</p><p class='a'>Menu</p>", "<style>.a {display:none}</style>"
-        ).replace(WRONG, ""),
-    ),
     "printed": (
         "report.html",
         page(RIGHT, "<style>@media print{p,body{display:none}}</style>").replace(
             WRONG, ""
         ),
-    ),
-    "clearfix": (
-        "report.html",
-        page(
-            f"<p class='a'>{RIGHT}</p>",
-            "<style>.a:after { visibility: hidden; height: 0; content: ' ' }"
-            " .b .a { display: none } .a:hover { opacity: 0 }</style>",
-        ).replace(WRONG, ""),
-    ),
-    "seen too": (
-        "report.html",
-        page(
-            f"<p>{RIGHT}</p><p class='a'>{RIGHT}</p>", "<style>.a{zoom:0}</style>"
-        ).replace(WRONG, ""),
     ),
     "visible book": ("report.xlsx", report_book(lambda sheet: None)),
     "tags": ("report.ipynb", notebook("results")),

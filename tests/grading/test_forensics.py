@@ -152,12 +152,11 @@ def test_copies_are_joined_but_for_partners(
         print_of(logs["1004"].log()),
         print_of(changed(logs["1004"], 2, 5).log()),
     )
-    named = {"c0": replace(copy, sha256="another file"), "c1": copy, "part": part}
+    named = {"c0": copy, "c1": copy, "part": part}
     partners = [frozenset({"c0", "c1"})]
     (flag,) = flag_class({**prints, **named}, partners)
     assert (flag.kind, flag.students) == ("shared rows", ("1004", "c0", "c1", "part"))
     assert flag.evidence.endswith("; and 2 more like these")
-    assert flag.evidence.count("the same byte for byte") == 1
     apart = {key: one for key, one in prints.items() if key != "1004"} | {
         "c0": copy,
         "c1": copy,
@@ -207,7 +206,7 @@ def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> No
     assert flag.evidence == (
         "6 of 9 rows of 1002 (lines 4, 5, 6, 8, 9, 10) are in mallory (lines 3, 5, 6, "
         "8, 9, 10), with the same spin "
-        "and the same precession period, in another order, not typed to the same digit"
+        "and the same precession period"
     )
 
 

@@ -232,11 +232,6 @@ ANSWERS = {
     "results.csv": "quantity,value,uncertainty,unit\nI_zz,0.00440,0.00005,kg m^2\nR^2,0.997,,\n",
     "result.json": '{"I_zz": 0.00440, "uncertainty": 5e-05, "unit": "kg m^2"}',
     "analysis.R": "I <- m * x\n# So I_zz = (4.40 +/- 0.05)e-3 kg m^2\n",
-    "report.odt": packed(
-        {
-            "content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"
-        }
-    ),
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
     "about.txt": (

@@ -28,10 +28,6 @@ OFF = reported_line(1.17 * OWN, 0.012 * OWN)
 ROWS = STUDENT.log().splitlines()[2:]
 WRONG = "I_zz = 5.20e-3 ± 0.06e-3 kg m^2"
 RIGHT = f"Final result: I_zz = {STUDENT.answer()[0]:.6f} ± 0.00006 kg m^2"
-FLAT = (
-    '<office:document-content xmlns:office="o" xmlns:text="t" xmlns:style="s" '
-    'xmlns:fo="f">{}</office:document-content>'
-)
 
 
 def alone(
@@ -57,16 +53,6 @@ def word(properties: str, around: str = "{}") -> bytes:
     )
     document = f'<?xml version="1.0"?><w:document xmlns:w="w"><w:body>{body}</w:body></w:document>'
     return packed(word__document_xml=document)
-
-
-def open_text(properties: str, element: str = "text:span") -> bytes:
-    style = f'<style:style style:name="T1"><style:text-properties {properties}/></style:style>'
-    hidden = f'<{element} text:style-name="T1">{RIGHT}</{element}>'
-    return packed(
-        content_xml=FLAT.format(
-            f"{style}<text:p>{WRONG}</text:p><text:p>{hidden}</text:p>"
-        )
-    )
 
 
 def workbook(state: str) -> bytes:
@@ -143,14 +129,11 @@ WORDS = {
     "small": word('<w:sz w:val="2"/>'),
     "deleted": word("", around="<w:del>{}</w:del>"),
 }
-OPEN = ('text:display="none"', 'fo:color="#ffffff"', 'fo:font-size="0pt"')
 UNSEEN: dict[str, tuple[str, str | bytes]] = {
     **{f"html, {name}": ("report.html", text) for name, text in PAGES.items()},
     **{f"tex, {name}": ("report.tex", text) for name, text in LATEX.items()},
     **{f"md, {name}": ("report.md", text) for name, text in MARKDOWN.items()},
     **{f"docx, {name}": ("report.docx", text) for name, text in WORDS.items()},
-    **{f"odt, {one}": ("report.odt", open_text(one)) for one in OPEN},
-    "odt, tracked": ("report.odt", open_text("", "text:tracked-changes")),
     **{
         f"xlsx, {state}": ("report.xlsx", workbook(state))
         for state in ("hidden", "veryHidden")
@@ -263,10 +246,6 @@ SEEN = {
     "style for printers": (
         "report.html",
         page(RIGHT, "<style>@media print { p, body { display: none } }</style>"),
-    ),
-    "other class": (
-        "report.html",
-        page(f"<p class='b'>{RIGHT}</p>", "<style>p.a { display: none }</style>"),
     ),
     "hidden before": ("report.html", page(f"<p hidden>no<p>{RIGHT}</p>")),
     "word, white on a shade": (

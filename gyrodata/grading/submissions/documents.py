@@ -34,8 +34,7 @@ _WORDS = tomllib.loads(
 _STRUCK, _MARKUP, PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
 SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
 """Words of reports, as regular expressions."""
-_PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
-"""The part of a file of a word processor that contains its text."""
+WORD = ".docx"
 MOST_LINES, LONGEST_LINE = 1000, 20_000
 NO_TEXT = "it contains no text, only pictures; a person must look"
 """Why a PDF cannot be read, such as a scan."""
@@ -101,8 +100,10 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         if not any(map(str.strip, lines)):
             raise ValueError(NO_TEXT)
         return [visible.line_seen(line) for line in lines]
-    if kind in _PACKED and data.startswith(b"PK"):
-        text = _packed_text(data, kind)
+    if kind == ".odt":
+        raise ValueError("hand in a PDF")
+    if kind == WORD and data.startswith(b"PK"):
+        text = _text_of_word(data)
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
@@ -145,9 +146,9 @@ _TAG = re.compile(r"(?i)</p>|<(?:br|sup)\b")
 
 def _without_markup(text: str, kind: str) -> str:
     """Turn the page of a browser or a word processor into lines as they are shown."""
-    if kind in _PAGES or (kind not in (".md", *_PACKED) and _TAG.search(text)):
+    if kind in _PAGES or (kind not in (".md", WORD) and _TAG.search(text)):
         text = visible.page_seen(text)
-    if kind not in (*_PAGES, *_PACKED) and not _TAG.search(text):
+    if kind not in (*_PAGES, WORD) and not _TAG.search(text):
         return text
     for pattern, plain in _MARKUP:
         text = re.sub(pattern, plain, text)
@@ -190,14 +191,12 @@ def unseen_in(name: str, data: bytes) -> Unseen:
     return Unseen(titles, frozenset(cells))
 
 
-def _packed_text(data: bytes, kind: str) -> str:
-    """Return the XML of a word processor, without the text in it that is hidden."""
+def _text_of_word(data: bytes) -> str:
+    """Return the XML of Word, without the text in it that is hidden."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        text = re.sub(r">\s+<", "><", _part(archive, _PACKED[kind]))
+        text = re.sub(r">\s+<", "><", _part(archive, "word/document.xml"))
         styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
-    if kind == ".odt":
-        return visible.open_text_seen(text)
-    return visible.page_seen(text, visible.hiding_styles(styles))
+    return visible.word_seen(text, styles)
 
 
 _STYLES = "word/styles.xml"
@@ -253,6 +252,6 @@ def as_log(name: str, data: bytes) -> bytes:
     """
     return (
         "\n".join(read_document(name, data).lines).encode()
-        if ending(name) in (*_PACKED, PDF)
+        if ending(name) in (WORD, PDF)
         else b""
     ) or data

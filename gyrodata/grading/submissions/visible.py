@@ -1,19 +1,18 @@
 """Leave out of a text what a person who opens it does not see: it is no answer.
 
-What is hidden for certain is left out. What may be hidden, such as by a rule of a style
-sheet, stays with a mark (`DOUBT`): an answer there is graded, and a person is asked.
+What is hidden for certain is left out. What may be hidden, such as a page whose style
+sheet hides something, stays with a mark (`DOUBT`): an answer there is graded, and a
+person is asked.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from html.parser import HTMLParser
-from itertools import filterfalse
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 Attributes = Mapping[str, str]
 """Of one element, by their names in small letters."""
@@ -27,14 +26,10 @@ def doubted(text: str) -> str:
     return DOUBT + text.replace("\n", f"\n{DOUBT}")
 
 
-# --- pages, OpenDocument and Word ---
+# --- pages ---
 
-_OF_PAGES = "script style template title noscript dialog metadata"
-_OF_DOCUMENTS = (
-    "text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom "
-    "w:instrtext"
-)
-_UNSEEN = frozenset(f"{_OF_PAGES} {_OF_DOCUMENTS}".split())
+_NO_TEXT = "script style template title noscript dialog metadata"
+_UNSEEN = frozenset(_NO_TEXT.split())
 """Elements whose text nobody sees."""
 _NO_END = "area base br col embed hr img input link meta param source track wbr"
 _WITHOUT_END = frozenset(_NO_END.split())
@@ -66,8 +61,6 @@ _BACKGROUND = re.compile(
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
 )
 """A background, on which white text may be seen."""
-_TINIEST = 4
-"""Height of letters in Word that nobody reads [half points]."""
 
 
 class _Element(Struct, frozen=True):
@@ -77,40 +70,32 @@ class _Element(Struct, frozen=True):
     hidden: bool = False
     white: bool = False
     doubt: bool = False  # whether it may be hidden
-    names: frozenset[str] = frozenset()  # by which a rule of a style sheet may mean it
 
 
 class _Seen(HTMLParser):
-    """Write a page, or the XML of a word processor, again without the text that nobody sees."""
+    """Write a page again without the text that nobody sees."""
 
-    def __init__(
-        self, styles: Mapping[str, str], rules: Iterable[_Rule], white_is_seen: bool
-    ) -> None:
+    def __init__(self, white_is_seen: bool, doubt: bool) -> None:
         super().__init__(convert_charrefs=False)
-        self.styles = styles
-        self.rules: dict[str, list[_Rule]] = {}
-        """Rules that may hide an element, by each of the names that it must have."""
-        for rule in _few(rules):
-            for name in rule[-1]:
-                self.rules.setdefault(name, []).append(rule)
         self.white_is_seen = white_is_seen
         self.written: list[str] = []
-        self.open = [_Element("")]
+        self.open = [_Element("", doubt=doubt)]
         self.count: Counter[str] = Counter()
         """Number of open elements by their names."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag in _PARAGRAPHS and self.open[-1].tag == "p":
             self._close("p")
-        self._write_tag(tag)
+        self.handle_startendtag(tag, attrs)
         if tag not in _WITHOUT_END:
-            self.open.append(self._element(tag, _attributes(attrs)))
+            attributes = {name: value or "" for name, value in attrs}
+            self.open.append(self._element(tag, attributes))
             self.count[tag] += 1
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self._write_tag(tag)
-        if tag.startswith("w:"):
-            self._add_property(tag, _attributes(attrs))
+        text = self.get_starttag_text() or ""
+        # A ">" in an attribute is not the end of its tag.
+        self.written.append(f"<{tag}>" if re.search("[<>]", text[1:-1]) else text)
 
     def handle_endtag(self, tag: str) -> None:
         self.written.append(f"</{tag}>")
@@ -131,11 +116,6 @@ class _Seen(HTMLParser):
         if data.startswith("CDATA["):
             self.handle_data(data[6:])
 
-    def _write_tag(self, tag: str) -> None:
-        text = self.get_starttag_text() or ""
-        # A ">" in an attribute is not the end of its tag.
-        self.written.append(f"<{tag}>" if re.search("[<>]", text[1:-1]) else text)
-
     def _close(self, tag: str) -> None:
         """Close the innermost element of this name, and all elements in it."""
         if not self.count[tag]:
@@ -147,91 +127,19 @@ class _Seen(HTMLParser):
 
     def _element(self, tag: str, attributes: Attributes) -> _Element:
         around = self.open[-1]
-        style = (
-            self.styles.get(attributes.get("text:style-name", ""), "")
-            + ";"
-            + attributes.get("style", "")
-        )
-        style = re.sub(r"\s", "", style.lower())
-        hidden = (
-            around.hidden
-            or tag in _UNSEEN
-            or "hidden" in attributes
-            or _HIDES.search(style) is not None
-        )
+        style = ";" + re.sub(r"\s", "", attributes.get("style", "").lower())
+        hidden = around.hidden or tag in _UNSEEN or "hidden" in attributes
+        hidden |= _HIDES.search(style) is not None
         declared = re.search(";color:([^;]*)", style)
         color = declared[1] if declared else attributes.get("color", "").lower()
         white = _WHITE.match(color) is not None if color else around.white
-        classes = attributes.get("class", "").lower().split()
-        names = {tag, "*", *(f".{name}" for name in classes)}
-        names |= {f"#{attributes['id'].lower()}"} if "id" in attributes else set()
-        doubt = around.doubt or self._may_hide(names)
-        doubt |= _MAY_HIDE.search(style) is not None
+        doubt = around.doubt or _MAY_HIDE.search(style) is not None
         doubt |= not self.white_is_seen and _LIGHT.search(style) is not None
-        return _Element(tag, hidden, white, doubt, frozenset(names))
-
-    def _may_hide(self, names: set[str]) -> bool:
-        """Return whether a rule of a sheet may hide an element with these names."""
-        rules = (rule for name in names for rule in self.rules.get(name, ()))
-        return any(rule[-1] <= names and self._are_open(rule[:-1]) for rule in rules)
-
-    def _are_open(self, parts: _Rule) -> bool:
-        """Return whether each part of a rule may mean an open element."""
-        return all(any(part <= one.names for one in self.open) for part in parts)
-
-    def _add_property(self, tag: str, attributes: Attributes) -> None:
-        """Apply a property of Word, which is an element in the piece of text that it describes."""
-        value = attributes.get("w:val", "").lower()
-        inner = [one.tag for one in reversed(self.open[-3:])]
-        depth = next((at for at, one in enumerate(inner, 1) if one in _PIECES), 0)
-        if depth == 0:
-            return
-        described = self.open[-depth]
-        white = described.white
-        if tag == "w:color":
-            white = _WHITE.fullmatch(value) is not None
-        is_style = tag in ("w:pstyle", "w:rstyle") and bool(self.styles.get(value))
-        is_seen = tag == "w:color" and self.white_is_seen
-        doubt = is_style or (_is_faint(tag, value) and not is_seen)
-        self.open[-depth:] = [
-            replace(
-                one,
-                hidden=described.hidden or _is_hiding(tag, value),
-                white=white,
-                doubt=described.doubt or doubt,
-            )
-            for one in self.open[-depth:]
-        ]
+        return _Element(tag, hidden, white, doubt)
 
 
-_PIECES = ("w:r", "w:p")
-"""Elements that a property of Word describes."""
-
-
-def _is_hiding(tag: str, value: str) -> bool:
-    """Return whether a property of Word hides a text."""
-    if tag == "w:vanish":
-        return value not in ("0", "false", "off")
-    return tag == "w:sz" and value.isdigit() and int(value) <= _TINIEST
-
-
-_SMALL = 10
-"""Height of letters in Word that are hard to see [half points]."""
-
-
-def _is_faint(tag: str, value: str) -> bool:
-    """Return whether a property of Word makes a text hard to see."""
-    if tag == "w:color":
-        return re.fullmatch("(?:[ef].){3}", value) is not None
-    return tag in ("w:sz", "w:w") and value.isdigit() and int(value) <= _SMALL
-
-
-def _attributes(attrs: list[tuple[str, str | None]]) -> dict[str, str]:
-    return {name: value or "" for name, value in attrs}
-
-
-def _parsed(parser: HTMLParser, text: str) -> None:
-    """Read a whole text with a parser."""
+def _without_traps(text: str) -> str:
+    """Return a page without what makes its parser slow, or stops it."""
     # A comment without an end goes on to the end of the page.
     comment = text.find("<!--", text.rfind("-->") + 1)
     if comment >= 0 and "</script" not in text[comment:].lower():
@@ -239,8 +147,7 @@ def _parsed(parser: HTMLParser, text: str) -> None:
     # The parser looks for the end of each "<" again and again, and stops at a
     # declaration that it does not know.
     text = _NO_TAG.sub("&lt;", _DATA.sub('""', text))
-    parser.feed(re.sub(r"<!\[(?!CDATA\[)", "&lt;![", text))
-    parser.close()
+    return re.sub(r"<!\[(?!CDATA\[)", "&lt;![", text)
 
 
 _DATA = re.compile(r"""(["'])data:[^"'<>]*\1""")
@@ -251,58 +158,33 @@ _NO_TAG = re.compile(
 """A "<" that does not begin a tag."""
 
 
-def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
-    """Return a page without its unseen text.
-
-    The text may also be the XML of Word, or Markdown with elements of HTML.
-    """
+def page_seen(text: str) -> str:
+    """Return a page, or Markdown with elements of HTML, without its unseen text."""
     if "<" not in text:
         return text
-    sheet = _style_sheet(text)
+    sheet = "\n".join(re.findall(r"(?is)<style\b[^<>]*>(.*?)</style", text)).lower()
     is_dark = _BACKGROUND.search(text) is not None
-    page = _Seen(styles or {}, _hiding_rules(sheet, is_dark), white_is_seen=is_dark)
-    _parsed(page, text)
     # A style sheet can write texts of its own.
-    shown = re.findall(r"content:\s*[\"']([^\"'\n]{5,200})", sheet)
-    return "".join([*page.written, *(f"\n<p>{doubted(one)}</p>" for one in shown)])
+    written = re.findall(r"content:\s*[\"']([^\"'\n]{5,200})", sheet)
+    page = _Seen(is_dark, bool(written) or _hides_something(sheet, is_dark))
+    page.feed(_without_traps(text))
+    page.close()
+    return "".join([*page.written, *(f"\n<p>{doubted(one)}</p>" for one in written)])
 
 
-_Rule = tuple[frozenset[str], ...]
-"""Whom a rule means: the names of an element, behind those of the ones around it."""
-
-
-_MOST_RULES = 1000
-
-
-def _few(rules: Iterable[_Rule]) -> Iterable[_Rule]:
-    """Return each rule once; of too many, one that means all elements."""
-    each = dict.fromkeys(rules)
-    return each if len(each) <= _MOST_RULES else [(frozenset("*"),)]
-
-
-def _style_sheet(text: str) -> str:
-    """Return the style sheets in a page."""
-    if "<style" not in text.lower():
-        return ""
-    parser = _Elements()
-    _parsed(parser, text)
-    return "\n".join(parser.styles)
-
-
-def _hiding_rules(sheet: str, is_dark: bool) -> Iterator[_Rule]:
-    """Yield whom the rules of a style sheet may hide, but those for printers."""
+def _hides_something(sheet: str, is_dark: bool) -> bool:
+    """Return whether a style sheet hides something, but for printers."""
     around: list[str] = []
     text = ""
-    for piece in re.split(r"([{}])", sheet.lower()):
+    for piece in re.split(r"([{}])", sheet):
         if piece == "{":
             around.append(text)
         elif piece == "}" and around:
-            selectors = around.pop()
             if _hides(text, is_dark) and not any("print" in one for one in around):
-                yield from map(
-                    _rule, filterfalse(_IN_A_STATE.search, selectors.split(","))
-                )
+                return True
+            around.pop()
         text = piece
+    return False
 
 
 def _hides(declarations: str, is_dark: bool) -> bool:
@@ -314,78 +196,51 @@ def _hides(declarations: str, is_dark: bool) -> bool:
     return (_HIDES.search(style) or _MAY_HIDE.search(style)) is not None
 
 
-_IN_A_STATE = re.compile(
-    r"^(?!.*:not).*(?:::|:(?:before|after|hover|focus|active|visited|disabled)\b)",
-    re.DOTALL,
+# --- Word ---
+
+_DELETED = re.compile(
+    r"(?s)<w:(del|moveFrom|instrText)(?:\s[^<>]*)?(?<!/)>.*?</w:\1\s*>"
 )
-"""A selector of what is beside an element, or of an element while it is used."""
+_PIECE = re.compile(
+    r"(?s)(?P<properties><w:rPr\b.*?</w:rPr>)(?!\s*</w:pPr>)"
+    r"(?P<text>.*?)(?=<w:rPr\b|</w:r>|</w:p>|\Z)"
+)
+"""Properties and the text to which they belong."""
+_TINIEST, _SMALL = 4, 10
+"""Height of letters that nobody reads, and that are hard to see [half points]."""
 
 
-def _rule(selector: str) -> _Rule:
-    """Read a selector without its conditions on attributes and on places."""
-    plain = re.sub(r"\[[^\[\]]*\]|:[\w:-]+(?:\([^()]*\))?", "*", selector)
-    parts = re.sub(r"[>+~]", " ", plain).split()
-    names = (re.findall(r"[.#]?[\w-]+", part) or ["*"] for part in parts)
-    return tuple(map(frozenset, names)) or (frozenset("*"),)
+def word_seen(text: str, styles: str) -> str:
+    """Return the XML of Word without hidden text; a hiding style doubts all of it."""
+    is_dark = _BACKGROUND.search(text) is not None
+    text = _PIECE.sub(lambda piece: _piece_seen(piece, is_dark), text)
+    text = _DELETED.sub("", text)
+    used = set(re.findall(r'<w:[pr]Style\s+w:val="([^"]*)"', text))
+    for style in re.split(r"(?=<w:style\b)", styles):
+        name = re.search(r'w:styleId="([^"]*)"', style)
+        if name and name[1] in used and any(_visibility(style, is_dark)):
+            return re.sub(r">(?=[^<>])", f">{DOUBT}", text)
+    return text
 
 
-class _Elements(HTMLParser):
-    """The start tags of an XML file, and the style sheets of a page."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.elements: list[tuple[str, Attributes]] = []
-        self.styles: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, _attributes(attrs)))
-
-    def handle_data(self, data: str) -> None:
-        if self.elements and self.elements[-1][0] == "style":
-            self.styles.append(data)
+def _piece_seen(piece: re.Match[str], is_dark: bool) -> str:
+    """Return a text of Word, without its letters if its properties hide them."""
+    hidden, doubt = _visibility(piece["properties"], is_dark)
+    letters = re.sub(r">[^<>]+<", "><", piece["text"]) if hidden else piece["text"]
+    return piece["properties"] + (doubted(letters) if doubt else letters)
 
 
-def _elements(text: str) -> list[tuple[str, Attributes]]:
-    parser = _Elements()
-    _parsed(parser, text)
-    return parser.elements
-
-
-_OF_TEXT = {"text:display": "display", "fo:color": "color", "fo:font-size": "font-size"}
-"""Properties of OpenDocument, by the names of the same properties in CSS."""
-
-
-def hiding_styles(styles: str) -> dict[str, str]:
-    """Return the styles of Word that may hide a text, each with the property that does."""
-    found: dict[str, str] = {}
-    name = ""
-    for tag, attributes in _elements(styles):
-        value = attributes.get("w:val", "").lower()
-        if tag == "w:style":
-            name = attributes.get("w:styleid", "").lower()
-        elif name and (
-            (tag == "w:vanish" and value not in ("0", "false", "off"))
-            or _is_faint(tag, value)
-        ):
-            found[name] = tag
-    return found
-
-
-def open_text_seen(content: str) -> str:
-    """Return the text of an OpenDocument without its hidden text."""
-    styles: dict[str, str] = {}
-    name = ""
-    for tag, attributes in _elements(content):
-        if tag == "style:style":
-            name = attributes.get("style:name", "")
-        elif tag == "style:text-properties" and name:
-            properties = (
-                f"{css}:{attributes[key]}"
-                for key, css in _OF_TEXT.items()
-                if key in attributes
-            )
-            styles[name] = ";".join(["", *properties])
-    return page_seen(content, styles)
+def _visibility(properties: str, is_dark: bool) -> tuple[bool, bool]:
+    """Return whether properties of Word hide a text, and whether they may hide it."""
+    found = re.findall(r'<w:(\w+)(?:\s+w:val="([^"]*)")?', properties.lower())
+    values = dict(found)
+    size = min(int(values.get(key) or 99) for key in ("sz", "w"))
+    color = values.get("color", "") if not is_dark else ""
+    hidden = values.get("vanish", "0") not in ("0", "false", "off")
+    hidden |= "vanish" in values and not values["vanish"]
+    hidden |= size <= _TINIEST or _WHITE.fullmatch(color) is not None
+    doubt = size <= _SMALL or re.fullmatch("(?:[ef].){3}", color) is not None
+    return hidden, doubt
 
 
 # --- LaTeX, Markdown and plain lines ---
@@ -393,42 +248,27 @@ def open_text_seen(content: str) -> str:
 _NOT_TYPESET = r"[hv]?phantom|invisible|hypersetup|pdfinfo|typeout"
 """Commands of LaTeX that print nothing of their arguments."""
 _IN_WHITE = r"textcolor\s*\{white\}"
-
-
-def latex_seen(text: str) -> str:
-    """Return a text without the arguments of LaTeX's commands that print nothing, or in white."""
-    names = _NOT_TYPESET if _BACKGROUND.search(text) else f"{_NOT_TYPESET}|{_IN_WHITE}"
-    command = re.compile(rf"\\(?:{names})\s*\{{")
-    kept: list[str] = []
-    at = 0
-    while match := command.search(text, at):
-        end = _end_of_group(text, match.end())
-        # Lines are counted as they are written.
-        kept += text[at : match.start()], "\n" * text.count("\n", match.start(), end)
-        at = end
-    seen = "".join([*kept, text[at:]])
-    hides = _TYPESET_UNSEEN.search(seen)
-    return seen[: hides.start()] + doubted(seen[hides.start() :]) if hides else seen
-
-
-_TYPESET_UNSEEN = re.compile(
-    r"\\(?:color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0"
-    r"|setbox|sbox|savebox|begin\s*\{lrbox)"
+_MAY_BE_UNSEEN = (
+    r"color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0"
+    r"|setbox|sbox|savebox|begin\s*\{lrbox"
 )
 """Commands of LaTeX behind which a text may be unseen."""
 
 
-def _end_of_group(text: str, at: int) -> int:
-    """Return where the group in braces ends that a place is in.
+def latex_seen(text: str) -> str:
+    """Return a text without the arguments of LaTeX's commands that print nothing, or in white.
 
-    The end of the text if it does not end.
+    Text behind such a command whose argument has braces in it may be unseen.
     """
-    depth = 1
-    for match in re.compile(r"\\.|[{}]").finditer(text, at):
-        depth += {"{": 1, "}": -1}.get(match[0], 0)
-        if depth == 0:
-            return match.end()
-    return len(text)
+    names = _NOT_TYPESET if _BACKGROUND.search(text) else f"{_NOT_TYPESET}|{_IN_WHITE}"
+    # Lines are counted as they are written.
+    seen = re.sub(
+        rf"\\(?:{names})\s*\{{[^{{}}]*\}}",
+        lambda found: "\n" * found[0].count("\n"),
+        text,
+    )
+    hides = re.search(rf"\\(?:{_MAY_BE_UNSEEN}|(?:{names})\s*\{{)", seen)
+    return seen[: hides.start()] + doubted(seen[hides.start() :]) if hides else seen
 
 
 _LINK = re.compile(

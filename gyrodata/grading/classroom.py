@@ -40,7 +40,13 @@ from gyrodata.grading.grade import (
     settle,
 )
 from gyrodata.grading.ledger import DESK, NO_DESK, Desk, find_offers
-from gyrodata.grading.roster import Partners, Roster, find_partners, partners_by_log
+from gyrodata.grading.roster import (
+    EVERYBODY,
+    Partners,
+    Roster,
+    find_partners,
+    partners_by_log,
+)
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import (
     Submission,
@@ -60,7 +66,6 @@ JOURNAL = "journal.ndjson"  # in the folder of the grades
 # what is to be done with a submission that gyro could not open or grade
 LOOK = "a person must look"
 
-EVERYBODY = Roster()
 OTHER_VERSION = "gyrodata changed"  # first words of a reason to grade again
 
 Figures = Mapping[str, tuple[bytes, str]]

@@ -477,7 +477,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += (
             f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of "
-            f"your runs give, {whole}{_cause_of_large_u(evidence, u)}"
+            f"your runs give, {whole}"
         )
     return mark(
         criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
@@ -509,20 +509,6 @@ def _spread_of_weights(analysis: FittedLog) -> float:
     if len(each) < 2:
         return 0.0
     return statistics.stdev(each) / math.sqrt(len(each))
-
-
-def _cause_of_large_u(evidence: Evidence, u: float) -> str:
-    """Say that an uncertainty is the scatter of single runs, or ""."""
-    table = evidence.analysis.run_table
-    runs = sum(1 for run in table if run.torque and not run.left_out)
-    for one in evidence.own.values:
-        of_run = (one.u or 0.0) * math.sqrt(runs)
-        if one.name == "mean_of_ratios" and abs(u - of_run) < 0.1 * u:
-            return (
-                "; this is the scatter of single runs; the uncertainty of their mean "
-                "is √n times smaller"
-            )
-    return ""
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:

@@ -252,7 +252,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     faults, number = list[Diagnostic](), 0
     read = _ReadDesk()
     try:
-        for number, cells in _lines(data, path.name, points):
+        for number, cells in read_list(data, path.name, "student", "what", "value"):
             row = dict.fromkeys(COLUMNS, "") | cells
             try:
                 read.add(number, *_decision(row, points, students, path.parent), row)
@@ -298,30 +298,6 @@ class _ReadDesk(Struct):
                 both = {"here": one.value, "before": before.value}
                 raise unfit("desk_lines_contradict", line=at, **values, **both)
             mine[one.what, about] = at, one
-
-
-def _lines(
-    data: bytes, name: str, points: Mapping[str, float]
-) -> Iterator[tuple[int, dict[str, str]]]:
-    """Give the lines of the file.
-
-    Of a sheet with a column for each decision, a line for each cell.
-    """
-    known = {one.casefold(): one for one in (*WORDS, *points)}
-    for number, cells in read_list(data, name, "student"):
-        if "what" in cells and "value" not in cells:
-            raise LookupError('there is no column "value"')
-        if "what" in cells:
-            yield number, cells
-            continue
-        for column in cells:
-            if column not in (*OTHERS, *known):
-                raise LookupError(
-                    f'"{column[:60]}" is not a criterion of the rubric; {nearest(column, known)}'
-                )
-        for column, what in known.items():
-            if value := cells.get(column):
-                yield number, cells | {"what": what, "value": value}
 
 
 def _decision(

@@ -111,6 +111,8 @@ class Roster(Struct, frozen=True):
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
+EVERYBODY = Roster()
+
 _BETWEEN_NAMES = r"(?:(?<!\s)\s+)?(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*"
 _ONESELF = r"(?i)(?:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?"
 
@@ -218,11 +220,11 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     people: dict[str, Person] = {}
     others = []
     for person in rows:
-        key = next((by_id[known] for known in _folded(person) if known in by_id), None)
-        if key is None:
-            others.append(person)
+        known = [by_id[one.casefold()] for one in person.ids if one.casefold() in by_id]
+        if known:
+            people.setdefault(known[0], person._replace(student=known[0]))
         else:
-            people.setdefault(key, person._replace(student=key))
+            others.append(person)
     named = _find_by_name(others, people, submissions)
     people |= named.people
     return Roster(
@@ -276,10 +278,6 @@ def _person(cells: Mapping[str, str]) -> Person | None:
     )
 
 
-def _folded(person: Person) -> list[str]:
-    return [text.casefold() for text in person.ids]
-
-
 def _students_by_id(submissions: Submissions) -> dict[str, str]:
     """Return the key of each student by ids in small letters.
 
@@ -297,17 +295,6 @@ def _students_by_id(submissions: Submissions) -> dict[str, str]:
     return by_id
 
 
-def _students_by_name(submissions: Submissions) -> Mapping[str, Collection[str]]:
-    """Return the keys of the students by each form of their names and ids."""
-    pairs = []
-    for item in submissions.items:
-        # Students with one name are shown with their keys.
-        bare = item.name.removesuffix(f" ({item.student})")
-        for known in (bare, *item.ids.values()):
-            pairs += [(form, item.student) for form in forms_of(known)[:2]]
-    return grouped(pairs)
-
-
 def _find_by_name(
     rows: list[Person], by_id: Mapping[str, Person], submissions: Submissions
 ) -> Roster:
@@ -315,14 +302,16 @@ def _find_by_name(
 
     A name only means a student whose id is in no other row, here `by_id`.
     """
-    by_name = _students_by_name(submissions)
+    meant = EVERYBODY.who_is_meant(submissions)
     rows_of = grouped((forms_of(person.name)[1], person.student) for person in rows)
     people: dict[str, Person] = {}
     absent = []
     unclear: dict[str, str] = {}
     for person in rows:
         taken = {*by_id, *people}
-        students = _students_called(person, by_name, taken)
+        called = (keys_of(known, meant) for known in (*person.ids, person.name))
+        free = (set(keys) - taken for keys in called)
+        students = next(filter(None, free), set())
         rivals = rows_of.get(forms_of(person.name)[1], ())
         if len(students) > 1 or (students and len(rivals) > 1):
             why = (
@@ -339,18 +328,6 @@ def _find_by_name(
         else:
             absent.append(person)
     return Roster(people, tuple(absent), unclear)
-
-
-def _students_called(
-    person: Person, by_name: Mapping[str, Collection[str]], taken: Collection[str]
-) -> set[str]:
-    """Return the students whom the first known form of a name or id means."""
-    for known in (*person.ids, person.name):
-        for form in forms_of(known):
-            students = {*by_name.get(form, ())}.difference(taken)
-            if students:
-                return students
-    return set()
 
 
 def _with_different_names(

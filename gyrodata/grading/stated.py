@@ -23,7 +23,6 @@ from gyrodata.readings import (
     SHARED_UNCERTAINTIES,
     Column,
     Faults,
-    Reading,
     Readings,
     as_u_of,
     to_display,
@@ -80,39 +79,64 @@ class Usual(Struct, frozen=True):
 def with_usual(
     readings: Readings, bench: Mapping[str, str]
 ) -> tuple[Readings, tuple[str, ...]]:
-    """Return a log without the uncertainties that are far over the usual, and these in words.
+    """Return a log without its uncertainties if one is far over the usual, and these in words.
 
     `bench`: The lines of ``[bench]`` of the rubric. A log without such a statement is
     returned as it is.
     """
     known = _of_bench(bench)
-    told: dict[str, str] = {}
+    wide = {**_wide_columns(readings, known), **_wide_sources(readings, known)}
+    usual = _usual_of_source("position_zero", "u_position_zero", known)
+    origin_u = readings.origin_u
+    if not usual.allows(Uncertainty(origin_u), 0.0):
+        key = f"u_{ORIGIN_LENGTHS[readings.position_from or 'surface'][0]}"
+        wide[key] = _in_words(key, Uncertainty(origin_u), usual)
+        origin_u = usual.u.absolute
+    if not wide:
+        return readings, ()
+    columns = {}
     for role, column in readings.columns.items():
-        wide = _too_wide(column, _usual_of_role(role, known), _counts(readings, role))
-        for u in dict.fromkeys(wide.values()):
+        u = _stated_by_bench(role, known)
+        cells = tuple(replace(cell, u=u) for cell in column.readings)
+        columns[role] = replace(column, readings=cells)
+    shared = {key: u for key, u in known.items() if key in SHARED_UNCERTAINTIES}
+    readings = replace(
+        readings,
+        columns=columns,
+        uncertainties=shared,
+        stated_at={},
+        origin_u=origin_u,
+    )
+    return readings, tuple(wide.values())
+
+
+def _wide_columns(
+    readings: Readings, bench: Mapping[str, Uncertainty]
+) -> dict[str, str]:
+    """Return the uncertainties of readings that are far over the usual, in words."""
+    wide: dict[str, str] = {}
+    for role, column in readings.columns.items():
+        usual = _usual_of_role(role, bench)
+        for u in _too_wide(column, usual, _counts(readings, role)):
             key = _line_of(readings, role, u)
             words = readings.uncertainties[key] if key else u
-            told.setdefault(
-                key or f"u_{role}",
-                _in_words(key or role, words, _usual_of_role(role, known)),
-            )
-            readings = _without(readings, role, u, known)
-    for key in [key for key in readings.uncertainties if key in SHARED_UNCERTAINTIES]:
+            wide.setdefault(key or f"u_{role}", _in_words(key or role, words, usual))
+    return wide
+
+
+def _wide_sources(
+    readings: Readings, bench: Mapping[str, Uncertainty]
+) -> dict[str, str]:
+    """Return the uncertainties of the whole log that are far over the usual, in words."""
+    wide = {}
+    for key, u in readings.uncertainties.items():
         source = key.removeprefix("u_")
-        if source not in SOURCES:
+        if key not in SHARED_UNCERTAINTIES or source not in SOURCES:
             continue
-        usual = _usual_of_source(source, key, known)
-        if not usual.allows(
-            readings.uncertainties[key], _typical(readings, SOURCES[source].quantity)
-        ):
-            told[key] = _in_words(key, readings.uncertainties[key], usual)
-            readings = _with_shared(readings, key, usual.of_bench)
-    usual = _usual_of_source("position_zero", "u_position_zero", known)
-    if not usual.allows(Uncertainty(readings.origin_u), 0.0):
-        key = f"u_{ORIGIN_LENGTHS[readings.position_from or 'surface'][0]}"
-        told[key] = _in_words(key, Uncertainty(readings.origin_u), usual)
-        readings = replace(readings, origin_u=usual.u.absolute)
-    return readings, tuple(told.values())
+        usual = _usual_of_source(source, key, bench)
+        if not usual.allows(u, _typical(readings, SOURCES[source].quantity)):
+            wide[key] = _in_words(key, u, usual)
+    return wide
 
 
 _PARTS = (12, 8, 10)
@@ -178,18 +202,25 @@ def _of_bench(lines: Mapping[str, str]) -> dict[str, Uncertainty]:
     return read_settings([], [], given, Faults(""), True).uncertainties
 
 
+def _stated_by_bench(role: str, bench: Mapping[str, Uncertainty]) -> Uncertainty | None:
+    """Return the uncertainty that a rubric states for the readings of a column."""
+    for key in u_keys(role):
+        if key in bench:
+            return as_u_of(role, key, bench[key])
+    return None
+
+
 def _usual_of_role(role: str, bench: Mapping[str, Uncertainty]) -> Usual:
     """Return the uncertainty that the readings of a column have without a statement."""
     source = _LIKE.get(role) or ("spin" if role.startswith("spin") else role)
     if source not in SOURCES:
         return Usual(Uncertainty(math.inf), "")
-    kind, usual = SOURCES[source], _LEAST.get(source, SOURCES[source].default)
-    # The default of an angle is a number of turns.
-    usual = as_u_of("angle", "u_turns", usual) if role == "angle" else usual
-    stated = next(
-        (as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None
-    )
-    return Usual(usual, _usual_words(kind.usual, stated, role), stated)
+    usual = _LEAST.get(source, SOURCES[source].default)
+    if role == "angle":
+        # The default of an angle is a number of turns.
+        usual = as_u_of("angle", "u_turns", usual)
+    stated = _stated_by_bench(role, bench)
+    return Usual(usual, _usual_words(SOURCES[source].usual, stated, role), stated)
 
 
 def _usual_of_source(source: str, key: str, bench: Mapping[str, Uncertainty]) -> Usual:
@@ -218,71 +249,25 @@ def _counts(readings: Readings, role: str) -> list[float]:
     return [value or 1.0 for value in turns.values]
 
 
-def _too_wide(
-    column: Column, usual: Usual, counts: list[float]
-) -> dict[int, Uncertainty]:
-    """Return the stated uncertainties of a column that are far over the usual, by run.
-
-    They belong to the readings of the column.
-    """
-    found = {}
+def _too_wide(column: Column, usual: Usual, counts: list[float]) -> list[Uncertainty]:
+    """Return the stated uncertainties of a column that are far over the usual."""
+    wide = []
     for run, u in column.stated:
         value = column.values[run]
         divided = Uncertainty(u.absolute * counts[run], u.relative)
-        if value is not None and not usual.allows(
-            divided, value, column.steps[run] / math.sqrt(12)
-        ):
-            found[run] = u
-    return found
-
-
-def _without(
-    readings: Readings, role: str, u: Uncertainty, bench: Mapping[str, Uncertainty]
-) -> Readings:
-    """Return a log in which no reading of a role has this uncertainty."""
-    column = readings.columns[role]
-    of_bench = next(
-        (as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None
-    )
-
-    def usual(one: Reading) -> Reading:
-        return replace(one, u=of_bench) if one.u == u else one
-
-    columns = {
-        **readings.columns,
-        role: replace(column, readings=tuple(map(usual, column.readings))),
-    }
-    readings = replace(readings, columns=columns)
-    while key := _line_of(readings, role, u):
-        readings = _with_shared(readings, key, None)
-    return readings
+        rounding = column.steps[run] / math.sqrt(12)
+        if value is not None and not usual.allows(divided, value, rounding):
+            wide.append(u)
+    return wide
 
 
 def _line_of(readings: Readings, role: str, u: Uncertainty) -> str:
-    """Return the key of the line that states an uncertainty for all readings of a role.
-
-    "" if none does.
-    """
+    """Return the key of the line that states an uncertainty for a role; "" for none."""
     known = readings.uncertainties
-    return next(
-        (
-            key
-            for key in u_keys(role)
-            if key in known and as_u_of(role, key, known[key]) == u
-        ),
-        "",
-    )
-
-
-def _with_shared(readings: Readings, key: str, u: Uncertainty | None) -> Readings:
-    """Return a log with another uncertainty in one of its lines, or without that line."""
-    left = {one: stated for one, stated in readings.uncertainties.items() if one != key}
-    places = {one: place for one, place in readings.stated_at.items() if one != key}
-    return replace(
-        readings,
-        uncertainties=left if u is None else {**left, key: u},
-        stated_at=places,
-    )
+    for key in u_keys(role):
+        if key in known and as_u_of(role, key, known[key]) == u:
+            return key
+    return ""
 
 
 def _typical(readings: Readings, quantity: str) -> float:

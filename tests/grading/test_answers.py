@@ -107,28 +107,6 @@ def test_other_values_are_not_the_answer(text: str) -> None:
     assert found is None or found.value is None
 
 
-PARTS = "I_zz(20 g) = 4.35e-3 kg m^2, I_zz(40 g) = 4.45e-3 kg m^2"
-MEANS = (
-    f"{PARTS}, mean: 4.40e-3 ± 0.05e-3",
-    f"{PARTS}; average = 4.40e-3 ± 0.05e-3",
-    f"{PARTS.replace(', ', chr(10))}\nMittelwert: 4.40e-3 ± 0.05e-3",
-    "20 g: I_zz = 4.35 g m^2, 40 g: I_zz = 4.45 g m^2, mean: 4.40 ± 0.05",
-)
-
-
-@pytest.mark.parametrize("text", MEANS)
-def test_mean_has_the_unit_of_its_parts(text: str) -> None:
-    found = read_answers(None, [("report.txt", text.encode())]).inertia
-    assert found is not None
-    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
-
-
-def test_mean_of_something_else_is_no_answer() -> None:
-    found = read_answers(None, [("report.txt", f"{PARTS}, mean: 3.2".encode())]).inertia
-    assert found is not None
-    assert found.value is None
-
-
 @pytest.mark.parametrize("draft", ["draft.md", "answer_old.md", "entwurf.txt"])
 def test_draft_is_the_answer_only_if_it_is_alone(draft: str) -> None:
     reports = [

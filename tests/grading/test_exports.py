@@ -40,7 +40,8 @@ from gyrodata.grading.exports.gradescope import results_json
 from gyrodata.grading.exports.pages import feedback_pages
 from gyrodata.grading.grade import Grade, grade_submission
 from gyrodata.grading.rubric import read_rubric
-from gyrodata.grading.submissions import find_submissions
+from gyrodata.grading.submissions import submission_of
+from gyrodata.grading.submissions.names import read_live
 
 Rows = list[list[str]]
 
@@ -279,7 +280,7 @@ def results_of(text: str) -> tuple[dict[str, Any], str, str]:
 def handed_in(root: Path, log: str) -> tuple[Grade, str, str]:
     """Grade a log as the autograder has it."""
     make_folder(root, {"submission/lab.csv": log})
-    grade = grade_submission(find_submissions(root, "gradescope").items[0], RUBRIC)
+    grade = grade_submission(submission_of([root / "submission"])[0], RUBRIC)
     return grade, *results_of(results_json(grade))[1:]
 
 
@@ -400,3 +401,15 @@ def test_the_autograder_never_fails_for_what_is_submitted(
         "This could not be graded: .*\nThis is not a zero", results["output"]
     )
     assert not any("status" in test for test in results["tests"]), "none has failed"
+
+
+def test_running_autograder_knows_the_student_and_the_lateness(tmp_path: Path) -> None:
+    about = read_live(METADATA.replace("2018-07-31T23", "2018-06-30T23").encode())
+    make_folder(tmp_path, {"submission/lab.csv": ROWS.log()})
+    submission, _ = submission_of([tmp_path / "submission"], about)
+    assert (submission.student, submission.name, submission.late) == (
+        "student@example.com",
+        "Student User",
+        True,
+    )
+    assert submission.late_seconds == pytest.approx(55352.365935)

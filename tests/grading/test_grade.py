@@ -199,20 +199,6 @@ def test_fault_of_a_log_or_value_costs_its_points(
     assert told[1:].replace("_", "\\_") in feedback_pages(found)[".md"]
 
 
-def test_scatter_of_single_runs_is_told_from_that_of_their_mean() -> None:
-    by_mean, (value, u) = (
-        replace(BY_REFERENCE, accept=("mean_of_ratios",)),
-        RIGHT.inertia(ROWS, "mean_of_ratios"),
-    )
-    advice = feedback_pages(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))[
-        ".md"
-    ]
-    assert (
-        "scatter of single runs; the uncertainty of their mean is √n times smaller"
-        in advice
-    )
-
-
 def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
     book = openpyxl.Workbook()
     book.active.append(["I_zz", 4.4, 0.02, "g m²"])

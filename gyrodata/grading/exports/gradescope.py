@@ -13,6 +13,7 @@ compares with the right value shows only whether the value is met.
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 from typing import Any
@@ -22,9 +23,11 @@ from gyrodata.base.errors import GyroError, InputError
 from gyrodata.base.version import __version__
 from gyrodata.grading.criteria import ASKS, Mark
 from gyrodata.grading.exports.pages import environment
-from gyrodata.grading.grade import Grade, not_graded
+from gyrodata.grading.grade import Grade
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submission, find_submissions
+from gyrodata.grading.submissions import Submission, Submissions, submission_of
+from gyrodata.grading.submissions.archives import read_file
+from gyrodata.grading.submissions.names import LARGEST, LIVE, read_live
 from gyrodata.results import escape_controls
 
 # --- the autograder ---
@@ -70,19 +73,17 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
     """
     from gyrodata.grading.classroom import grade_class
 
+    about: dict[str, Any] = {}
+    with suppress(GyroError, ValueError):
+        about = read_live(read_file(root, LIVE, LARGEST))
     try:
-        submissions = find_submissions(root, "gradescope")
+        submission, _ = submission_of([root / "submission"], about)
     except GyroError as error:
         why = error.diagnostics[0].message
-        return results_json(
-            not_graded(
-                Submission("submission", "submission", {}, root, problem=why),
-                rubric,
-                why,
-            )
-        )
+        submission = Submission("submission", "submission", {}, root, problem=why)
     # A class of one: a log that takes too long is reported as not graded.
-    return results_json(grade_class(submissions, rubric).grades[0])
+    found = grade_class(Submissions("gradescope", (submission,)), rubric)
+    return results_json(found.grades[0])
 
 
 # --- its results ---

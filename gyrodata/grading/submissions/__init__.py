@@ -102,12 +102,9 @@ def list_submissions(
     if lms != "auto" and lms not in names.PLATFORMS:
         raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
     root = Path(path)
-    if pattern is None and _is_running_autograder(root, lms):
-        named = _name_autograder(root)
-    else:
-        files = _without_reports(list_files(root))
-        platform, owners = names.name_all(files, lms, pattern)
-        named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
+    files = _without_reports(list_files(root))
+    platform, owners = names.name_all(files, lms, pattern)
+    named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
     about, notes = _read_metadata(root, named)
     notes = [*named.files.diagnostics, *notes, *_files_of_no_student(root, named)]
     items = []
@@ -139,33 +136,6 @@ class _NamedFiles(Struct, frozen=True):
     """File with the metadata of the platform; "" if there is none."""
 
 
-def _is_running_autograder(root: Path, lms: str) -> bool:
-    """Return whether a folder is that of an autograder of Gradescope that runs.
-
-    It has one submission next to its metadata.
-    """
-    if not (root / "submission").is_dir():
-        return False
-    return lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
-
-
-def _name_autograder(root: Path) -> _NamedFiles:
-    """Give all files in the folder of an autograder to one student."""
-    item = Submission(
-        "submission",
-        "submission",
-        {},
-        root / "submission",
-        feedback_stem="submission",
-    )
-    files = list_files(item.source)
-    owners: dict[str, Submission | None] = {
-        name: replace(item, log_file=name) for name in files.names
-    }
-    owners["submission/"] = item
-    return _NamedFiles(files, "gradescope", owners, names.LIVE)
-
-
 def _export_of(platform: str, owners: names.Named) -> str:
     """Return the metadata in an export of Gradescope, or ""."""
     if platform != "gradescope":
@@ -186,8 +156,6 @@ def _read_metadata(
         return {}, []
     try:
         data = read_file(root, named.metadata, names.LARGEST)
-        if named.metadata == names.LIVE:
-            return names.read_live(data), []
         return names.read_export(data), []
     except (GyroError, ValueError) as error:
         name = named.metadata.rpartition("/")[2]
@@ -197,7 +165,7 @@ def _read_metadata(
 
 def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
     """Name the files whose names say no student."""
-    expected = [names.LIVE, names.EXPORT, "/"]
+    expected = [names.EXPORT, "/"]
     if named.platform == "brightspace":
         expected.append("index.html")
     left = sorted(
@@ -334,10 +302,12 @@ def _with_different_names(items: list[Submission]) -> tuple[Submission, ...]:
     )
 
 
-def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, ...]]:
+def submission_of(
+    paths: Sequence[Path], about: Mapping[str, Any] = {}
+) -> tuple[Submission, tuple[Diagnostic, ...]]:
     """Read files, or one folder or zip, as the submission of one student.
 
-    Also return notes on files left out.
+    Also return notes on files left out. `about`: What a platform says about it.
     """
     first = paths[0]
     if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
@@ -357,6 +327,7 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
         own = {str(path.resolve()): shown(path.name) for path in paths}
         files = Listing(Path.cwd(), tuple(own))
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
+    one = replace(one, **about)
     parts = {"/": one} | {
         name: replace(one, log_file=file) for name, file in own.items()
     }

@@ -170,7 +170,8 @@ def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
 
 
 def _is_draft(one: Candidate) -> bool:
-    return version_of(one.file)[0] < 0
+    (rank, _), _ = version_of(one.file)
+    return rank < 0
 
 
 def _is_seen(log: readings.Readings, unseen: Unseen) -> bool:
@@ -254,10 +255,21 @@ def _differ(read: Reported, other: Reported) -> bool:
     )
 
 
-def version_of(name: str) -> tuple[int, str]:
-    """Return the rank of the version that the name of a file states, and the name without it."""
+_COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?")
+"""Canvas writes ``lab-1.csv`` for a second ``lab.csv``; browsers and Blackboard write
+``lab(1).csv``."""
+
+
+def version_of(name: str) -> tuple[tuple[int, int], str]:
+    """Return the rank of the version that the name of a file states, and the name without it.
+
+    The second number of the rank is that of a copy.
+    """
     stem = PurePosixPath(name.lower()).stem
-    return version_in(stem), re.sub(SAYS["version"], "", stem)
+    copy = _COPY.fullmatch(stem)
+    number = int(copy["number"]) if copy else 0
+    stem = copy["base"] if copy else stem
+    return (version_in(stem), number), re.sub(SAYS["version"], "", stem)
 
 
 def _agree(rounded: Reported, other: Reported) -> bool:

@@ -277,13 +277,11 @@ def _candidates(
 ) -> Iterator[Candidate]:
     """Find the quantities of sentences that may be the answer."""
     above = heading = ""
-    parts: list[Reported] = []  # values of which a mean may follow
     for at, (number, sentence) in enumerate(sentences):
         below = [one for _, one in sentences[at + 1 : at + MOST_BELOW]]
         end = 0
-        for quantity in _quantities(sentence, number, above, below, parts):
+        for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
-            parts = [*parts, quantity.read][-_MOST_PARTS:]
             candidate = _candidate(quantity, heading, document)
             if candidate is not None:
                 yield candidate
@@ -301,17 +299,15 @@ def _quantities(
     number: int,
     above: str,
     below: Sequence[str],
-    parts: Sequence[Reported],
 ) -> Iterator[_Quantity]:
     """Give the quantities of a sentence."""
     end, before = 0, ""
-    parts = list(parts)
     for start in (match.start() for match in re.finditer(_START, sentence)):
         if start < end:
             continue
         words = sentence[end:start] if end else f"{above} | {sentence[:start]}"
         text = sentence[start : start + _LONGEST_VALUE]
-        value = _value(text, words) or _mean(text, words, parts)
+        value = _value(text, words)
         if value is None:
             continue
         end = start + value[1]
@@ -328,7 +324,6 @@ def _quantities(
         found = found._replace(
             read=with_u(read, sentence[end:] if found.is_unsure else behind)
         )
-        parts.append(found.read)
         yield found
 
 
@@ -479,26 +474,6 @@ def _is_nearly_value(read: Reported, cut: str, label: _Label) -> bool:
     # A single letter may be the name of anything.
     has_long_name = re.search(r"\w\w\W*$", label.name) is not None
     return has_long_name and read.fault == "no unit"
-
-
-_MOST_PARTS, _LONGEST_MEAN = 20, 40
-
-
-def _mean(text: str, before: str, parts: Sequence[Reported]) -> tuple[str, int] | None:
-    """Find a mean without a unit: it has that of the values in front, and is between."""
-    mark = re.search(_MARK, before)
-    if mark is None or not re.search(rf"{SAYS['result']}\W*$", before[: mark.start()]):
-        return None
-    values = [one.value for one in parts if one.value is not None]
-    if len(values) < 2:
-        return None
-    unit = re.search(r"(?:[kmc]?g|N)(?![a-z]).*$|$", parts[-1].text)
-    for cut, _ in _cuts(text[:_LONGEST_MEAN]):
-        read = read_reported("inertia", f"{cut} {unit and unit[0]}")
-        is_between = min(values) <= (read.value or 0.0) <= max(values)
-        if read.fault is None and is_between:
-            return read.text, len(cut)
-    return None
 
 
 def _names_inertia(text: str, near: bool = False) -> bool:

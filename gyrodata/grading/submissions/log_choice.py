@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -27,11 +26,6 @@ from gyrodata.grading.submissions.archives import (
 from gyrodata.grading.submissions.documents import as_log
 
 Attempts = Literal["newest", "oldest"]
-
-_COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
-"""Canvas writes ``lab-1.csv`` for a second ``lab.csv``; browsers and Blackboard write
-``lab(1).csv``."""
-
 
 NO_LOG = ("no log", "no files")
 """First words of a note if there is no file that may be a log."""
@@ -72,10 +66,9 @@ def choose_log(
         Which of several versions of a file is the log.
     """
     candidates = _candidates(files)
-    versions = _copies_of_one_file(candidates)
-    if versions:
-        last = min(versions) if attempts == "oldest" else max(versions)
-        chosen, how, rivals = versions[last], f"the {attempts}", list(candidates)
+    chosen = _latest(candidates, attempts)
+    if chosen and any(ending(own) in TABLES for own in candidates.values()):
+        how, rivals = f"the {attempts}", list(candidates)
     else:
         read_files = _read_as_logs(candidates, read)
         chosen, how = _choose_by_content(read_files, files, attempts)
@@ -104,26 +97,6 @@ def _candidates(files: Mapping[str, str]) -> dict[str, str]:
     return {
         name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)
     }
-
-
-def _copies_of_one_file(candidates: Mapping[str, str]) -> dict[int, str]:
-    """Return the versions of a log by their numbers, if all candidates are versions of it.
-
-    The result is empty if they are not, or if the only candidate is not a table.
-    """
-    bases = set()
-    versions = {}
-    for name, own in candidates.items():
-        copy = _COPY.fullmatch(own)
-        base = copy["base"] + copy["ending"] if copy else own
-        bases.add(base.lower())
-        versions[int(copy["number"]) if copy else 0] = name
-    only_text = len(candidates) == 1 and not any(
-        ending(own) in TABLES for own in candidates.values()
-    )
-    if len(bases) != 1 or len(versions) != len(candidates) or only_text:
-        return {}
-    return versions
 
 
 def _read_as_logs(
@@ -156,9 +129,11 @@ def _choose_by_content(
     if len(logs) == 1:
         return next(iter(logs)), "read as the log"
     if logs:
-        names = readings.listing(sorted(files[name] for name in logs))
-        latest = _latest(logs, files, attempts) or _with_all_rows(logs)
-        return latest or ("", f"several files that read as logs: {names}")
+        of_logs = {name: files[name] for name in logs}
+        latest = _latest(of_logs, attempts)
+        names = readings.listing(sorted(of_logs.values()))
+        how = "the latest by its name" if latest else "several files that read as logs"
+        return latest, how if latest else f"{how}: {names}"
     return _choose_unreadable(read_files, files)
 
 
@@ -191,39 +166,15 @@ def _plain_candidates(files: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-def _latest(
-    logs: Mapping[str, readings.Readings], files: Mapping[str, str], attempts: Attempts
-) -> tuple[str, str] | None:
-    """Choose among versions of a log by words in their names; None if they differ."""
-    versions = {name: version_of(files[name]) for name in logs}
+def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
+    """Return the file that the names call the latest version; "" if they are not versions."""
+    versions = {name: version_of(own) for name, own in files.items()}
     ranks = {name: rank for name, (rank, _) in versions.items()}
     bases = {base for _, base in versions.values()} - {""}
-    if len(set(ranks.values())) < len(logs) or len(bases) > 1:
-        return None
+    if len(set(ranks.values())) < len(files) or len(bases) != 1:
+        return ""
     last = min if attempts == "oldest" else max
-    return last(ranks, key=lambda name: ranks[name]), "the latest by its name"
-
-
-def _with_all_rows(logs: Mapping[str, readings.Readings]) -> tuple[str, str] | None:
-    """Choose the log that contains the rows of all others.
-
-    The result is None if there is no such log, or if such logs report different values.
-    """
-    rows = {name: _rows(log) for name, log in logs.items()}
-    whole = [name for name in rows if all(rows[name] >= some for some in rows.values())]
-    reported = {
-        name: logs[name].reported["inertia"].text
-        for name in whole
-        if "inertia" in logs[name].reported
-    }
-    if not whole or len(set(reported.values())) > 1:
-        return None
-    return next(iter([*reported, *whole])), "the one with all rows"
-
-
-def _rows(log: readings.Readings) -> set[tuple[float | None, ...]]:
-    columns = [column.values for _, column in sorted(log.columns.items())]
-    return set(zip(*columns, strict=True))
+    return last(ranks, key=lambda name: ranks[name])
 
 
 def _damage(file: str, name: str, read: Callable[[str], bytes]) -> str:

@@ -29,15 +29,13 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.base.errors import InputError, printable, shown
-from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_start
+from gyrodata.base.errors import printable, shown
+from gyrodata.grading.submissions.archives import LOGS, Listing, ending
 from gyrodata.grading.submissions.submission import Submission
 from gyrodata.readings import Faults
 
-LIVE, EXPORT = (
-    "submission_metadata.json",
-    "submission_metadata.yml",
-)  # of a running autograder, and of an export
+# of a running autograder, and of an export
+LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"
 LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
@@ -130,7 +128,7 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
         }
         if lms == "auto" or any(named.values()):
             if platform == "blackboard":
-                named = _with_user_names(named, files.root)
+                named = _with_user_names(named)
             return platform, named
     if lms in NAMED:
         return lms, dict.fromkeys(files.names)
@@ -297,64 +295,28 @@ def _flat_key(name: str) -> str:
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
-_RECEIPT = 2000  # bytes of a receipt that are read; its first line is much shorter
-
-
-def _read_receipt(data: bytes) -> tuple[str, str]:
-    """Read the first line of a receipt, "Name: Jane Doe (jdoe)".
-
-    Return the user name and the full name, or "".
-    """
-    line = data.decode("utf-8-sig", "replace").replace("\r", "\n").partition("\n")[0]
-    label, _, person = line.partition(":")
-    full, _, user = person.rstrip().removesuffix(")").rpartition("(")
-    is_name = (
-        person.rstrip().endswith(")")
-        and 0 < len(label) <= 40
-        and not re.search(r"[)\s]", user)
-    )
-    return (user, full.strip()) if is_name and user and full.strip() else ("", "")
-
-
-def _with_user_names(named: Named, root: Path) -> Named:
-    """Find the user name and the full name of each student in names of Blackboard.
-
-    In these names, the user names may contain a _.
-
-    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without
-    a receipt, the user name is behind the name of the assignment, which all files
-    share.
-    """
-    matches = {
-        name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named
-    }
+def _with_user_names(named: Named) -> Named:
+    """Find the user name of each student in names of Blackboard; it may contain a _."""
+    platform = PLATFORMS["blackboard"]
+    matches = {name: platform.match(name.rpartition("/")[2]) for name in named}
     owners = {name: match["owner"] for name, match in matches.items() if match}
-    people = _users_of(owners.values())
+    users = _users_of(owners.values())
     for name, owner in owners.items():
+        user = users[owner]
         part = named[name]
-        if part is not None and not part.log_file:
-            with suppress(InputError):
-                user, full = _read_receipt(read_start(root, name, _RECEIPT))
-                # Anybody can write such a text: the user name must be the one in the
-                # name of the file.
-                if user and owner.endswith(f"_{user}"):
-                    people[owner] = shown(user), shown(full)
-    for name, part in named.items():
-        user, full = people.get(owners.get(name, ""), ("", ""))
         named[name] = part and replace(
-            part, student=user, name=full, ids={"username": user}
+            part, student=user, name=user, ids={"username": user}
         )
     return named
 
 
-def _users_of(owners: Iterable[str]) -> dict[str, tuple[str, str]]:
+def _users_of(owners: Iterable[str]) -> dict[str, str]:
     """Return the user name behind the name of the assignment, which all files share."""
     distinct = sorted(set(owners))
     # These are not paths, but names whose beginning is equal.
     shared = commonprefix(distinct)  # noqa: RUF071
     at = shared.rfind("_") + 1 if len(distinct) > 1 else 0
-    users = {one: shown(one[at:] if at else one.rpartition("_")[2]) for one in distinct}
-    return {owner: (user, user) for owner, user in users.items()}
+    return {one: shown(one[at:] if at else one.rpartition("_")[2]) for one in distinct}
 
 
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` ---
@@ -462,7 +424,7 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     }
 
 
-def read_live(data: bytes) -> dict[str, dict[str, Any]]:
+def read_live(data: bytes) -> dict[str, Any]:
     """Read ``submission_metadata.json`` of a running autograder.
 
     ValueError if it is not such a file.
@@ -481,6 +443,4 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
-    return {
-        "submission": live.about("submission", str(live.id)) | {"late_seconds": late}
-    }
+    return live.about("submission", str(live.id)) | {"late_seconds": late}

@@ -26,7 +26,7 @@ from gyrodata.base.errors import Diagnostic, insist_on_type
 from gyrodata.base.version import __version__
 from gyrodata.base.workers import Failed, in_workers
 from gyrodata.grading import exports, yardsticks
-from gyrodata.grading.examples import flag_examples
+from gyrodata.grading.examples import examples_for, flag_simulated
 from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
 from gyrodata.grading.grade import (
@@ -220,7 +220,8 @@ def _flags(
     for student, entry in entries.items():
         if entry.grade.fingerprint is not None:
             prints[student] = entry.grade.fingerprint
-    return in_order([*flag_class(prints, groups, previous), *flag_examples(prints)])
+    flags = flag_class(prints, groups, previous, examples_for(prints))
+    return in_order([*flags, *flag_simulated(prints)])
 
 
 def _decided_without_hand_in(

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -63,23 +63,28 @@ class Flag(Struct, frozen=True):
 
 
 def flag_class(
-    prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING
+    prints: Prints,
+    partners: Sequence[frozenset[str]] = (),
+    previous: Prints = NOTHING,
+    examples: Prints = NOTHING,
 ) -> tuple[Flag, ...]:
     """Compare the logs of a class, and return the flags by kind.
 
     The flags are in the order of `KINDS`, then in the order of students.
 
     `prints`: One log of each student, by the student's key. `partners`: Students who
-    hand in the same data; a student may be in several groups. `previous`: Earlier logs
-    and published examples, by keys of their own; they are compared with the logs of the
-    class, not with each other. Logs that are joined by one kind are not joined again by
+    hand in the same data; a student may be in several groups. `previous`, `examples`:
+    Earlier logs and published examples, by keys of their own; they are compared with
+    the logs of the class, not with each other. Examples are no honest logs, and must
+    not change which spins are similar. Logs that are joined by one kind are not joined again by
     the next kind, and many copies of one log are one flag.
     """
-    logs = Logs(prints, partners, previous)
+    logs = Logs(prints, partners, {**previous, **examples})
     flags = flag_scatter(logs)
     flags += flag_pairs("shared rows", shared(logs), logs)
-    flags += flag_pairs("similar spins", _not_joined(similar(logs), logs, flags), logs)
-    return in_order(flags)
+    honest = Logs(prints, partners, previous)
+    pairs = _not_joined(similar(honest), honest, flags)
+    return in_order([*flags, *flag_pairs("similar spins", pairs, honest)])
 
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
@@ -456,7 +461,7 @@ weights of its own."""
 
 FEWEST = 3  # a pair is flagged from this number of rows on
 
-WIDTH = math.sqrt(4 * math.pi)
+_WIDTH = math.sqrt(4 * math.pi)
 """No interval of this width contains more of a normal distribution [sigma]."""
 
 
@@ -504,17 +509,17 @@ def _shared_with(logs: Logs, log: int) -> tuple[Integers, Floats]:
     # A value that n logs have is seen in the other log of a pair in n of N cases.
     common = (1 + match.have(slice(None)).sum(axis=0)) / len(logs.keys)
     common[~logs.useful[rows]] = 1.0
-    tails = rare_events(common * period_chances(logs, rows))
+    tails = _rare_events(common * _period_chances(logs, rows))
     return match.others[enough], tails[count[enough]]
 
 
-def period_chances(logs: Logs, rows: Integers) -> Floats:
+def _period_chances(logs: Logs, rows: Integers) -> Floats:
     """Return the probability that another log has the periods of rows, shape (n,)."""
     step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
-    return np.asarray(step / np.maximum(WIDTH * logs.noise[rows], step))
+    return np.asarray(step / np.maximum(_WIDTH * logs.noise[rows], step))
 
 
-def rare_events(chances: Floats) -> Floats:
+def _rare_events(chances: Floats) -> Floats:
     """Return the probability that k or more of n events occur, shape (n + 1,)."""
     numbers: Floats = np.eye(1, len(chances) + 1)[0]
     for chance in chances.tolist():
@@ -593,7 +598,8 @@ def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
     square = square + square.T - 2 * (counts * spin) @ (counts * spin).T
     square = np.abs(square) / np.maximum(number, 1)
     square[(number < NEAR_ROWS) | np.eye(len(rows), dtype=bool)] = np.inf
-    nearest = np.sort(square, axis=1)
+    few = np.partition(square, NEIGHBOURS, axis=1)[:, :NEIGHBOURS]
+    nearest = np.sort(few, axis=1)
     # Logs with equal spins say nothing of the distance of honest ones.
     apart = nearest[:, 1][nearest[:, 1] > 0]
     middle = np.minimum(2 * np.mean(size, axis=1), np.median([*apart, np.inf]))
@@ -616,7 +622,8 @@ def _not_joined(pairs: Pairs, logs: Logs, flags: Iterable[Flag]) -> Pairs:
     number = {key: log for log, key in enumerate(logs.keys)}
     joined = -np.arange(1, len(logs.keys) + 1)
     for at, flag in enumerate(flags):
-        joined[[number[key] for key in (*flag.students, *flag.previous)]] = at
+        keys = (*flag.students, *flag.previous)
+        joined[[number[key] for key in keys if key in number]] = at
     return pairs.some(joined[pairs.first] != joined[pairs.second])
 
 
@@ -682,8 +689,8 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
     rows, others = logs.rows_of(first)[:, None], logs.rows_of(second)[None, :]
     same = _same_weight(logs.torque[rows], logs.torque[others])
     same &= logs.same("spin", rows, others) & logs.same("period", rows, others)
-    lines = lines_in_words(logs.prints[first], same.any(axis=1))
-    other_lines = lines_in_words(logs.prints[second], same.any(axis=0))
+    lines = _lines_in_words(logs.prints[first], same.any(axis=1))
+    other_lines = _lines_in_words(logs.prints[second], same.any(axis=0))
     return (
         f"{same.any(axis=1).sum()} of {min(same.shape)} rows of {logs.keys[first]} "
         f"({lines}) are in {logs.keys[second]} ({other_lines}), with the same spin and "
@@ -691,7 +698,7 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
     )
 
 
-def lines_in_words(log: Fingerprint, which: NDArray[np.bool_]) -> str:
+def _lines_in_words(log: Fingerprint, which: NDArray[np.bool_]) -> str:
     """Name the lines of some rows of a log."""
     lines = sorted(np.array(log.lines)[which].tolist())
     return f"lines {', '.join(map(str, lines))}"

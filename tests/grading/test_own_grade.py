@@ -627,25 +627,6 @@ def test_copy_of_an_example_is_flagged(name: str) -> None:
     assert any(kind == "shared rows" and previous for kind, previous in flags)
 
 
-def moved(log: str, by: float) -> str:
-    """Write a log with all its times changed by the same amount."""
-    rows = [line for line in log.splitlines() if "imulated" not in line]
-    head = [row for row in rows if row.startswith("#")]
-    titles, *cells = (row.split(",") for row in rows[len(head) :])
-    at = titles.index("time [s]")
-    for row in cells:
-        row[at] = f"{float(row[at]) + by:.2f}"
-    return "\n".join([*head, *map(",".join, [titles, *cells])])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("by", [0.01, 0.3])
-def test_copy_of_an_example_with_other_times_is_flagged(by: float) -> None:
-    for name in SAMPLES[:1] + SAMPLES[-4:]:
-        log = moved((make_examples.ROOT / name).read_text(encoding="utf-8"), by)
-        assert any(previous for _, previous in flags_of(log)), name
-
-
 @pytest.mark.slow
 def test_honest_classes_do_not_look_like_examples() -> None:
     for step in (1, 5, 10):

@@ -286,7 +286,11 @@ class Logs:
         self.keys = [*students, *earlier]
         self.prints = [prints[key] for key in students]
         self.prints += [previous[key] for key in earlier]
-        self.partners = self._partners_of(partners)
+        number = {key: log for log, key in enumerate(students)}
+        self.partners = [
+            {number[key] for key in group if key in number} for group in partners
+        ]
+        self.pairs = self._count_pairs()
         counts = [len(one.time) for one in self.prints]
         # First row of each log, shape (N + 1,), and log of each row, shape (R,).
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
@@ -305,15 +309,17 @@ class Logs:
         self.noise = self._noise(counts) / turns  # of a period [s], shape (R,)
         self.useful = self._useful()
 
-    def _partners_of(self, partners: Iterable[frozenset[str]]) -> dict[int, set[int]]:
-        """Return the logs that each log may be like."""
-        number = {key: log for log, key in enumerate(self.keys[: self.current])}
-        found: dict[int, set[int]] = {}
-        for group in partners:
-            logs = {number[key] for key in group if key in number}
-            for log in logs:
-                found[log] = found.get(log, set()) | (logs - {log})
-        return found
+    def _partners_of(self, log: int) -> list[int]:
+        """Return the logs that a log may be like."""
+        groups = [group for group in self.partners if log in group]
+        return sorted(set[int]().union(*groups) - {log})
+
+    def _count_pairs(self) -> int:
+        """Count the pairs to compare: within the class, and with the earlier logs."""
+        earlier = len(self.keys) - self.current
+        every = self.current * (self.current - 1) // 2 + self.current * earlier
+        logs = set[int]().union(*self.partners)
+        return every - sum(len(self._partners_of(log)) for log in logs) // 2
 
     def _rows(self, name: str) -> Floats:
         values = [value for one in self.prints for value in getattr(one, name)]
@@ -341,17 +347,9 @@ class Logs:
         )
         return useful
 
-    @property
-    def pairs(self) -> int:
-        """Number of pairs to compare: within the class, and with the earlier logs."""
-        earlier = len(self.keys) - self.current
-        every = self.current * (self.current - 1) // 2 + self.current * earlier
-        return every - sum(map(len, self.partners.values())) // 2
-
     def are_compared(self, log: int, others: Integers) -> NDArray[np.bool_]:
         """Return which other logs a log is compared with: not two earlier ones."""
-        exempt = list(self.partners.get(log, ()))
-        compared = (others != log) & ~np.isin(others, exempt)
+        compared = (others != log) & ~np.isin(others, self._partners_of(log))
         if log >= self.current:
             compared &= others < self.current
         return compared
@@ -479,21 +477,20 @@ class Pairs(NamedTuple):
 
 def shared(logs: Logs) -> Pairs:
     """Find the pairs of logs with more rows in common than expected by chance."""
-    ones, others = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
-    chances = [np.zeros(0)]
-    for log in range(len(logs.keys)):
+    count = len(logs.keys)
+    numbers, chances = [np.zeros(0, dtype=int)], [np.zeros(0)]
+    for log in range(count):
         other, p = _shared_with(logs, log)
         rare = p * logs.pairs <= ALLOWED
-        ones.append(np.full(np.sum(rare), log))
-        others.append(other[rare])
+        number = np.minimum(log, other) * count + np.maximum(log, other)
+        numbers.append(number[rare])
         chances.append(p[rare])
-    one, other, p = map(np.concatenate, (ones, others, chances))
+    number, p = np.concatenate(numbers), np.concatenate(chances)
     # Each pair is there from both of its logs, or it is not rare enough.
-    number = np.minimum(one, other) * len(logs.keys) + np.maximum(one, other)
     order = np.argsort(number, kind="stable")
-    at = order[:-1][np.diff(number[order]) == 0]
-    behind = order[1:][np.diff(number[order]) == 0]
-    first, second = np.divmod(number[at], len(logs.keys))
+    twice = np.flatnonzero(np.diff(number[order]) == 0)
+    at, behind = order[twice], order[twice + 1]
+    first, second = np.divmod(number[at], count)
     return Pairs(first, second, np.maximum(p[at], p[behind]))
 
 

@@ -175,7 +175,7 @@ def grade_class(
     work = _Work.begun(rubric, options, desk, lost)
     work.grade([item for item in items if item.log_name is not None])
     partners = find_partners(_texts_on_partners(items, work), roster, meant)
-    items = _with_shared_logs(items, partners, desk, options)
+    items = _with_shared_logs(items, partners, desk)
     work.grade([item for item in items if item.student not in work.entries])
     entries = work.written(items)
     groups = [*partners.groups, *partners_by_log(items)]
@@ -272,29 +272,16 @@ def _with_look(grade: Grade, look: str | None) -> Grade:
 
 
 def _with_shared_logs(
-    items: Sequence[Submission],
-    partners: Partners,
-    desk: Desk,
-    options: GradingOptions,
+    items: Sequence[Submission], partners: Partners, desk: Desk
 ) -> tuple[Submission, ...]:
     """Give the log of a partner to each student who has none."""
     with_log = {item.student: item for item in items if item.log_name is not None}
-    made = {
-        item.student: _with_shared_log(item, with_log, partners, desk)
+    return tuple(
+        item
+        if item.student in with_log
+        else _with_shared_log(item, with_log, partners, desk)
         for item in items
-        if item.student not in with_log
-    }
-    waiting = [one for one in made.values() if one.log_of]
-    if waiting:
-        answers = in_workers(
-            _with_digest, waiting, options.workers, options.limit, options.cluster
-        )
-        with closing(answers):
-            for item, answer in answers:
-                if isinstance(answer, Failed):
-                    answer = unread(item, f"{answer}; {LOOK}")
-                made[item.student] = answer
-    return tuple(made.get(item.student, item) for item in items)
+    )
 
 
 def _with_shared_log(
@@ -313,6 +300,7 @@ def _with_shared_log(
         problem = f"{item.problem}; its partners have different logs: {names}"
         return replace(item, problem=problem, known_digest="")
     (lender,) = logs.values()
+    shared = repr((item.digest, lender.log_digest, bool(decided)))
     return replace(
         item,
         log_name=lender.log_name,
@@ -320,13 +308,8 @@ def _with_shared_log(
         log_of=lender.student,
         shares_answer=bool(decided),
         problem=None,
-        known_digest="",
+        known_digest=hashlib.sha256(shared.encode()).hexdigest(),
     )
-
-
-def _with_digest(item: Submission) -> Submission:
-    """Compute the digest of what a grade depends on."""
-    return replace(item, known_digest=item.digest)
 
 
 def _looks_of_shared_logs(
@@ -437,9 +420,8 @@ def _reconsider_one(
 ) -> Grade:
     """Look for a mistake in one log."""
     grade, submission, typed = doubt
-    return reconsider(
-        grade, replace(submission, known_digest=""), rubric, references, scatters, typed
-    )
+    copy = replace(submission)
+    return reconsider(grade, copy, rubric, references, scatters, typed)
 
 
 # --- the journal: a line for each grade, with its inputs ---
@@ -676,9 +658,8 @@ class _Answer(NamedTuple):
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
     """Grade one submission, in a worker."""
-    # A copy, because a submission keeps the texts that it reads; the inputs are those
-    # that are graded.
-    submission = replace(task[0], known_digest="")
+    # A copy, because a submission keeps the texts that it reads.
+    submission = replace(task[0])
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:

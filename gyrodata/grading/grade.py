@@ -729,7 +729,8 @@ def _note_on_answer(
             "answer_read", handed_in.file or "", handed_in.line, told=what, log=log
         )
     if answers.inertia is None:
-        more, what = "", f"no I_zz is found in {_read_and_unread(submission)}"
+        files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
+        more, what = "", f"no I_zz is found in {listing(files)}"
     else:
         more, what = "", f"the answer cannot be read: {reported.problem}"
         if handed_in.file == log:
@@ -737,23 +738,6 @@ def _note_on_answer(
     values = {"told": what, "log": log, "more": more}
     file = handed_in.file or log
     return Diagnostic.named("answer_missing", file, handed_in.line, **values)
-
-
-def _read_and_unread(submission: Submission) -> str:
-    """Name the files in which an answer is searched for, and the others."""
-    damaged = {one.name for one in submission.documents if one.problem}
-    read = [
-        one
-        for one in (submission.log_name, *submission.report_names)
-        if one and shown(PurePosixPath(one).name) not in damaged
-    ]
-    unread = [one for one in submission.members if one not in read]
-    more = f"; not read: {_files_in_words(unread)}" if unread else ""
-    return f"{_files_in_words(read)}{more}"
-
-
-def _files_in_words(names: Sequence[str]) -> str:
-    return listing(sorted(shown(PurePosixPath(one).name) for one in names))
 
 
 def _words_of_answer(inertia: float, problem: str | None, handed_in: HandIn) -> str:

@@ -401,7 +401,7 @@ def test_log_in_the_text_field_of_a_platform_is_asked_for_as_a_file(
     name = "Ann Lee_1234567_assignsubmission_onlinetext_/onlinetext.html"
     folder = make_folder(tmp_path, {name: f"{rows}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"})
     (item,) = find_submissions(folder).items
-    with pytest.raises(gyrodata.InputError, match=r"no log; onlinetext\.html"):
+    with pytest.raises(gyrodata.InputError, match=r"no log: only onlinetext\.html"):
         item.read()
 
 

@@ -98,7 +98,7 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
         (
             {"a.png": "", "b.txt": "I_zz = 4.4e-3 kg m^2"},
             None,
-            "no log; b.txt has the answer",
+            "no log: only a.png, b.txt",
         ),
         (
             {"a.xlsx": "PK\3\4"},

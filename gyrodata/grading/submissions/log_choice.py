@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Literal
 
 from msgspec import Struct
 
 from gyrodata import readings
-from gyrodata.base.errors import GyroError, InputError, shown
+from gyrodata.base.errors import GyroError, InputError
 from gyrodata.base.workers import reads_file
-from gyrodata.grading.submissions.answers import read_answers, version_of
+from gyrodata.grading.submissions.answers import version_of
 from gyrodata.grading.submissions.archives import (
     LOGS,
     REPORTS,
+    SHEETS,
     TABLES,
     TEXTS,
     WORKBOOKS,
@@ -47,8 +48,6 @@ class _ReadFiles(Struct, frozen=True):
     """Those that can be analysed; of equal files the first."""
     with_columns: tuple[str, ...]
     """Those that have a column of a log, readable or not."""
-    texts: tuple[tuple[str, bytes], ...]
-    """The content of every file, with the name that the student gave."""
 
 
 def choose_log(
@@ -105,20 +104,18 @@ def _read_as_logs(
     """Read every candidate as a log."""
     logs: dict[str, readings.Readings] = {}
     with_columns: dict[bytes, str] = {}
-    texts = []
     for name, own in candidates.items():
         reads_file(place_of(name))
         file = own.rpartition("/")[2]
         with suppress(GyroError):
-            texts.append((file, read(name)))
-            data = as_log(*texts[-1])
+            data = as_log(file, read(name))
             log = readings.read_log(data, name=file)
             if not log.columns or data in with_columns:
                 continue
             with_columns[data] = name
             if log.ok:
                 logs[name] = log
-    return _ReadFiles(logs, tuple(with_columns.values()), tuple(texts))
+    return _ReadFiles(logs, tuple(with_columns.values()))
 
 
 def _choose_by_content(
@@ -141,29 +138,18 @@ def _choose_unreadable(
     read_files: _ReadFiles, files: Mapping[str, str]
 ) -> tuple[str, str]:
     """Do the work of `_choose_by_content` if no file can be analysed."""
-    if not read_files.with_columns:
-        answer = read_answers(None, _one_by_one(read_files.texts))
-        if answer.inertia:
-            return "", f"no log; {answer.file} has the answer"
     if len(read_files.with_columns) == 1:
         return read_files.with_columns[0], "most like a log"
-    plain = _plain_candidates(files)
-    if len(plain) == 1:
-        return next(iter(plain)), "most like a log"
-    if plain:
-        names = readings.listing(sorted(plain.values()))
+    tables = {name: own for name, own in files.items() if ending(own) in SHEETS}
+    if len(tables) == 1:
+        return next(iter(tables)), "most like a log"
+    if tables:
+        names = readings.listing(sorted(tables.values()))
         return "", f"several files and none of them reads as a log: {names}"
     if not files:
         return "", "no files"
     names = readings.listing(sorted(name.rpartition("/")[2] for name in files.values()))
     return "", f"no log: only {names}"
-
-
-def _plain_candidates(files: Mapping[str, str]) -> dict[str, str]:
-    """Return the candidates without the reports."""
-    return {
-        name: own for name, own in _candidates(files).items() if ending(own) in LOGS
-    }
 
 
 def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
@@ -192,11 +178,3 @@ def _damage(file: str, name: str, read: Callable[[str], bytes]) -> str:
                 f"hand it in again"
             )
     return ""
-
-
-def _one_by_one(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
-    """Give texts one by one, and note the name of each while it is read."""
-    for name, data in texts:
-        reads_file(shown(name)[:100])
-        yield name, data
-    reads_file("")

@@ -223,8 +223,7 @@ class Submission(Struct, frozen=True, dict=True):
         if self.known_digest:
             return self.known_digest
         handed_in = [self.late, self.late_seconds, self.submitted, self.problem]
-        shared = [self.log_of, self.shares_answer] if self.log_of else []
-        about = repr([self.log_file, *handed_in, *shared])
+        about = repr([self.log_file, *handed_in])
         try:
             data = self.log()
         except GyroError as error:

@@ -349,7 +349,9 @@ class Logs:
 
     def are_compared(self, log: int, others: Integers) -> NDArray[np.bool_]:
         """Return which other logs a log is compared with: not two earlier ones."""
-        compared = (others != log) & ~np.isin(others, self._partners_of(log))
+        compared: NDArray[np.bool_] = (others != log) & ~np.isin(
+            others, self._partners_of(log)
+        )
         if log >= self.current:
             compared &= others < self.current
         return compared
@@ -686,16 +688,17 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
     rows, others = logs.rows_of(first)[:, None], logs.rows_of(second)[None, :]
     same = _same_weight(logs.torque[rows], logs.torque[others])
     same &= logs.same("spin", rows, others) & logs.same("period", rows, others)
-    lines = _lines_in_words(logs.prints[first], same.any(axis=1))
-    other_lines = _lines_in_words(logs.prints[second], same.any(axis=0))
+    shared_rows = np.flatnonzero(same.any(axis=1))
+    lines = _lines_in_words(logs.prints[first], shared_rows)
+    other_lines = _lines_in_words(logs.prints[second], np.flatnonzero(same.any(axis=0)))
     return (
-        f"{same.any(axis=1).sum()} of {min(same.shape)} rows of {logs.keys[first]} "
+        f"{len(shared_rows)} of {min(same.shape)} rows of {logs.keys[first]} "
         f"({lines}) are in {logs.keys[second]} ({other_lines}), with the same spin and "
         f"the same precession period"
     )
 
 
-def _lines_in_words(log: Fingerprint, which: NDArray[np.bool_]) -> str:
+def _lines_in_words(log: Fingerprint, which: Integers) -> str:
     """Name the lines of some rows of a log."""
     lines = sorted(np.array(log.lines)[which].tolist())
     return f"lines {', '.join(map(str, lines))}"

@@ -16,7 +16,7 @@ from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeVar
 
 from msgspec import Struct, ValidationError
 from msgspec.structs import replace
@@ -68,6 +68,9 @@ LOOK = "a person must look"
 
 OTHER_VERSION = "gyrodata changed"  # first words of a reason to grade again
 
+Item = TypeVar("Item")
+Made = TypeVar("Made")
+
 Figures = Mapping[str, tuple[bytes, str]]
 """PNG file of each figure, and what it shows in words, by its name."""
 
@@ -88,6 +91,13 @@ class GradingOptions(Struct, frozen=True):
     progress: Callable[[int], None] | None = (
         None  # receives the number of grades that are made
     )
+
+    def run(
+        self, work: Callable[[Item], Made], items: Sequence[Item]
+    ) -> closing[Generator[tuple[Item, Made | Failed], None, None]]:
+        """Do the work for each item in workers, which are closed if this one stops."""
+        answers = in_workers(work, items, self.workers, self.limit, self.cluster)
+        return closing(answers)
 
 
 def grade(
@@ -345,9 +355,7 @@ def _chosen(
         dict[str, list[Diagnostic]](),
         dict[str, Failed](),
     )
-    with closing(
-        in_workers(_choose_one, listed, options.workers, options.limit, options.cluster)
-    ) as answers:
+    with options.run(_choose_one, listed) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
                 lost[item.student] = answer
@@ -404,9 +412,7 @@ def _reconsidered(
     if waiting:
         _load_analysis()
     work = partial(_reconsider_one, rubric, references, scatters)
-    with closing(
-        in_workers(work, waiting, options.workers, options.limit, options.cluster)
-    ) as answers:
+    with options.run(work, waiting) as answers:
         for (grade, _, _), answer in answers:
             if isinstance(answer, Failed):
                 look = f"gyro could not look for a mistake in the log: {answer}"
@@ -627,9 +633,7 @@ def _answers(
         return
     _load_analysis()
     work = partial(_grade_one, rubric, options.figures is not None)
-    with closing(
-        in_workers(work, opened, options.workers, options.limit, options.cluster)
-    ) as answers:
+    with options.run(work, opened) as answers:
         for (item, _), answer in answers:
             if isinstance(answer, Failed):
                 answer = _failed(item, rubric, answer)

@@ -215,7 +215,7 @@ def grade_submission(
     if reported is not None:
         answers = Answers(read_reported("inertia", reported), unread=answers.unread)
     evidence = _evidence(submission, bench, answers, log, rubric)
-    doubts = [*_looks(evidence), *_questions(answers, evidence), wide]
+    doubts = [*_looks(evidence), *answers.questions, wide]
     # The suspected outliers are in the analysis already.
     diagnostics_of_all = (
         *analysis.diagnostics,
@@ -533,21 +533,6 @@ def two_decimals(points: float | None) -> str:
     The text never contains a mark between thousands.
     """
     return "" if points is None else f"{points:.2f}"
-
-
-def _questions(answers: Answers, evidence: Evidence) -> list[str]:
-    """Return what is to be asked about the answer."""
-    own = evidence.own
-    if evidence.matched is None:
-        return list(answers.questions)
-    for rival in answers.rivals:
-        away = (
-            yardsticks.distance(rival.value, one.value, 0.0, own.yardstick)
-            for one in own.values
-        )
-        if min(away) > evidence.d:
-            return [*answers.questions, rival.question]
-    return list(answers.questions)
 
 
 def _looks(evidence: Evidence) -> list[str]:

@@ -49,15 +49,7 @@ class Answers(Struct, frozen=True):
     diagnostics: tuple[Diagnostic, ...] = ()  # notes on how it was read
     file: str = ""  # name of the file with I_zz
     questions: tuple[str, ...] = ()  # to a person, about the answer
-    rivals: tuple[Rival, ...] = ()  # other values, by words of a comparison
     unread: tuple[Diagnostic, ...] = ()  # each a file that cannot be read
-
-
-class Rival(Struct, frozen=True):
-    """A named value next to the answer that differs, and that no word of theory explains."""
-
-    value: float  # [kg*m^2]
-    question: str  # to a person
 
 
 def read_answers(
@@ -92,23 +84,12 @@ def read_answers(
         return Answers(unread=unread)
     questions = [*(text.cut for text in texts), _doubt(chosen, named)]
     if answers.inertia and answers.inertia.fault != "given twice":
-        questions.append(_disagrees(chosen, answers.file, named))
+        # A word of a comparison does not make another answer harmless.
+        questions.append(_disagrees(chosen, answers.file, values))
     return replace(
         answers,
         questions=tuple(filter(None, questions)),
-        rivals=_rivals(chosen, answers.file, values),
         unread=unread,
-    )
-
-
-def _rivals(
-    chosen: Candidate, file: str, values: Iterable[Candidate]
-) -> tuple[Rival, ...]:
-    """Return the values that only a word of a comparison calls another value."""
-    return tuple(
-        Rival(one.read.value or 0.0, _two_answers(chosen.read, file, one))
-        for one in values
-        if one.compared and _differ(chosen.read, one.read)
     )
 
 

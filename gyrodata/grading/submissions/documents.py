@@ -100,17 +100,7 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         if not any(map(str.strip, lines)):
             raise ValueError(NO_TEXT)
         return [visible.line_seen(line) for line in lines]
-    if kind == ".odt":
-        raise ValueError("hand in a PDF")
-    if kind == WORD and data.startswith(b"PK"):
-        text = _text_of_word(data)
-    else:
-        text = readings.decode(data, readings.Faults(name))[0]
-    if kind == ".json":
-        text = _json_as_lines(text)
-    if kind == ".ipynb":
-        text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    text = _without_struck(text, kind)
+    text = _without_struck(_text_of(name, data, kind), kind)
     if kind not in TABLES:
         text = visible.latex_seen(text)
     if kind == ".md":
@@ -118,6 +108,20 @@ def _read_lines(name: str, data: bytes) -> list[str]:
     text = _without_markup(text, kind)
     lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
     return in_cells(lines) if kind in TABLES else lines
+
+
+def _text_of(name: str, data: bytes, kind: str) -> str:
+    """Return a file as text, still with its markup."""
+    if kind == ".odt":
+        raise ValueError("hand in a PDF")
+    if kind == WORD and data.startswith(b"PK"):
+        return _text_of_word(data)
+    text = readings.decode(data, readings.Faults(name))[0]
+    if kind == ".json":
+        return _json_as_lines(text)
+    if kind == ".ipynb":
+        return "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
+    return text
 
 
 def _json_as_lines(text: str) -> str:

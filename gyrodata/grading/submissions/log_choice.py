@@ -65,19 +65,14 @@ def choose_log(
         Which of several versions of a file is the log.
     """
     candidates = _candidates(files)
-    chosen = _latest(candidates, attempts)
-    if chosen and any(ending(own) in TABLES for own in candidates.values()):
-        how, rivals = f"the {attempts}", list(candidates)
-    else:
+    chosen, how, rivals = _latest(candidates, attempts), f"the {attempts}", candidates
+    has_table = any(ending(own) in TABLES for own in candidates.values())
+    if not chosen or not has_table:
         read_files = _read_as_logs(candidates, read)
         chosen, how = _choose_by_content(read_files, files, attempts)
-        if not chosen:
-            return LogChoice(None, how)
-        rivals = [
-            name
-            for name, own in candidates.items()
-            if name in read_files.logs or ending(own) not in TEXTS
-        ]
+        rivals = _rivals(candidates, read_files)
+    if not chosen:
+        return LogChoice(None, how)
     damage = _damage(candidates[chosen].rpartition("/")[2], chosen, read)
     if damage:
         return LogChoice(None, damage)
@@ -95,6 +90,15 @@ def _candidates(files: Mapping[str, str]) -> dict[str, str]:
         return tables
     return {
         name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)
+    }
+
+
+def _rivals(candidates: Mapping[str, str], read_files: _ReadFiles) -> dict[str, str]:
+    """Return the candidates that may have been meant as the log."""
+    return {
+        name: own
+        for name, own in candidates.items()
+        if name in read_files.logs or ending(own) not in TEXTS
     }
 
 
@@ -156,7 +160,7 @@ def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
     """Return the file that the names call the latest version; "" if they are not versions."""
     versions = {name: version_of(own) for name, own in files.items()}
     ranks = {name: rank for name, (rank, _) in versions.items()}
-    bases = {base for _, base in versions.values()} - {""}
+    bases = {base for _, base in versions.values()}
     if len(set(ranks.values())) < len(files) or len(bases) != 1:
         return ""
     last = min if attempts == "oldest" else max

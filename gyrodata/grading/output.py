@@ -24,6 +24,7 @@ from gyrodata.grading.classroom import (
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_pages
 from gyrodata.grading.yardsticks import grouped
+from gyrodata.readings import listing
 from gyrodata.reporting.values import count_text
 from gyrodata.results import encode
 
@@ -75,16 +76,6 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
 
 
-MOST_LISTED = (
-    50  # files in one cell: a spreadsheet program reads at most 32,767 letters
-)
-
-
-def _listed(files: list[str]) -> str:
-    more = f" and {len(files) - MOST_LISTED} more" if len(files) > MOST_LISTED else ""
-    return ", ".join(files[:MOST_LISTED]) + more
-
-
 def write_rubric(folder: Path, text: bytes) -> None:
     """Write the rubric, with the version that grades by it in the first line."""
     head = b"# gyrodata %b graded by this rubric.\n"
@@ -108,7 +99,9 @@ def write_results(
     """
     names = feedback_names(found)
     files = {
-        one.student: _listed([basename(file) for file in one.beside_log])
+        one.student: listing(
+            [basename(file) for file in one.beside_log], exports.MOST_NAMED
+        )
         for one in found.submissions.items
     }
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))

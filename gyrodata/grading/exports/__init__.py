@@ -19,6 +19,7 @@ from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
 from gyrodata.grading.yardsticks import BenchScatter, Reference
+from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines, json_text
 from gyrodata.results import encode, to_json
 
@@ -74,7 +75,7 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         for flag in flags
     }
     told = [
-        f"{flag.kind} with {_first_of(some)}" if some else flag.kind
+        f"{flag.kind} with {listing(some, MOST_NAMED)}" if some else flag.kind
         for flag, some in others.items()
     ]
     return {
@@ -102,14 +103,7 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
     }
 
 
-MOST_NAMED = 50  # students in a cell of grades.csv; flags.csv names all
-
-
-def _first_of(students: Sequence[str]) -> str:
-    more = (
-        f" and {len(students) - MOST_NAMED} more" if len(students) > MOST_NAMED else ""
-    )
-    return ", ".join(students[:MOST_NAMED]) + more
+MOST_NAMED = 50  # students or files in a cell; flags.csv names all students
 
 
 def flags_csv(flags: Iterable[Flag]) -> str:

@@ -229,6 +229,7 @@ BROKEN: dict[str, str | bytes] = {
     "no.ipynb": "I_zz",
     "nul.txt": f"I_zz = {VALUE}\n\0",
     "cut.docx": zipped({"word/document.xml": RIGHT})[:60],
+    "report.odt": zipped({"content.xml": RIGHT}),
     "empty.docx": zipped({"word/other.xml": RIGHT}),
     "book.xlsx": b"PK\3\4no workbook",
     "huge.ods": zipped(

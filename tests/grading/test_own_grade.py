@@ -252,6 +252,10 @@ SEEN = {
         "report.docx",
         word('<w:color w:val="FFFFFF"/><w:shd w:fill="000000"/>'),
     ),
+    "word, hidden end of a paragraph": (
+        "report.docx",
+        word("", "<w:pPr><w:rPr><w:vanish/></w:rPr></w:pPr>{}"),
+    ),
     "word, vanish off": ("report.docx", word('<w:vanish w:val="0"/>')),
     "red": ("report.html", page(f'<b style="color:rgb(255,0,0)">{RIGHT}</b>')),
     "light on black": (

@@ -38,6 +38,7 @@ WORD = ".docx"
 MOST_LINES, LONGEST_LINE = 1000, 20_000
 NO_TEXT = "it contains no text, only pictures; a person must look"
 """Why a PDF cannot be read, such as a scan."""
+NOT_READ = "it is a text of LibreOffice; a person must look, or hand in a PDF"
 
 
 class Document(Struct, frozen=True):
@@ -58,8 +59,8 @@ def read_document(name: str, data: bytes) -> Document:
     except RecursionError:
         return Document(name, problem="it has too many levels of brackets")
     except _DAMAGED as error:
-        if str(error) == NO_TEXT:
-            return Document(name, problem=NO_TEXT)
+        if str(error) in (NO_TEXT, NOT_READ):
+            return Document(name, problem=str(error))
         why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
@@ -113,7 +114,7 @@ def _read_lines(name: str, data: bytes) -> list[str]:
 def _text_of(name: str, data: bytes, kind: str) -> str:
     """Return a file as text, still with its markup."""
     if kind == ".odt":
-        raise ValueError("hand in a PDF")
+        raise ValueError(NOT_READ)
     if kind == WORD and data.startswith(b"PK"):
         return _text_of_word(data)
     text = readings.decode(data, readings.Faults(name))[0]

@@ -202,10 +202,10 @@ _DELETED = re.compile(
     r"(?s)<w:(del|moveFrom|instrText)(?:\s[^<>]*)?(?<!/)>.*?</w:\1\s*>"
 )
 _PIECE = re.compile(
-    r"(?s)(?P<properties><w:rPr\b.*?</w:rPr>)(?!\s*</w:pPr>)"
+    r"(?s)(?P<properties>(?><w:rPr\b.{0,5000}?</w:rPr>))(?!\s*</w:pPr>)"
     r"(?P<text>.*?)(?=<w:rPr\b|</w:r>|</w:p>|\Z)"
 )
-"""Properties and the text to which they belong."""
+"""Properties, but for those of the end of a paragraph, and the text that has them."""
 _TINIEST, _SMALL = 4, 10
 """Height of letters that nobody reads, and that are hard to see [half points]."""
 

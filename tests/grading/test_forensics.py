@@ -249,3 +249,11 @@ def test_chance_of_a_small_scatter_agrees_with_chi_square(prints: Prints) -> Non
         assert flag.p == pytest.approx(
             stats.chi2.cdf((squares + 5 * 0.01**2 / 12) / 0.05**2, 5), rel=1e-6
         )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [38, 100])
+def test_honest_logs_are_not_flagged(size: int) -> None:
+    for seed in range(200, 204):
+        students = [draw(i, seed) for i in range(size)]
+        assert flag_class({one.key: print_of(one.log()) for one in students}) == ()

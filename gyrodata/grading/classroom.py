@@ -137,9 +137,11 @@ def grade(
     insist_on_type("source", source, str | os.PathLike, "the path of a folder or a zip")
     insist_on_type("rubric", rubric, str | os.PathLike | None, "the path of a rubric")
     insist_on_type("workers", workers, int, "a number of processes")
-    text, name = default_rubric_text().encode(), "built-in rubric"
+    text = default_rubric_text().encode()
+    name = "built-in rubric"
     if rubric is not None:
-        text, name = Path(rubric).read_bytes(), Path(rubric).name
+        text = Path(rubric).read_bytes()
+        name = Path(rubric).name
     return grade_class(
         list_submissions(Path(source)),
         read_rubric(text, name),
@@ -238,7 +240,8 @@ def _decided_without_hand_in(
     submissions: Submissions, desk: Desk, roster: Roster
 ) -> list[Submission]:
     """Return students who handed in nothing, if a person decides about them."""
-    source, why = submissions.items[0].source, "nothing is handed in"
+    source = submissions.items[0].source
+    why = "nothing is handed in"
     return [
         Submission(
             one.student,
@@ -260,7 +263,8 @@ def _settled(
     work: _Work,
 ) -> tuple[list[Grade], References, Scatters]:
     """Compare the grades with the class, and look for mistakes in doubtful logs."""
-    desk, rubric = work.desk, work.rubric
+    desk = work.desk
+    rubric = work.rubric
     named = []
     for item in items:
         grade = replace(entries[item.student].grade, fingerprint=None)
@@ -350,11 +354,9 @@ def _chosen(
     Also returns notes on the choices, and why submissions could not be opened, by
     student.
     """
-    chosen, notes, lost = (
-        dict[str, Submission](),
-        dict[str, list[Diagnostic]](),
-        dict[str, Failed](),
-    )
+    chosen = dict[str, Submission]()
+    notes = dict[str, list[Diagnostic]]()
+    lost = dict[str, Failed]()
     with options.run(_choose_one, listed) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
@@ -457,7 +459,8 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
 
     A damaged line cannot be read, for example after a power cut.
     """
-    entries, damaged = dict[str, Entry](), 0
+    entries = dict[str, Entry]()
+    damaged = 0
     for line in filter(None, data.splitlines()):
         try:
             entry = decode(line, Entry)
@@ -839,10 +842,8 @@ class ClassGrades(Struct, frozen=True, dict=True):
                 for grade in self.grades
                 if (value := grade.marks[at].points) is not None
             ]
-            full, none = (
-                sum(value >= one.points for value in judged),
-                sum(value <= 0 for value in judged),
-            )
+            full = sum(value >= one.points for value in judged)
+            none = sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
             yield exports.CriterionFigures(
                 one.id, one.title, one.points, len(judged), full, none, mean

@@ -344,7 +344,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
     d = evidence.slips[0].distance if evidence.slips else evidence.d
-    number, carried = _away(criterion, evidence), d
+    number = _away(criterion, evidence)
+    carried = d
     if criterion.curve.variable == "percent":
         carried = 100 * abs(value / evidence.factor / matched.value - 1)
     detail: dict[str, float | str | None] = {
@@ -355,13 +356,12 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     detail |= {"matched": matched.name, criterion.curve.variable: number}
     share = criterion.curve.share(number)
     if evidence.slips:
-        detail["slip"], cost = (
-            evidence.slips[0].kind,
-            points_of(criterion.slip or 0.0, criterion.points),
-        )
+        detail["slip"] = evidence.slips[0].kind
+        cost = points_of(criterion.slip or 0.0, criterion.points)
         less = criterion.curve.share(carried) - cost / (criterion.points or 1.0)
         if less > share:
-            share, detail["slip_cost"] = less, cost
+            share = less
+            detail["slip_cost"] = cost
         words = " or ".join(slip.words for slip in evidence.slips)
         reason = (
             f"{said}, {times} what your runs give, {own}: one common mistake would "
@@ -406,7 +406,8 @@ def judge_reference(
 
     This is done only if there is a value to compare with the reference.
     """
-    value, u = pending.detail.get("value"), pending.detail.get("u")
+    value = pending.detail.get("value")
+    u = pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
         return pending
     if reference is None:
@@ -420,7 +421,8 @@ def judge_reference(
     )
     own = pending.detail.get("own")
     if isinstance(own, float) and reference.zeta(own, u) < reference.zeta(value, u):
-        value, undone = own, ", which your runs give,"
+        value = own
+        undone = ", which your runs give,"
     zeta = reference.zeta(value, u)
     detail = {
         **pending.detail,
@@ -560,7 +562,8 @@ def _fault_of_last_digit(evidence: Evidence) -> str:
     u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
     if evidence.from_cells:
         # A cell does not show the zeros at its end.
-        low, u_low = low / 100, u_low / 10
+        low = low / 100
+        u_low = u_low / 10
     if max(low, u_low) <= 1.26 * min(high, u_high):
         return ""
     which = "finer" if high < u_low else "coarser"

@@ -258,14 +258,17 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
     scatter. Returns the degrees of freedom (n minus the slopes minus the bias), and the
     standard deviation of a time [s], with the variance that rounding may have hidden.
     """
-    time, lever = np.array(log.time), np.array(log.turns) * np.array(log.spin)
+    time = np.array(log.time)
+    lever = np.array(log.turns) * np.array(log.spin)
     torque = np.array(log.torque)
-    weight, lever = weights(torque), lever / np.where(torque == 0, 1.0, np.abs(torque))
+    weight = weights(torque)
+    lever = lever / np.where(torque == 0, 1.0, np.abs(torque))
     slopes = [lever * (weight == number) for number in dict.fromkeys(weight.tolist())]
     design = np.column_stack([*slopes, np.ones(len(time))])
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
-    left, dof = time - design @ solution, len(time) - int(rank)
+    left = time - design @ solution
+    dof = len(time) - int(rank)
     return dof, math.sqrt(
         left @ left / max(dof, 1) + np.mean(np.square(log.time_step)) / 12
     )
@@ -281,7 +284,8 @@ class Logs:
     def __init__(
         self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints
     ) -> None:
-        students, earlier = sorted(prints), sorted(previous)
+        students = sorted(prints)
+        earlier = sorted(previous)
         self.current = len(students)  # number of logs of this class
         self.keys = [*students, *earlier]
         self.prints = [prints[key] for key in students]
@@ -365,7 +369,8 @@ class Logs:
 
         Two values are compared to the last digit of the coarser value.
         """
-        values, steps = getattr(self, name), getattr(self, f"{name}_step")
+        values = getattr(self, name)
+        steps = getattr(self, f"{name}_step")
         return _same_number(values[one], values[other], steps[one], steps[other])
 
     def near(self, log: int) -> Matches:
@@ -387,7 +392,8 @@ class Logs:
         same &= _same_number(
             self.spin[mine], self.spin[other], self.grid[mine], self.spin_step[other]
         )
-        mine, other = mine[same], other[same]
+        mine = mine[same]
+        other = other[same]
         others, at = np.unique(self.log[other], return_inverse=True)
         return Matches(rows, mine, other, others, at)
 
@@ -480,18 +486,21 @@ class Pairs(NamedTuple):
 def shared(logs: Logs) -> Pairs:
     """Find the pairs of logs with more rows in common than expected by chance."""
     count = len(logs.keys)
-    numbers, chances = [np.zeros(0, dtype=int)], [np.zeros(0)]
+    numbers = [np.zeros(0, dtype=int)]
+    chances = [np.zeros(0)]
     for log in range(count):
         other, p = _shared_with(logs, log)
         rare = p * logs.pairs <= ALLOWED
         number = np.minimum(log, other) * count + np.maximum(log, other)
         numbers.append(number[rare])
         chances.append(p[rare])
-    number, p = np.concatenate(numbers), np.concatenate(chances)
+    number = np.concatenate(numbers)
+    p = np.concatenate(chances)
     # Each pair is there from both of its logs, or it is not rare enough.
     order = np.argsort(number, kind="stable")
     twice = np.flatnonzero(np.diff(number[order]) == 0)
-    at, behind = order[twice], order[twice + 1]
+    at = order[twice]
+    behind = order[twice + 1]
     first, second = np.divmod(number[at], count)
     return Pairs(first, second, np.maximum(p[at], p[behind]))
 
@@ -499,7 +508,9 @@ def shared(logs: Logs) -> Pairs:
 def _shared_with(logs: Logs, log: int) -> tuple[Integers, Floats]:
     """Return the logs with rows of a log, and how probable so many are by chance."""
     match = logs.near(log)
-    rows, mine, other = match.rows, match.mine, match.other
+    rows = match.rows
+    mine = match.mine
+    other = match.other
     same = logs.same("spin", mine, other) & logs.same("period", mine, other)
     count = match.have(same).sum(axis=1)
     enough = (count >= FEWEST) & logs.are_compared(log, match.others)
@@ -575,7 +586,8 @@ def similar(logs: Logs) -> Pairs:
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
         chance = _chances_of_distances(logs, rows)
         for at, other in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
-            log, partner = members[at], members[other]
+            log = members[at]
+            partner = members[other]
             if log < partner and logs.are_compared(log, np.array([partner]))[0]:
                 pairs.append((log, partner, float(chance[at, other])))
     columns = np.array(pairs, dtype=float).reshape(-1, 3).T
@@ -668,7 +680,8 @@ def _flag_of(kind: Kind, pairs: Pairs, logs: Logs) -> Flag:
 
 def _tell_spins(logs: Logs, first: int, second: int) -> str:
     """Describe how similar the spins of two logs are."""
-    rows, others = logs.rows_of(first), logs.rows_of(second)
+    rows = logs.rows_of(first)
+    others = logs.rows_of(second)
     spin = _difference(logs.spin[rows], logs.spin[others])
     period = _difference(logs.period[rows], logs.period[others])
     return (
@@ -685,7 +698,8 @@ def _difference(values: Floats, others: Floats) -> str:
 
 def _tell_rows(logs: Logs, first: int, second: int) -> str:
     """Describe the rows that two logs have in common, with their lines in both files."""
-    rows, others = logs.rows_of(first)[:, None], logs.rows_of(second)[None, :]
+    rows = logs.rows_of(first)[:, None]
+    others = logs.rows_of(second)[None, :]
     same = _same_weight(logs.torque[rows], logs.torque[others])
     same &= logs.same("spin", rows, others) & logs.same("period", rows, others)
     shared_rows = np.flatnonzero(same.any(axis=1))

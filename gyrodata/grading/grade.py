@@ -178,7 +178,8 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     @property
     def ratio(self) -> float | None:
         """Reported I_zz over that of the nearest accepted fit [1]; None without one of them."""
-        value, own = self.reported_inertia, self.own.get(self.matched or "")
+        value = self.reported_inertia
+        own = self.own.get(self.matched or "")
         return (
             value / own["value"] if value is not None and own and own["value"] else None
         )
@@ -281,7 +282,9 @@ def _evidence(
     answer = answers.inertia
     if answer is None or answer.value is None:
         return evidence
-    own, value, step = evidence.own, answer.value, answer.step or 0.0
+    own = evidence.own
+    value = answer.value
+    step = answer.step or 0.0
     slips = _slips(evidence, answer, value)
     fits = [one for one in own.values if slips and one.name == slips[0].fit]
     matched = min(fits or own.values, key=lambda one: abs(one.value - value))
@@ -302,7 +305,9 @@ def _slips(
 
 def _values_of(evidence: Evidence) -> dict[str, Any]:
     """Return the marks and the numbers of a grade, by the names of its fields."""
-    analysis, answer, matched = evidence.analysis, evidence.reported, evidence.matched
+    analysis = evidence.analysis
+    answer = evidence.reported
+    matched = evidence.matched
     scatters = criteria.scatter_of(analysis)
     return {
         "marks": tuple(
@@ -337,7 +342,8 @@ def settle(
     with. No grade depends on the order.
     """
     logs = _each_log_once(grades)
-    references, scatters = rubric.references, {}
+    references = rubric.references
+    scatters = {}
     if rubric.class_reference:
         references = yardsticks.class_references(
             (one.station, one.inertia or 0.0, one.inertia_u or 0.0) for one in logs
@@ -411,16 +417,12 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
     reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return None
-    inertia, value, disagree = (
-        grade.inertia,
-        grade.reported_inertia or 0.0,
-        (grade.d or 0.0) > FAR,
-    )
+    inertia = grade.inertia
+    value = grade.reported_inertia or 0.0
+    disagree = (grade.d or 0.0) > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    far, away = (
-        reference.zeta(inertia, share * inertia),
-        abs(inertia - reference.inertia),
-    )
+    far = reference.zeta(inertia, share * inertia)
+    away = abs(inertia - reference.inertia)
     near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
     wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
     if not wrong_log and (disagree or far <= LOOKED_AT):
@@ -574,7 +576,8 @@ is near a fit with some mistake, but one in 200 is so near."""
 
 def _doubts_of_slip(evidence: Evidence) -> list[str]:
     """Ask about a mistake that may agree with the report by chance."""
-    slip, log = evidence.slips[0], evidence.analysis
+    slip = evidence.slips[0]
+    log = evidence.analysis
     known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
     fits = yardsticks.with_mistake(known[slip.kind], evidence.own)
     if not any(_is_exactly(evidence, one) for one in fits):
@@ -715,9 +718,11 @@ def _note_on_answer(
         )
     if answers.inertia is None:
         files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
-        more, what = "", f"no I_zz is found in {listing(files)}"
+        more = ""
+        what = f"no I_zz is found in {listing(files)}"
     else:
-        more, what = "", f"the answer cannot be read: {reported.problem}"
+        more = ""
+        what = f"the answer cannot be read: {reported.problem}"
         if handed_in.file == log:
             more = ", and take its other lines with an I_zz out"
     values = {"told": what, "log": log, "more": more}

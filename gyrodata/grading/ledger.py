@@ -249,7 +249,8 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults, number = list[Diagnostic](), 0
+    faults = list[Diagnostic]()
+    number = 0
     read = _ReadDesk()
     try:
         for number, cells in read_list(data, path.name, "student", "what", "value"):
@@ -304,7 +305,8 @@ def _decision(
     row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
-    what, value = _word_of(row, points), row["value"]
+    what = _word_of(row, points)
+    value = row["value"]
     people = sorted({_student(one, known) for one in _names_of(row, what, known)})
     if what not in (*points, *WORDS, CORRECTED):
         near = nearest(row["what"], (*points, *WORDS[1:]))
@@ -504,7 +506,8 @@ class Offer(Struct, frozen=True):
     @property
     def cells(self) -> list[str]:
         """The columns of the desk, without a name under ``by``."""
-        people, why = BETWEEN.join(self.people), short(self.why)
+        people = BETWEEN.join(self.people)
+        why = short(self.why)
         return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
 
     @property

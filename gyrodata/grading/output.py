@@ -64,7 +64,8 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     If a person changed the table that is there, this table is kept as well, and a
     message reports it.
     """
-    path, kept = folder / TABLE, folder / PUBLISHED
+    path = folder / TABLE
+    kept = folder / PUBLISHED
     before = path.read_bytes() if path.is_file() else table
     if before != table and not (kept / f"grades-{_digest(before)}.csv").is_file():
         name = f"grades-by-hand-{_digest(before)}.csv"
@@ -148,7 +149,8 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
     The names are those that the platform accepts, unless no system can write them.
     """
-    names, taken = dict[str, str](), set[str]()
+    names = dict[str, str]()
+    taken = set[str]()
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
         plain = "/".join(

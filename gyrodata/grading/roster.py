@@ -171,7 +171,8 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
 
     `texts`: What `partners_in` found, by student.
     """
-    groups, looks = list[frozenset[str]](), dict(roster.unclear)
+    groups = list[frozenset[str]]()
+    looks = dict(roster.unclear)
     lines: dict[str, set[str]] = {}
     named: dict[str, set[str]] = {}
     for student, text in texts.items():

@@ -253,14 +253,10 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    name, relation = (
-        match["name"],
-        match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">="),
-    )
-    low, high = (
-        float(match["low"] or match["bound"]),
-        float(match["high"] or match["bound"]),
-    )
+    name = match["name"]
+    relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
+    low = float(match["low"] or match["bound"])
+    high = float(match["high"] or match["bound"])
     if low > high or (low == high and match["word"]):
         raise unfit(
             "condition_bounds_reversed",
@@ -320,12 +316,11 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         """Share of the points as a function of a variable."""
         if self.check == "manual":
             return Curve("", (0.0, 0.0), (0.0, 0.0))
-        kind, zero = KINDS[self.check], parse_condition(self.zero, "zero")
+        kind = KINDS[self.check]
+        zero = parse_condition(self.zero, "zero")
         name, relation, low, high = parse_condition(self.full, "full")
-        known, opposite = (
-            (kind.full.split()[0], *kind.variables),
-            _OPPOSITE.get(relation),
-        )
+        known = (kind.full.split()[0], *kind.variables)
+        opposite = _OPPOSITE.get(relation)
         if name not in known:
             raise unfit(
                 "condition_of_other_check",
@@ -380,10 +375,8 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     ] = {}
 
     def __post_init__(self) -> None:
-        each, total = (
-            [f"{one.points:g}" for one in self.criteria],
-            math.fsum(one.points for one in self.criteria),
-        )
+        each = [f"{one.points:g}" for one in self.criteria]
+        total = math.fsum(one.points for one in self.criteria)
         if abs(total - self.points) > 1e-9:
             raise unfit(
                 "points_do_not_add_up",

@@ -37,7 +37,8 @@ class UnfitError(ValueError):
 
     def __init__(self, diagnostic: Diagnostic, path: Path = ()) -> None:
         super().__init__(diagnostic.message)
-        self.diagnostic, self.path = diagnostic, path
+        self.diagnostic = diagnostic
+        self.path = path
 
 
 def unfit(message: str, /, *path: str | int, **values: object) -> UnfitError:
@@ -80,7 +81,8 @@ def _explained(
     cause = error.__cause__
     if isinstance(cause, UnfitError):
         return cause.diagnostic, (*path, *cause.path)
-    value, samples = reduce(getitem, path, values), samples_of(kind)
+    value = reduce(getitem, path, values)
+    samples = samples_of(kind)
     heads = [part for part in path if isinstance(part, str)]
     kind_of_fault, _, field = message.rstrip("`").partition(" field `")
     if kind_of_fault == "Object missing required":
@@ -134,7 +136,8 @@ def _spot(text: str, path: Path) -> tuple[int, int, int]:
     If the key has no line of its own, they are those of the nearest table around it
     that has a line.
     """
-    spot, start = (1, 1, 1), 0
+    spot = (1, 1, 1)
+    start = 0
     for name, number in zip(path, (*path, 0)[1:], strict=True):
         marks = _marks(text[start:], name) if isinstance(name, str) else []
         if marks:

@@ -170,7 +170,8 @@ def unusual_turns(readings: Readings) -> str:
 def _is_usual_part(role: str, value: float, step: float) -> bool:
     """Return whether people aim at a number of turns, or at an angle [rad]."""
     whole = 2 * math.pi if role == "angle" else 1.0
-    turns, rounding = abs(value) / whole, 0.5 * step / whole + 1e-6
+    turns = abs(value) / whole
+    rounding = 0.5 * step / whole + 1e-6
     has_small = role == "angle" or turns < _SMALL
     parts = (*_PARTS, _SMALL_PARTS) if has_small else _PARTS
     return any(abs(turns - round(turns * one) / one) <= rounding for one in parts)

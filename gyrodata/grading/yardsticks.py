@@ -114,7 +114,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
                 self.torque[used]
             ):
                 continue
-            x, y = (product * self.product)[used], (torque * self.torque)[used]
+            x = (product * self.product)[used]
+            y = (torque * self.torque)[used]
             with np.errstate(all="ignore"):
                 value, u = map(float, fitting.TEXTBOOK[name](x, y))
             found.append(
@@ -132,7 +133,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
             and not np.ndim(product)
             and np.ptp(loaded) <= 1e-9 * abs(loaded[0])
         ):
-            factor, best = float(loaded[0] / product), self.recommended
+            factor = float(loaded[0] / product)
+            best = self.recommended
             found.append(
                 OwnValue("recommended", factor * best.value, best.u and factor * best.u)
             )
@@ -163,7 +165,8 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
 def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
-    measured, inertia = analysis.measurements, analysis.inertia
+    measured = analysis.measurements
+    inertia = analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])
     others = {
         "all": np.ones(len(kept), dtype=bool),
@@ -191,7 +194,8 @@ def _u_of_one_balance(fit: fitting.FitResult) -> float:
 
     A balance that differs widens u, but does not make a wrong answer right.
     """
-    u, posterior = fit.inertia.u or 0.0, fit.posterior
+    u = fit.inertia.u or 0.0
+    posterior = fit.posterior
     if posterior is None:
         return u
     least = posterior.level == posterior.level.min()
@@ -206,7 +210,8 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     half of it may be rounding, and is subtracted, but `MOST_ROUNDING` of the value at
     most. `yardstick`: u as a share of the value [1].
     """
-    apart, size = abs(reported - own), max(abs(reported), abs(own))
+    apart = abs(reported - own)
+    size = max(abs(reported), abs(own))
     # A value that rounds to zero is not a value.
     rounding = min(step / 2 * (1 + 1e-9), MOST_ROUNDING * size) if reported else 0.0
     if rounding > FINEST * size:
@@ -388,7 +393,8 @@ def possible_mistakes(
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
-    torque, product = np.asarray(kind.torque), np.asarray(kind.product)
+    torque = np.asarray(kind.torque)
+    product = np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
     if role == "time":
         factor = product
@@ -455,10 +461,8 @@ def _pairs(singles: list[Mistake]) -> list[Mistake]:
         [kind for kind in singles if kind.forgets], 2
     ):
         if one.forgets != other.forgets:
-            words, check = (
-                f"perhaps {one.words}, and {other.words}",
-                f"{one.check}; {other.check}",
-            )
+            words = f"perhaps {one.words}, and {other.words}"
+            check = f"{one.check}; {other.check}"
             both = Mistake(
                 f"{one.kind} + {other.kind}",
                 words,
@@ -564,7 +568,8 @@ def class_references(
     for station, logs in _by_station(
         ((station, (value, u)) for station, value, u in values), FEW
     ).items():
-        whole, number = station == "all", len(logs)
+        whole = station == "all"
+        number = len(logs)
         median = statistics.median(value for value, _ in logs)
         scatter = fitting.MAD_TO_SD * statistics.median(
             abs(value - median) for value, _ in logs

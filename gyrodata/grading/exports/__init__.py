@@ -154,7 +154,8 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     Return the changes by student, the largest change of points first; None if the old
     one is not such a table.
     """
-    old, new = read_table(then), read_table(today)
+    old = read_table(then)
+    new = read_table(today)
     if old is None or new is None:
         return None
     changes = []
@@ -171,7 +172,8 @@ Row = dict[str, str]
 
 def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     """Return what has changed for one student; None for nothing that is shown."""
-    before, after = _total(was), _total(now)
+    before = _total(was)
+    after = _total(now)
     name = (now or was or {}).get("name") or student
     if was is None or now is None:
         return Change(student, name, before, after, ())
@@ -185,7 +187,8 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
 def _changed_cells(was: Row, now: Row) -> Iterator[CellChange]:
     """Give the other cells that look different now."""
     for column in was | now:
-        old, new = was.get(column, ""), now.get(column, "")
+        old = was.get(column, "")
+        new = now.get(column, "")
         is_other = column not in ("name", TOTAL, STATUS)
         if is_other and not _same(column, old, new):
             yield CellChange(column, old, new)
@@ -312,7 +315,9 @@ def grades_document(
 
     `changes`: Differences from the table of an earlier run, if they were asked for.
     """
-    rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
+    rubric = found.rubric
+    graded = len(found.totals)
+    count = len(found.grades)
     head = GradesDocument(
         input=ClassInput(
             found.source, found.submissions.lms, count, rubric.name, rubric.digest

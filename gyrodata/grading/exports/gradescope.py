@@ -143,12 +143,11 @@ def _compares(mark: Mark) -> bool:
 
 
 def _test(mark: Mark) -> dict[str, Any]:
-    output, status = (
-        mark.reason,
-        {"status": "passed" if (mark.points or 0.0) >= mark.out_of else "failed"},
-    )
+    output = mark.reason
+    status = {"status": "passed" if (mark.points or 0.0) >= mark.out_of else "failed"}
     if mark.points is None:
-        output, status = f"Not judged ({mark.out_of:g} points): {mark.reason}", {}
+        output = f"Not judged ({mark.out_of:g} points): {mark.reason}"
+        status = {}
     elif mark.check == "log" and mark.detail.get("warnings"):
         output = f"Things to correct, listed above: {mark.detail['warnings']:g}"
     return {

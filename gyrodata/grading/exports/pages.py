@@ -130,7 +130,8 @@ def feedback_pages(
     "torque", "residuals". Gives: Every name, note and number from outside is escaped;
     no clock time.
     """
-    content, template = _content(grade), environment().get_template
+    content = _content(grade)
+    template = environment().get_template
     text = re.sub(
         r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)
     ).strip()

@@ -228,7 +228,8 @@ SMALL = 0.2
 
 def _differ(read: Reported, other: Reported) -> bool:
     """Return whether two values are farther from each other than their uncertainties allow."""
-    value, another = read.value or 0.0, other.value or 0.0
+    value = read.value or 0.0
+    another = other.value or 0.0
     if other.u is None and abs(another) < SMALL * abs(value):
         return False
     return abs(value - another) > (read.u or 0.0) + (

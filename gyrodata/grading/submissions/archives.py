@@ -282,7 +282,8 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
     if len(archive.infolist()) > MOST_FILES:
         raise _refusal(place, "class_too_large", most=str(MOST_FILES))
     files: dict[str, zipfile.ZipInfo] = {}
-    folders, twice = set(), set()
+    folders = set()
+    twice = set()
     for info in archive.infolist():
         inner = "/".join(
             part for part in _safe_name(place, info).split("/") if part not in ("", ".")

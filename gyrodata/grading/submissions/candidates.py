@@ -95,7 +95,8 @@ def _end_of_read(lines: Sequence[str]) -> int:
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
-    found, plain = [], [line[:LONGEST_LINE] for line in lines]
+    found = []
+    plain = [line[:LONGEST_LINE] for line in lines]
     for pattern, text in PLAIN:
         plain = [line and re.sub(pattern, text, line) for line in plain]
     ends = r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])"
@@ -106,14 +107,16 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of tables as people write lines, below the titles of each table."""
-    titles, width = list[str](), 0
+    titles = list[str]()
+    width = 0
     is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
         is_table = len(cells) > 1
         if not any(map(_is_number, cells)):
             if not set(line) <= set("-: |"):
-                titles, width = cells * is_table, 0
+                titles = cells * is_table
+                width = 0
         elif is_table:
             # Titles on the right of a table of runs have values in as many cells.
             width = width or len(cells)

@@ -239,10 +239,8 @@ def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
 
     A line of prose, where a comma may be a decimal one, stays as it is.
     """
-    sign, lines = (
-        max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)),
-        table[part],
-    )
+    sign = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table))
+    lines = table[part]
     rows = (csv.reader([line[:LONGEST_LINE]], delimiter=sign) for line in lines)
     return [
         line if re.search(SAYS["prose"], line) else " | ".join(*row)

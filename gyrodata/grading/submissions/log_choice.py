@@ -65,7 +65,9 @@ def choose_log(
         Which of several versions of a file is the log.
     """
     candidates = _candidates(files)
-    chosen, how, rivals = _latest(candidates, attempts), f"the {attempts}", candidates
+    chosen = _latest(candidates, attempts)
+    how = f"the {attempts}"
+    rivals = candidates
     has_table = any(ending(own) in TABLES for own in candidates.values())
     if not chosen or not has_table:
         read_files = _read_as_logs(candidates, read)

@@ -242,7 +242,8 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     )
     file = match.string.rpartition("/")[2]
     if kind == "student":
-        own, stem = groups.get("file", file), key.replace("/", "_")
+        own = groups.get("file", file)
+        stem = key.replace("/", "_")
         return replace(item, log_file=own, feedback_stem=stem)
     # Without its ending, both of "lab.csv.gz".
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
@@ -344,14 +345,16 @@ class _Entry(Struct):
         A student is known by number, else by address or name.
         """
         people = self._people()
-        keys, time = sorted(people), _time(self.created_at)
+        keys = sorted(people)
+        time = _time(self.created_at)
         about: dict[str, Any] = {
             "submitted": time and time.isoformat(timespec="seconds")
         }
         if not keys:
             return about
         first = people[keys[0]]
-        sid, email = str(first.sid or ""), first.email or ""
+        sid = str(first.sid or "")
+        email = first.email or ""
         ids = {"gradescope": number, "sid": sid, "email": email, "folder": folder}
         about["student"] = "+".join(map(shown, keys))
         about["name"] = ", ".join(shown(people[key].name or key) for key in keys)
@@ -436,10 +439,8 @@ def read_live(data: bytes) -> dict[str, Any]:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
         assignments = (*(user.assignment for user in live.users), live.assignment)
         dues = [_time((one or {}).get("due_date")) for one in assignments]
-        due, time = (
-            max(filter(None, dues[:-1]), default=dues[-1]),
-            _time(live.created_at),
-        )
+        due = max(filter(None, dues[:-1]), default=dues[-1])
+        time = _time(live.created_at)
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None

@@ -182,10 +182,12 @@ class Submission(Struct, frozen=True, dict=True):
         own = read_answers(None, self.documents) if self.log_of else None
         if own is not None and (own.inertia is not None or not self.shares_answer):
             # The answer in the log of a partner is that of the partner.
-            answers, in_log = own, False
+            answers = own
+            in_log = False
         else:
             hidden = unseen_in(name, data)
-            answers, in_log = read_answers(log, self.documents, hidden), True
+            answers = read_answers(log, self.documents, hidden)
+            in_log = True
         # All that follows is about the log, also when it is analysed.
         reads_file(place_of(self.log_name or ""))
         if answers.inertia is None and in_log:

@@ -1,4 +1,4 @@
-"""Read the cells of one column as quantities.
+"""Read the cells of one column as quantities, each with its uncertainty.
 
 Dashes and colons are replaced first by the quantities that they mean.
 """
@@ -7,23 +7,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 
 from msgspec import Struct
 
 from gyrodata.base import diagnostics
-from gyrodata.quantities import misreadings, numerals, vocabulary
+from gyrodata.quantities import misreadings, notation, numerals, units, vocabulary
 from gyrodata.quantities.notation import Quantity, read_cell
 from gyrodata.quantities.numerals import fold_number, to_float
-from gyrodata.quantities.units import UnitError, kinds_of
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import layout, roles
-from gyrodata.readings.chosen import MOST_TURNS, Chosen
 from gyrodata.readings.grid import is_number
 from gyrodata.readings.headers import Header
-from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults
+from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults, Text
+from gyrodata.readings.layout import MOST_TURNS, Chosen
 from gyrodata.readings.names import NAMES
-from gyrodata.readings.remarks import altered_role
+from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
@@ -372,3 +372,85 @@ def _missed(text: str) -> str:
     if any(letter.isdigit() for letter in text):
         return ""
     return "; or put # before the line of a run that was not measured"
+
+
+class Uncertainties(Struct, frozen=True):
+    """The ``u_…`` columns of a table, and the ``u_…`` of the log."""
+
+    table: layout.Layout
+    columns: Mapping[str, list[Chosen]]
+    """Columns in use, by role."""
+    of_log: Mapping[str, Uncertainty]
+    """Uncertainty of each ``u_…`` that is valid for the whole log."""
+
+    def of_role(
+        self, role: str, column: Chosen | None, unit: str | None, faults: Faults
+    ) -> list[Uncertainty | None]:
+        """Return the u of each reading.
+
+        It is that of its ``u_…`` column, else the ± of the header, else the ``u_…`` of
+        the log.
+        """
+        common = roles.stated_u(role, self.of_log)
+        if column is not None and column.header.spread:
+            common = _read(column, column.header.spread, unit or "", faults)
+        spreads = [common] * len(self.table.rows)
+        keys = [key for key in roles.u_keys(role) if key in self.columns]
+        if keys:
+            own = self.columns[keys[0]][0]
+            unit = _own_unit(own, role, unit)
+            self._read_column(own, role, unit, spreads, faults)
+        return spreads
+
+    def _read_column(
+        self,
+        column: Chosen,
+        role: str,
+        unit: str | None,
+        spreads: list[Uncertainty | None],
+        faults: Faults,
+    ) -> None:
+        """Replace the uncertainties of the readings that have their own in a column."""
+        if unit is None and kind_of_role(column.role) != "number":
+            _ask_for_unit(column, faults)
+            return
+        percent = " %" if unit == "%" else ""
+        unit = "" if percent else unit or ""
+        if _read(column, f"0{percent}", unit, faults) is None:
+            return
+        for i, text in enumerate(column.texts):
+            if text in BLANKS:
+                continue
+            cell = self.table.grid.cell(self.table.rows[i], column.at)
+            typed = text if "%" in text else text + percent
+            u = _read(column, typed, unit, faults, cell)
+            spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
+
+
+def _own_unit(column: Chosen, role: str, unit: str | None) -> str | None:
+    """Return the unit of a ``u_…`` column: its own, or else that of its readings."""
+    is_same_kind = kind_of_role(column.role) == kind_of_role(role)
+    return column.header.unit or (unit if is_same_kind else None)
+
+
+def _read(
+    column: Chosen,
+    text: str,
+    unit: str,
+    faults: Faults,
+    cell: Text | None = None,
+) -> Uncertainty | None:
+    """Read one uncertainty; None, with an error at its cell or header, if that fails."""
+    try:
+        kind = kind_of_role(column.role)
+        return notation.parse_uncertainty(text, kind, unit, ask=False)
+    except UnitError as error:
+        values = {"role": column.role, "header": column.text, "error": error}
+        faults.add("uncertainty", cell or column.cell, **values)
+        return None
+
+
+def _ask_for_unit(column: Chosen, faults: Faults) -> None:
+    kind = units.KINDS[kind_of_role(column.role)]
+    values = {"text": column.header.text[:60], "role": column.role, "kind": kind}
+    faults.add("no_unit", column.cell.place, units=kind.examples, **values)

@@ -11,13 +11,18 @@ from msgspec.structs import replace
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import Choice, Chosen, columns_of
-from gyrodata.readings.headers import Header, are_turns, can_measure
+from gyrodata.readings.headers import (
+    Header,
+    are_turns,
+    can_measure,
+    may_number,
+    unused_words,
+)
 from gyrodata.readings.lablog import Faults, header_of, listing
-from gyrodata.readings.roles import kind_of_role, missing_roles
+from gyrodata.readings.layout import Choice, Chosen, columns_of
+from gyrodata.readings.names import squeeze
+from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.unusual_headers import unused_words
-from gyrodata.readings.words import squeeze
 
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
@@ -196,7 +201,7 @@ def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
         header = column.header
         if _states_turns(column):
             continue
-        if unnamed.unit_says_otherwise(column, choice):
+        if unit_says_otherwise(column, choice):
             choice.unplaced.append(column)
         elif len(header.roles) == 1:
             choice.serve(replace(column, role=header.roles[0], number=header.number))
@@ -223,7 +228,7 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
             bool(header.unit) and not can_measure(header),
             header.unit is None and header.roles in with_unit,
             column.header.is_of_means,
-            unnamed.may_number(header),
+            may_number(header),
             column.header.origin in ("surface", "tip"),
         )
 
@@ -468,3 +473,18 @@ def _uses_words(column: Chosen) -> bool:
     if column.role.startswith("spin"):
         return True
     return column.role in roles.COUNTS and part_counted(column.header) != ""
+
+
+def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
+    """Return whether a column has the unit of a role that is missing, and not of its name.
+
+    The unit says more than the word: "Masa (s)" is a time in Malay.
+    """
+    header = column.header
+    if len(header.roles) != 1 or not column.kinds or can_measure(header):
+        return False
+    return any(
+        kind_of_role(role.name) in column.kinds
+        for role in roles.TABLE
+        if can_be_found_by_unit(role, choice.there)
+    )

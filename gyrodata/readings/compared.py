@@ -1,17 +1,25 @@
-"""Compare second columns, and lines for the whole log, with the columns that are used."""
+"""Compare what headers, lines and second columns state with the columns that are used."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Collection, Mapping
 
-from gyrodata.readings import roles
-from gyrodata.readings.chosen import Chosen
-from gyrodata.readings.headers import parse_header
-from gyrodata.readings.lablog import Column, Faults, Reading
-from gyrodata.readings.origins import origin_in
-from gyrodata.readings.settings import Given
-from gyrodata.readings.unnamed import may_number
-from gyrodata.readings.words import squeeze
+from msgspec import Struct
+
+from gyrodata.quantities.notation import read_cell
+from gyrodata.quantities.numerals import to_float
+from gyrodata.quantities.units import UnitError
+from gyrodata.readings import layout, roles
+from gyrodata.readings.cells import part_counted, rounded_turns
+from gyrodata.readings.grid import Row
+from gyrodata.readings.headers import is_of_the_spin, may_number, parse_header
+from gyrodata.readings.lablog import Column, Faults, Reading, Text
+from gyrodata.readings.layout import Chosen
+from gyrodata.readings.names import COUNTER_WORDS, origin_in, squeeze
+from gyrodata.readings.settings import Given, Settings
+from gyrodata.readings.turns import turns_in
 
 CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
@@ -109,3 +117,168 @@ def compare_with_line(column: Column, given: Given, faults: Faults) -> None:
     values = {"role": column.role, "given": given, "header": column.header}
     says = column.readings[run].text
     faults.add("line_and_column", column.cell(run), says=says, **values)
+
+
+_SMALL_DOUBT = 0.002
+"""Error of rounded turns, as a share of them, that is too small for a warning."""
+_AGREE = 0.02
+"""Largest difference of turns that agree."""
+TIMES_OF = {"turns": "time", "spin_turns": "spin_time"}
+"""Time whose header may state turns, by the role of these turns."""
+
+
+class StatedTurns(Struct, frozen=True):
+    """The turns that the texts of a log state, next to the columns that were read."""
+
+    columns: dict[str, Column]
+    """Columns of the runs; stated turns become one of them."""
+    settings: Settings
+    table: layout.Layout
+    faults: Faults
+
+    def use(self, role: str, times: list[Chosen], runs: list[Chosen]) -> None:
+        """Give each run the turns that the header of its time states.
+
+        `times` are the columns of the times, and `runs` the one of each run. Report
+        other turns of a column.
+        """
+        stating = [time for time in times if time.turns]
+        u = roles.stated_u(role, self.settings.uncertainties)
+        stated = {"": Reading()}
+        for time in stating:
+            turns = _read_turns(time.turns, time.cell, self.faults)
+            if turns is None:
+                return
+            stated[time.turns] = Reading(turns, None, u, time.turns)
+        readings = [stated[run.turns] for run in runs]
+        given = _given_turns(self.columns, role)
+        if not runs:
+            return
+        if given is None:
+            self._add(role, stating, runs, readings)
+            said = [
+                f'{role} is {one.turns} by the header "{one.text}"' for one in stating
+            ]
+            self.faults.add("turns_in_header", times[0].cell, said="; ".join(said))
+        elif role == "turns" and not given.header.startswith("--"):
+            _compare_with_headers(given, readings, runs, self.faults)
+
+    def _add(
+        self,
+        role: str,
+        stating: list[Chosen],
+        runs: list[Chosen],
+        readings: list[Reading],
+    ) -> None:
+        """Add the column of the stated turns, with the places of the headers."""
+        headers = Row(self.table.cells[0].place.line, [])
+        self.columns[role] = Column(
+            role,
+            stating[0].text,
+            "",
+            tuple(readings),
+            tuple([headers.spot(run.at) for run in runs]),
+            find=self.table.grid.place_of,
+        )
+
+    def compare_with_texts(self) -> None:
+        """Report each line that states turns with which no run agrees.
+
+        It is an error if the column of turns may number the runs.
+        """
+        counted = _counted(self.columns)
+        if counted is None or counted.header.startswith("--"):
+            return
+        is_counter = squeeze(counted.header).lower() in COUNTER_WORDS
+        known = _turns_of(counted)
+        for line, (turns, cell) in self._lines(is_counter).items():
+            count = _read_turns(turns, cell, self.faults)
+            if count is None or any(abs(one - count) < _AGREE for one in known):
+                continue
+            if is_counter:
+                said = {"line": line, "turns": turns, "header": counted.header}
+                says, place = counted.readings[0].text, counted.place(0)
+                self.faults.add("turns_contradict_line", place, says=says, **said)
+            else:
+                is_period = counted.role == "precession_period"
+                role = "time" if is_period else "number of turns"
+                self.faults.add("note", note=line, role=role)
+
+    def _lines(self, is_counter: bool) -> dict[str, tuple[str, Text | None]]:
+        """Return the turns and the place of each text that states how many were timed."""
+        heads = [cell.text for cell in self.table.cells]
+        lines: dict[str, tuple[str, Text | None]] = {}
+        for cell in self.table.grid.sentences():
+            is_header = all(head in cell.text for head in heads)
+            turns = "" if is_header else turns_in(cell.text)
+            # A run without a weight has 0 turns.
+            if turns not in ("", "0") and not is_of_the_spin(cell.text):
+                lines[cell.text] = turns, cell
+        given = self.settings.roles.get("turns")
+        if is_counter and given:
+            lines[f"{given.label}: {given.text}"] = given.text, None
+        return lines
+
+
+def _given_turns(columns: Mapping[str, Column], role: str) -> Column | None:
+    if role in columns or role != "turns":
+        return columns.get(role)
+    return columns.get("angle")
+
+
+def _counted(columns: Mapping[str, Column]) -> Column | None:
+    """Return the column that says how far the rod turned in each run."""
+    names = [one for one in ("turns", "angle", "precession_period") if one in columns]
+    return columns[names[0]] if names else None
+
+
+def _compare_with_headers(
+    given: Column, stated: list[Reading], runs: list[Chosen], faults: Faults
+) -> None:
+    """Report the first run whose turns differ from those of its header."""
+    for run, (turns, reading) in enumerate(zip(_turns_of(given), stated, strict=True)):
+        if not turns or not reading.value:
+            continue
+        if abs(turns - reading.value) > _AGREE * reading.value:
+            values = {"header": runs[run].text, "turns": reading.text}
+            values |= {"other": given.header, "says": given.readings[run].text}
+            faults.add("turns_contradict_header", given.place(run), **values)
+            return
+
+
+def _turns_of(counted: Column) -> list[float]:
+    """Return the turns of each run in a column of turns, angles or periods; 0 if unknown."""
+    if counted.role == "precession_period":
+        return [1.0] * len(counted.readings)
+    full = 2 * math.pi if counted.role == "angle" else 1.0
+    return [(value or 0.0) / full for value in counted.values]
+
+
+def _read_turns(turns: str, cell: Text | None, faults: Faults) -> float | None:
+    """Read the turns that a line or a header states.
+
+    None, with an error, for an impossible number.
+    """
+    try:
+        count = read_cell(turns, "number", "").value
+    except UnitError as error:
+        faults.add("stated_turns", cell, turns=turns, fault=error, hint=error.hint)
+        return None
+    fault, hint = roles.check_value("turns", count)
+    if fault:
+        faults.add("stated_turns", cell, turns=turns, fault=fault, hint=hint)
+    return None if fault else count
+
+
+def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
+    """Warn of turns such as 0.33, which are not exactly a third."""
+    if part_counted(parse_header(turns.header)):
+        return
+    texts = [reading.text if reading.u is None else "" for reading in turns.readings]
+    for text in dict.fromkeys(texts):
+        if not re.search("[.,]", text):
+            continue
+        meant, doubt = rounded_turns(text)
+        if meant and doubt > _SMALL_DOUBT * to_float(text):
+            place = turns.place(texts.index(text))
+            faults.add("rounded", place, text=text, doubt=doubt, meant=meant)

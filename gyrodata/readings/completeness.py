@@ -10,8 +10,8 @@ from msgspec.structs import replace
 from gyrodata.base import diagnostics
 from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
-from gyrodata.readings.chosen import Choice
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, header_of, listing
+from gyrodata.readings.layout import Choice
 from gyrodata.readings.roles import kind_of_role, missing_roles
 from gyrodata.readings.suggestions import header_row, likely_headers, question_of
 

@@ -8,11 +8,10 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.numerals import fold_number
 from gyrodata.readings import layout
-from gyrodata.readings.chosen import cells_of
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults
-from gyrodata.readings.sheet import names_timing
+from gyrodata.readings.layout import cells_of
 
 _TIME = "time [s]"
 
@@ -20,10 +19,8 @@ _TIME = "time [s]"
 def with_elapsed_time(table: layout.Layout, faults: Faults) -> layout.Layout:
     """Add the column of the time between the start and the stop of a running clock.
 
-    The table stays as it is if it has times or no such columns, or if a cell is no time.
+    The table stays as it is if it has no such columns, or if a cell is no time.
     """
-    if any(map(names_timing, table.headers)):
-        return table
     clocks = {
         header.moment: at
         for at, header in enumerate(table.headers)

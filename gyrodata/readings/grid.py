@@ -19,11 +19,10 @@ from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
-from gyrodata.readings.names import reported_key
+from gyrodata.readings.names import MAX_HEADER, reported_key
 from gyrodata.readings.reported import read_reported
 from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import MAX_HEADER
 from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 
 MAX_CELL = 10_000
@@ -106,6 +105,12 @@ class Grid(Struct, frozen=True):
             for row, below in pairs
             if not has_numbers(row) and not has_numbers(below)
         ]
+
+    def sentences(self) -> list[Text]:
+        """Return the comments, and the rows without numbers, with their places."""
+        rows = [row for row in self.rows if not has_numbers(row)]
+        texts = [Text(" ".join(row.texts), self.cell(row, 0).place) for row in rows]
+        return [*self.comments, *texts]
 
     def notes(self) -> list[Text]:
         """Return the ``#`` lines that give no value, each with its key, if it has one."""

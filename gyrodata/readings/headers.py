@@ -9,21 +9,33 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Literal
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.header import (
-    OF_TURNS,
-    Header,
-    is_of_the_spin,
-    measures,
-    moment_in,
+from gyrodata.readings import roles
+from gyrodata.readings.names import (
+    END_WORDS,
+    FIRST_SIGN,
+    MAX_HEADER,
+    MEAN_WORDS,
+    PRECESSION,
+    SPINNING,
+    START_WORDS,
+    THEORY_WORDS,
+    TOKENS,
+    Origin,
+    Phrases,
+    contains_word,
+    from_centre,
+    known_roles,
+    origin_in,
+    squeeze,
+    squeezed_words,
 )
-from gyrodata.readings.names import known_roles
-from gyrodata.readings.origins import from_centre, origin_in
-from gyrodata.readings.remarks import altered_role
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.turns import (
     NUMBERS,
@@ -31,14 +43,55 @@ from gyrodata.readings.turns import (
     turns_in,
     words_of_turns,
 )
-from gyrodata.readings.words import (
-    FIRST_SIGN,
-    MAX_HEADER,
-    MEAN_WORDS,
-    THEORY_WORDS,
-    Phrases,
-    contains_word,
-)
+
+OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
+
+
+class Header(Struct, frozen=True):
+    """The content of a header."""
+
+    text: str
+    roles: tuple[str, ...] = ()
+    """Roles that the header may name."""
+    unit: str | None = None
+    """Unit text as written, known or not; None if there is none."""
+    spread: str = ""
+    """Text of a ±, with its unit if it has one; or ""."""
+    number: int | None = None
+    """Number of a repeat: ``time_2`` is 2."""
+    name: str = ""
+    """The text without its unit, its ± and the signs around them."""
+    turns: str = ""
+    """Turns that the text states: "1/3", "1", "2.5"; or ""."""
+    origin: Origin = ""
+    """Where the text says that a position counts from."""
+    moment: Literal["", "start", "end"] = ""
+    """Part of a run to which the reading belongs, if the text says so."""
+    is_of_means: bool = False
+    """Whether the text says that the values are means."""
+    is_of_the_spin: bool = False
+    """Whether the text says that the ball turns, and not the rod."""
+
+
+def measures(unit: str, role: str) -> bool:
+    """Return whether a role, or the uncertainty of one, can have a unit."""
+    return kind_of_role(role) in kinds_of(unit) or (
+        unit == "%" and role.startswith("u_")
+    )
+
+
+def moment_in(header: str) -> Literal["", "start", "end"]:
+    """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
+    words = squeezed_words(header)
+    if words & START_WORDS:
+        return "start"
+    return "end" if words & END_WORDS else ""
+
+
+def is_of_the_spin(header: str) -> bool:
+    """Return whether a header says that turns of the ball are timed."""
+    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
 
 
 @lru_cache(maxsize=4096)
@@ -126,18 +179,6 @@ def is_one_letter(unit: str) -> bool:
     return len(letters) == 1 and letters.isalpha() and letters < FIRST_SIGN
 
 
-_OF_ONE = Phrases("of_one")
-"""Words for one of several weights."""
-
-
-def is_part_of_mass(header: str) -> bool:
-    """Return whether a header names a part of the mass.
-
-    Examples are "mass of one weight" and "mass without hanger".
-    """
-    return _OF_ONE.is_in(header) or altered_role(header) == "mass"
-
-
 _WEIGHTS = vocabulary.pattern("weights")
 
 
@@ -183,3 +224,40 @@ def _names_whole_turns(header: Header) -> bool:
 
 _FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
 _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+
+
+def names_timing(header: Header) -> bool:
+    """Return whether a header names the time, the period or the rate of a run."""
+    return not set(roles.TIMINGS).isdisjoint(header.roles)
+
+
+def may_number(header: Header) -> bool:
+    """Return whether a column such as "n" or "count" may number the runs."""
+    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
+
+
+def unused_words(header: Header) -> tuple[str, ...]:
+    """Return the numbers and the words for the ball or the tip that no rule has used."""
+    if known_roles(header.name):
+        return ()
+    uses_number = header.turns or header.number is not None
+    uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)
+    return tuple(
+        word
+        for word in TOKENS.split(header.name)
+        if (_says_number(word) and not uses_number)
+        or (_names_place(word) and not uses_place)
+    )
+
+
+def _names_place(word: str) -> bool:
+    return _SPHERE.is_in(word) or _TIP.is_in(word)
+
+
+def _says_number(word: str) -> bool:
+    """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
+    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
+    return is_name or bool(re.search("[0-9]", word))
+
+
+_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))

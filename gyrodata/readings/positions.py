@@ -9,11 +9,11 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
-from gyrodata.readings.captions import said_in, texts_of
+from gyrodata.readings.captions import said_in
 from gyrodata.readings.grid import Grid, Row, is_head
 from gyrodata.readings.lablog import Column, Faults
-from gyrodata.readings.origins import from_centre, origin_in
-from gyrodata.readings.remarks import CORRECTED, altered_role
+from gyrodata.readings.names import from_centre, origin_in
+from gyrodata.readings.notes import CORRECTED, altered_role
 from gyrodata.readings.settings import Settings
 
 _ARM = r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
@@ -96,7 +96,7 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
 
 def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:
     """Report each note with an arm with which no position agrees."""
-    for text in texts_of(grid):
+    for text in (sentence.text for sentence in grid.sentences()):
         arm = _arm_in(text)
         if not arm or _is_reported(text) or _is_header(text, grid):
             continue

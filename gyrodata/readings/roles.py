@@ -259,3 +259,10 @@ def _missing_count(there: set[str], columns: Collection[str]) -> list[str]:
         return []
     counts = [role for role in COUNTS if role in columns]
     return counts[:1] or ["turns"]
+
+
+def can_be_found_by_unit(role: Role, there: set[str]) -> bool:
+    """Return whether a column can have a missing role by its unit alone."""
+    if not role.by_unit_without or not there.isdisjoint(role.by_unit_without):
+        return False
+    return role.name != "time" or not there.isdisjoint(COUNTS)

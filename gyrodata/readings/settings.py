@@ -27,8 +27,7 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.names import known_roles, name_roles, reported_key
-from gyrodata.readings.origins import from_centre
+from gyrodata.readings.names import from_centre, known_roles, name_roles, reported_key
 from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
 

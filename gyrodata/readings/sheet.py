@@ -29,7 +29,7 @@ from gyrodata.readings.grid import (
     is_number,
     units_of_row,
 )
-from gyrodata.readings.headers import Header, are_turns, parse_header
+from gyrodata.readings.headers import Header, are_turns, names_timing, parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.layout import (
     NOT_USED,
@@ -43,8 +43,8 @@ from gyrodata.readings.layout import (
     layout_of,
     name_counters,
 )
+from gyrodata.readings.names import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
 from gyrodata.readings.turns import turns_in
-from gyrodata.readings.words import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
 from gyrodata.readings.workbook import MAX_COLUMNS
 
 _NOT_MEASURED = Phrases("not_measured")
@@ -507,11 +507,6 @@ def is_of_means(title: str) -> bool:
     """Return whether a title says that a table contains means."""
     words = re.split(r"[\s_,;()\[\]\-]+", title)
     return any(squeeze(word).lower() in MEAN_WORDS for word in words)
-
-
-def names_timing(header: Header) -> bool:
-    """Return whether a header names the time, the period or the rate of a run."""
-    return not set(roles.TIMINGS).isdisjoint(header.roles)
 
 
 def _is_timing(header: Header) -> bool:

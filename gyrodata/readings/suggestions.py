@@ -10,12 +10,12 @@ from msgspec import Struct
 
 from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
-from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.lablog import header_of, listing
+from gyrodata.readings.layout import Choice, Chosen
+from gyrodata.readings.names import MAX_HEADER, PRECESSION
 from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.unusual_headers import suggest_role
-from gyrodata.readings.words import MAX_HEADER, PRECESSION
+from gyrodata.readings.unnamed import suggest_role
 
 _NAMELESS = re.compile("column [0-9]+")
 """The name that a column without a header gets."""

@@ -13,23 +13,23 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings import counts, layout, roles, shapes, sheet
+from gyrodata.readings import compared, layout, roles, shapes, sheet
 from gyrodata.readings import source as sources
-from gyrodata.readings.captions import read_notes
 from gyrodata.readings.cells import (
     CellReader,
     DecimalSigns,
+    Uncertainties,
     fraction_of_date,
     meant_texts,
 )
 from gyrodata.readings.choice import choose
-from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
 from gyrodata.readings.derived import with_elapsed_time
 from gyrodata.readings.filling import Filler, Loads
 from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
+from gyrodata.readings.headers import names_timing
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -41,11 +41,12 @@ from gyrodata.readings.lablog import (
     header_of,
     listing,
 )
+from gyrodata.readings.layout import Choice, Chosen
+from gyrodata.readings.notes import read_notes
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
 from gyrodata.readings.suggestions import header_row
-from gyrodata.readings.uncertainties import Uncertainties
 from gyrodata.readings.workbook import MAX_COLUMNS
 
 LOADS = ("mass", "force", "torque")
@@ -161,7 +162,8 @@ def _with_runs(
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    table = with_elapsed_time(table, faults)
+    if not any(map(names_timing, table.headers)):
+        table = with_elapsed_time(table, faults)
     choice = choose(table, mapping, given, faults)
     log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
@@ -211,7 +213,7 @@ class TableReader:
                 self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
         times = {
-            role: choice.used.get(one, []) for role, one in counts.TIMES_OF.items()
+            role: choice.used.get(one, []) for role, one in compared.TIMES_OF.items()
         }
         self.stating = {
             role: columns
@@ -534,13 +536,13 @@ class TableReader:
         self, columns: dict[str, Column], runs: list[_Run], count: int
     ) -> None:
         """Use the turns that headers and notes state, and compare them."""
-        stated = counts.StatedTurns(columns, self.settings, self.table, self.faults)
+        stated = compared.StatedTurns(columns, self.settings, self.table, self.faults)
         for role, times in self.stating.items():
             of_runs = [run.time for run in runs]
             stated.use(role, times, of_runs if role == "turns" else times[:1] * count)
         stated.compare_with_texts()
         if "turns" in columns:
-            counts.warn_of_rounded_turns(columns["turns"], self.faults)
+            compared.warn_of_rounded_turns(columns["turns"], self.faults)
 
     def _read_others(self, rows: list[int]) -> list[Column]:
         """Read the further columns of a role for comparison."""

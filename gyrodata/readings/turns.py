@@ -9,9 +9,9 @@ from functools import lru_cache
 
 from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import NAMES
-from gyrodata.readings.words import (
+from gyrodata.readings.names import (
     MAX_HEADER,
+    NAMES,
     PRECESSION,
     TOKENS,
     squeeze,

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from operator import attrgetter
 
 from gyrodata.quantities import units
 from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.chosen import Choice, Chosen
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import (
     Header,
     are_turns,
-    can_measure,
     counts_turns,
     counts_weights,
     is_one_letter,
-    is_part_of_mass,
 )
 from gyrodata.readings.lablog import Faults
-from gyrodata.readings.roles import Role, kind_of_role
-from gyrodata.readings.unusual_headers import suggest_role
-from gyrodata.readings.words import (
+from gyrodata.readings.layout import Choice, Chosen, hinted
+from gyrodata.readings.names import (
+    INDEX,
+    NAMES,
     NOT_THE_WEIGHT,
     PRECESSION,
     SCALE_WORDS,
@@ -31,8 +30,13 @@ from gyrodata.readings.words import (
     THEORY_WORDS,
     UNSURE_WORDS,
     Phrases,
+    name_roles,
+    squeeze,
     squeezed_words,
 )
+from gyrodata.readings.notes import altered_role
+from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role
+from gyrodata.readings.unusual_headers import split_unit, unusual_header
 
 _OTHER_THINGS = (
     NOT_THE_WEIGHT | THEORY_WORDS | UNSURE_WORDS | SUMMARY_WORDS | SCALE_WORDS
@@ -52,7 +56,7 @@ def place_columns(choice: Choice, faults: Faults) -> None:
         _place_turns(choice, faults)
     there = choice.there | choice.asked
     for role in roles.TABLE:
-        if _can_have_role_by_unit(role, there):
+        if can_be_found_by_unit(role, there):
             _place_by_unit(role.name, choice, faults)
 
 
@@ -102,27 +106,6 @@ def _counts_parts(column: Chosen) -> bool:
 
 
 # By unit
-
-
-def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
-    """Return whether a column has the unit of a role that is missing, and not of its name.
-
-    The unit says more than the word: "Masa (s)" is a time in Malay.
-    """
-    header = column.header
-    if len(header.roles) != 1 or not column.kinds or can_measure(header):
-        return False
-    return any(
-        kind_of_role(role.name) in column.kinds
-        for role in roles.TABLE
-        if _can_have_role_by_unit(role, choice.there)
-    )
-
-
-def _can_have_role_by_unit(role: Role, there: set[str]) -> bool:
-    if not role.by_unit_without or not there.isdisjoint(role.by_unit_without):
-        return False
-    return role.name != "time" or not there.isdisjoint(roles.COUNTS)
 
 
 def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
@@ -196,11 +179,6 @@ def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
 # Columns that are left
 
 
-def may_number(header: Header) -> bool:
-    """Return whether a column such as "n" or "count" may number the runs."""
-    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
-
-
 def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
     """Warn of each column without a place that counts weights or contains masses."""
     masses = choice.used["mass"][0].texts if "mass" in choice.used else ()
@@ -221,3 +199,27 @@ def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
     """Return whether each number of weights has its own mass: that of all weights."""
     pairs = set(zip(counts, masses, strict=False))
     return len(pairs) == len(set(counts)) == len(set(masses)) > 1
+
+
+def suggest_role(header: str) -> str:
+    """Return the role whose name is nearly that of a header; "" if there is none."""
+    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    key = squeeze(name).lower()
+    close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
+    if close and len(key) > 2:
+        return NAMES[close[0]][0]
+    match = re.fullmatch(INDEX, name)  # "T_P_1"
+    roles = name_roles(match[1])[0] if match else hinted(unusual_header(header))
+    return min(roles, default="")
+
+
+_OF_ONE = Phrases("of_one")
+"""Words for one of several weights."""
+
+
+def is_part_of_mass(header: str) -> bool:
+    """Return whether a header names a part of the mass.
+
+    Examples are "mass of one weight" and "mass without hanger".
+    """
+    return _OF_ONE.is_in(header) or altered_role(header) == "mass"

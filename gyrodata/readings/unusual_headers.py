@@ -6,7 +6,6 @@ alone; and the name may have a meaning only next to the unit.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Iterator
 from itertools import accumulate
@@ -16,33 +15,32 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.header import (
+from gyrodata.readings.headers import (
     OF_TURNS,
     Header,
-    hinted,
     is_of_the_spin,
     measures,
     moment_in,
 )
-from gyrodata.readings.names import INDEX, NAMES, SYMBOLS, known_roles, name_roles
-from gyrodata.readings.origins import from_centre, origin_in
-from gyrodata.readings.roles import kind_of_role
-from gyrodata.readings.turns import (
-    NUMBERS,
-    TURN,
-    turns_in,
-    words_of_turns,
-)
-from gyrodata.readings.words import (
+from gyrodata.readings.names import (
     MAX_HEADER,
     MOTION_WORDS,
     SMALL_WORDS,
+    SYMBOLS,
     THEORY_WORDS,
     TOKENS,
     TRIAL_WORDS,
-    Phrases,
     contains_word,
+    from_centre,
+    name_roles,
+    origin_in,
     squeeze,
+)
+from gyrodata.readings.roles import kind_of_role
+from gyrodata.readings.turns import (
+    TURN,
+    turns_in,
+    words_of_turns,
 )
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
@@ -73,33 +71,6 @@ def _meant_unit(unit: str | None, spread: str) -> str | None:
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         return "s"  # its cells say themselves how they are written
     return unit
-
-
-def unused_words(header: Header) -> tuple[str, ...]:
-    """Return the numbers and the words for the ball or the tip that no rule has used."""
-    if known_roles(header.name):
-        return ()
-    uses_number = header.turns or header.number is not None
-    uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)
-    return tuple(
-        word
-        for word in TOKENS.split(header.name)
-        if (_says_number(word) and not uses_number)
-        or (_names_place(word) and not uses_place)
-    )
-
-
-def _names_place(word: str) -> bool:
-    return _SPHERE.is_in(word) or _TIP.is_in(word)
-
-
-def _says_number(word: str) -> bool:
-    """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
-    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
-    return is_name or bool(re.search("[0-9]", word))
-
-
-_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
 
 
 def _take_spread(text: str) -> tuple[str, str]:
@@ -338,15 +309,3 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
         ):
             return (), None
     return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
-
-
-def suggest_role(header: str) -> str:
-    """Return the role whose name is nearly that of a header; "" if there is none."""
-    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
-    key = squeeze(name).lower()
-    close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
-    if close and len(key) > 2:
-        return NAMES[close[0]][0]
-    match = re.fullmatch(INDEX, name)  # "T_P_1"
-    roles = name_roles(match[1])[0] if match else hinted(unusual_header(header))
-    return min(roles, default="")

@@ -35,7 +35,7 @@ from gyrodata.grading.submissions.archives import (
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
-from gyrodata.readings.words import squeezed_words
+from gyrodata.readings.names import squeezed_words
 
 __all__ = [
     "Submission",

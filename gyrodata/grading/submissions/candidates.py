@@ -27,8 +27,7 @@ from gyrodata.grading.submissions.documents import (
 from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Reported, read_reported
-from gyrodata.readings.names import name_roles
-from gyrodata.readings.words import UNSURE_WORDS, squeezed_words
+from gyrodata.readings.names import UNSURE_WORDS, name_roles, squeezed_words
 
 MOST_BELOW = 7  # lines in which an uncertainty may follow
 _MOST_VALUES = 100

@@ -32,7 +32,7 @@ from gyrodata.measurements import measure
 from gyrodata.readings.captions import said_in
 from gyrodata.readings.conversion import workbook_text
 from gyrodata.readings.grid import Row
-from gyrodata.readings.remarks import noted_origin
+from gyrodata.readings.notes import noted_origin
 
 _MOST_REPORT = 30_000_000  # bytes
 # largest relative distance of a reported I_zz from that of the log, if turns that are

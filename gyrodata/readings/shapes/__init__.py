@@ -11,11 +11,11 @@ from typing import Protocol
 from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults
+from gyrodata.readings.names import Phrases
 from gyrodata.readings.shapes import (
     side_by_side,
     transposed,
 )
-from gyrodata.readings.words import Phrases
 
 
 class Shape(Protocol):

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from gyrodata.readings.grid import HEADERS_LOOKED_AT, Grid, Row, filled_at, has_numbers
 from gyrodata.readings.lablog import Faults
-from gyrodata.readings.words import squeeze
+from gyrodata.readings.names import squeeze
 
 _COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
 """What a spreadsheet or a data logger writes behind names that repeat."""

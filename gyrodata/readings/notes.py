@@ -1,24 +1,32 @@
-"""Remarks that say that a reading is not what is typed."""
+"""What notes say: where positions count from, and readings that are not as typed."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.names import NAMES, known_roles, name_roles
-from gyrodata.readings.origins import (
+from gyrodata.readings import roles
+from gyrodata.readings.grid import Grid, Row, has_numbers, is_head
+from gyrodata.readings.headers import parse_header
+from gyrodata.readings.lablog import Faults, Text
+from gyrodata.readings.names import (
     BEHIND_FROM,
     CENTRE,
     FROM,
+    NAMES,
     OF_WEIGHT,
     ORIGINS,
+    Phrases,
     from_centre,
+    known_roles,
+    name_roles,
     origin_in,
+    squeeze,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import TURN
-from gyrodata.readings.words import Phrases, squeeze
+from gyrodata.readings.turns import TURN, words_of_turns
 
 ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
@@ -129,3 +137,83 @@ def _names_position(note: str) -> bool:
         for end in ("", "s", "n", "en", "e", "et")
         for role in name_roles(word.removesuffix(end))[0]
     )
+
+
+_LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
+"""A word of three letters; signs of a language without blanks between words."""
+
+
+def read_notes(grid: Grid, faults: Faults) -> str:
+    """Return the origin of positions that a note states, or "".
+
+    The function warns of every note that may say that a reading is not what is typed,
+    such as "twice the real rpm".
+    """
+    notes = _notes_of(grid)
+    rows = [
+        row
+        for row in grid.rows
+        if any(map(_has_words, row.texts)) and not has_numbers(row)
+    ]
+    titles = [", ".join(row.texts) for row in rows]
+    origins = map(noted_origin, [*notes, *titles])
+    origin = next(filter(None, origins), "")
+    if origin == "surface" and _name_centre(notes, rows):
+        origin = "both"
+    for note, cell in _remarks_in(grid):
+        notes.setdefault(note, cell)
+    _warn_of_notes(notes, faults)
+    return origin
+
+
+def _notes_of(grid: Grid) -> dict[str, Text]:
+    """Return the lines behind # that give no value, with their places."""
+    notes = {text.text: text for text in grid.comments}
+    for key, text in grid.metadata:
+        if key.lower() in roles.TEXTS or not roles.is_key(key):
+            notes[f"{key}: {text.text}"] = text
+    return notes
+
+
+def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
+    """Return whether a note, or a row of text, names the centre as origin."""
+    others = [", ".join(row.texts) for row in rows if not is_head(row)]
+    return any(map(noted_centre, [*notes, *others]))
+
+
+def _has_words(text: str) -> bool:
+    """Return whether a text contains two words, one of them of three letters."""
+    words = [word for word in text.split() if any(map(str.isalnum, word))]
+    has_long = any(map(_LONG_WORD.search, words))
+    return (len(words) > 1 and has_long) or _NO_BLANKS.search(text) is not None
+
+
+def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
+    for note, cell in notes.items():
+        if role := altered_role(note).replace("_", " "):
+            faults.add("note", cell, note=note, role=role)
+
+
+def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
+    """Yield the notes that are in rows, with the first cell of each."""
+    for row in grid.rows:
+        is_header = is_head(row)
+        texts = {
+            at: text
+            for at, text in enumerate(row.texts)
+            if _has_words(text) and _is_remark(text, is_header)
+        }
+        if texts:
+            yield ", ".join(texts.values()), grid.cell(row, min(texts))
+
+
+def _is_remark(text: str, is_header: bool) -> bool:
+    """Return whether a cell with words may be a note, and not the name of a reading.
+
+    The header "centre to inner face (cm)" is a position, and not that of the middle of
+    the weight.
+    """
+    names = parse_header(text).roles
+    if not names:
+        return not is_header and not words_of_turns(text, whole=True)
+    return "position" in names and ALTERED.is_in(text) and not origin_in(text)

@@ -1,4 +1,4 @@
-"""Read what sentences say of runs: captions, notes, legends and lines of units.
+"""Read what sentences say of runs: captions, and notes on turns.
 
 A sentence may give a quantity of the runs below it, such as "Weight 1: 20.1 g at 14.8
 cm", or the turns that each time covers.
@@ -13,7 +13,7 @@ from itertools import accumulate, pairwise
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.grid import Grid, Row, filled_at
+from gyrodata.readings.grid import Row, filled_at
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.names import (
     BESIDE,
@@ -252,59 +252,3 @@ def _turns_of_sentence(sentence: str) -> str:
             ):
                 return turns
     return ""
-
-
-# --- Units and legends ---
-
-# --- Notes ---
-
-
-def legends_of(grid: Grid) -> dict[str, str]:
-    """Return what lines such as "d = distance from centre in cm" say of short headers.
-
-    A line counts if it gives a unit, turns, or the moment of a reading.
-    """
-    texts = [_with_colon(row) for row in grid.titles()]
-    texts += [text.text for text in grid.comments]
-    texts += [f"{key}: {text.text}" for key, text in grid.metadata]
-    legends = {}
-    for text in texts:
-        for match in map(_LEGEND.fullmatch, re.split(_LEGENDS, text)):
-            if match is None:
-                continue
-            words = re.split(r"[;.]\s", f"{match[1] or ''} {match[3]}".strip())[0]
-            words = words.rstrip(" )")
-            if _explains_column(words):
-                legends[squeeze(match[2])] = words
-    return legends
-
-
-def _explains_column(words: str) -> bool:
-    """Return whether words give a unit, turns, or the moment of a reading."""
-    explained = parse_header(words)
-    says_moment = explained.moment != "" and len(explained.roles) == 1
-    return bool(explained.unit or turns_in(words)) or says_moment
-
-
-def _with_colon(row: Row) -> str:
-    """Join the cells of a row; two cells, "d" and "distance", get a colon."""
-    first, *others = row.filled() or [""]
-    if len(others) == 1 and "=" not in first and ":" not in first:
-        return f"{first}: {others[0]}"
-    return ", ".join([first, *others])
-
-
-def is_legend(text: str, legends: dict[str, str]) -> bool:
-    """Return whether a text explains one of these symbols."""
-    match = _LEGEND.fullmatch(text)
-    return match is not None and squeeze(match[2]) in legends
-
-
-_LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
-
-
-_LEGEND = re.compile(
-    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*"
-    r"(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
-)
-"""A line such as "d = distance from centre in cm"."""

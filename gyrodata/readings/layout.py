@@ -180,7 +180,7 @@ def is_plain(grid: Grid) -> bool:
     names, *runs = grid.rows
     if len(set(names.texts)) < len(names.texts) or not all(map(_is_name, names.texts)):
         return False
-    if lacking_roles(map(parse_header, names.texts)) or captions.legends_of(grid):
+    if lacking_roles(map(parse_header, names.texts)):
         return False
     return all(_is_run_of_numbers(row, len(names.texts)) for row in runs)
 

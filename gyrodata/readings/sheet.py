@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings import captions, roles
+from gyrodata.readings import roles
 from gyrodata.readings.captions import Given, said_in
 from gyrodata.readings.grid import (
     Grid,
@@ -164,7 +164,6 @@ class _Sheet:
         given."""
         self.captions: list[tuple[Text, str]] = []
         """Each caption, and what was read of it."""
-        self.legends = captions.legends_of(grid)
         self.any_timed = any(map(_is_timing, _headers_in(grid)))
         """Whether a header of the sheet names a time or turns."""
         self.only_means = False
@@ -178,7 +177,6 @@ class _Sheet:
         beside = [row.texts[width : width + 1] for row in self.grid.rows]
         is_apart = not any(map(any, beside))
         columns = columns_of_head(self.grid, head)
-        columns = [_explained(*column, self.legends) for column in columns]
         self.table = _Table(head, columns, is_apart)
 
     def take(self, row: Row) -> None:
@@ -387,8 +385,7 @@ class _Sheet:
         """Return what a row of text says; warn if a header states other turns."""
         said = said_in(row)
         turns = said.get("turns", ("", 0))[0]
-        is_legend = any(captions.is_legend(text, self.legends) for text in row.texts)
-        if not turns or is_legend or "turns" in self.decided:
+        if not turns or "turns" in self.decided:
             return said
         for cell, header in self.table.columns:
             of_others = header.is_of_the_spin or header.roles == ("turns",)
@@ -489,18 +486,6 @@ class _Sheet:
 
 
 # --- Kinds of headers ---
-
-
-def _explained(cell: Text, header: Header, legends: dict[str, str]) -> HeaderCell:
-    """Return a header with the words of its legend: "d = distance from centre in cm"."""
-    words = legends.get(squeeze(header.name if header.unit else cell.text), "")
-    explained = parse_header(words)
-    if header.unit and not explained.unit:
-        explained = parse_header(f"{words} [{header.unit}]")
-    if not words or not (explained.roles or explained.unit):
-        return cell, header
-    names = explained.roles or header.roles
-    return replace(cell, text=words), replace(explained, roles=names)
 
 
 def is_of_means(title: str) -> bool:

@@ -27,7 +27,6 @@ from gyrodata.readings.headers import Header, counts_weights, measures, parse_he
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
     COUNTER_WORDS,
-    UNSURE_WORDS,
     Phrases,
     name_roles,
     squeeze,
@@ -140,20 +139,10 @@ def _count_up(cells: list[str]) -> bool:
 
 
 def columns_of_head(grid: Grid, head: Row) -> list[HeaderCell]:
-    """Return what each cell of a header row says.
-
-    "±" or "error" is the uncertainty of the column on its left.
-    """
-    columns = [
+    """Return what each cell of a header row says."""
+    return [
         (grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)
     ]
-    for at, ((_, left), (cell, header)) in enumerate(pairwise(columns), 1):
-        name = squeeze(header.name).lower()
-        if len(left.roles) == 1 and (name in ("±", "+/", "+") or name in UNSURE_WORDS):
-            spread = f"u_{left.roles[0]}"
-            header = replace(header, roles=(spread,), unit=header.unit or left.unit)
-            columns[at] = replace(cell, text=f"u({left.text})"), header
-    return columns
 
 
 def check_names(columns: list[HeaderCell], faults: Faults) -> None:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
 
 from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
 from gyrodata.readings.captions import said_in
-from gyrodata.readings.grid import Grid, Row, is_head
+from gyrodata.readings.grid import Grid, Row
 from gyrodata.readings.lablog import Column, Faults
 from gyrodata.readings.names import from_centre, origin_in
-from gyrodata.readings.notes import CORRECTED, altered_role
 from gyrodata.readings.settings import Settings
 
-_ARM = r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
-"""A length that may be an arm."""
 _ARM_DIFFERS = 0.05
 """Difference of an arm in a note from all positions that is reported, as a share."""
 
@@ -27,8 +23,7 @@ def count_from_centre(
 ) -> float:
     """Make positions count from the centre, if the log says that they do not.
 
-    Return the standard uncertainty of the distance between both places [m]. A text that
-    gives another position is reported.
+    Return the standard uncertainty of the distance between both places [m].
     """
     position = columns.get("position")
     if position is None:
@@ -91,33 +86,14 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
     return value + math.copysign(shift, value)
 
 
-# Lengths in texts
-
-
 def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:
-    """Report each note with an arm with which no position agrees."""
-    for text in (sentence.text for sentence in grid.sentences()):
-        arm = _arm_in(text)
-        if not arm or _is_reported(text) or _is_header(text, grid):
+    """Report each sentence with a distance from the centre that no run has."""
+    for sentence in grid.sentences():
+        is_of_centre = from_centre(sentence.text)
+        said = said_in(Row(1, [sentence.text])) if is_of_centre else {}
+        if "position" not in said:
             continue
+        arm = read_cell(said["position"][0], "length", None).value
         values = (value or 0.0 for value in position.values)
         if all(abs(arm - value) > _ARM_DIFFERS * arm for value in values):
-            faults.add("note", note=text, role="position")
-
-
-def _arm_in(text: str) -> float:
-    """Return the distance from the centre in a text [m]; 0 if it states none."""
-    if not (re.search(_ARM, text) and from_centre(text)):
-        return 0.0
-    said = said_in(Row(1, [text])).get("position")
-    return read_cell(said[0], "length", None).value if said else 0.0
-
-
-def _is_reported(text: str) -> bool:
-    """Return whether a note says that a reading is not what is typed."""
-    return bool(altered_role(text)) or CORRECTED.is_in(text)
-
-
-def _is_header(text: str, grid: Grid) -> bool:
-    same = [row for row in grid.rows if " ".join(row.texts) == text]
-    return any(map(is_head, same))
+            faults.add("note", sentence, note=sentence.text, role="position")

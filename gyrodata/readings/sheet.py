@@ -17,7 +17,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.captions import Given, said_in
 from gyrodata.readings.grid import (
@@ -194,9 +193,7 @@ class _Sheet:
         elif _is_summary(row, table.headers):
             self._leave_out("summary", row)
         elif _is_text(row, table.headers):
-            self._take_text(row)
-        elif self.runs and _is_result(row, table):
-            self._leave_out("summary", row)
+            self.words.append(row)
         else:
             self._take_run(row)
 
@@ -232,16 +229,6 @@ class _Sheet:
 
     def _leave_out(self, why: str, row: Row) -> None:
         self.left_out[why].append((row, filled_at(row)[0]))
-
-    def _take_text(self, row: Row) -> None:
-        """Keep a row of text for the run below it.
-
-        "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
-        """
-        self.words.append(row)
-        if self.runs and len(row.filled()) > 1 and _names_inertia(row):
-            self.begin(row)
-            self.table.is_skipped, self.table.is_new = True, False
 
     # --- Runs ---
 
@@ -536,24 +523,6 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     text = row.texts[first]
     start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
     return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
-
-
-def _is_result(row: Row, table: _Table) -> bool:
-    """Return whether a row begins with a text, and has numbers but no time."""
-    first, *others = filled_at(row)
-    if is_number(row.texts[first]) or row.texts[first] in BLANKS:
-        return False
-    if not any(is_number(row.texts[at]) for at in others):
-        return False
-    timed = {at for at, header in enumerate(table.headers) if names_timing(header)}
-    is_text = first < len(table.headers) and _is_remark(first + 1, table.headers[first])
-    return bool(timed) and timed.isdisjoint([first, *others]) and not is_text
-
-
-def _names_inertia(row: Row) -> bool:
-    """Return whether a cell names a moment of inertia, by its unit."""
-    texts = [text for text in row.texts if not is_number(text)]
-    return any("inertia" in kinds_of(parse_header(text).unit or text) for text in texts)
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:

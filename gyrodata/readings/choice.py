@@ -247,19 +247,11 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns
-        if column.header.is_of_the_spin:
-            _serve_time_of_ball(column, turns, choice)
-        elif not spin_is_known and _may_be_of_ball(turns):
+        is_of_ball = not spin_is_known and _may_be_of_ball(turns)
+        if column.header.is_of_the_spin or is_of_ball:
             choice.unplaced.append(column)
         else:
             _serve_time(column, turns, choice)
-
-
-def _serve_time_of_ball(column: Chosen, turns: str, choice: Choice) -> None:
-    if column.header.moment or "spin_time" in choice.used:
-        choice.unplaced.append(column)
-    else:
-        choice.serve(replace(column, role="spin_time", turns=turns))
 
 
 def _may_be_of_ball(turns: str) -> bool:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping
-
-from msgspec import Struct
+from itertools import pairwise
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.numerals import to_float
-from gyrodata.quantities.units import UnitError
+from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import layout, roles
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
@@ -18,7 +17,7 @@ from gyrodata.readings.headers import is_of_the_spin, may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.layout import Chosen
 from gyrodata.readings.names import COUNTER_WORDS, origin_in, squeeze
-from gyrodata.readings.settings import Given, Settings
+from gyrodata.readings.settings import Given
 from gyrodata.readings.turns import turns_in
 
 CONSTANT = -1
@@ -123,130 +122,106 @@ _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
 _AGREE = 0.02
 """Largest difference of turns that agree."""
-TIMES_OF = {"turns": "time", "spin_turns": "spin_time"}
-"""Time whose header may state turns, by the role of these turns."""
+# --- Turns ---
 
 
-class StatedTurns(Struct, frozen=True):
-    """The turns that the texts of a log state, next to the columns that were read."""
-
-    columns: dict[str, Column]
-    """Columns of the runs; stated turns become one of them."""
-    settings: Settings
-    table: layout.Layout
-    faults: Faults
-
-    def use(self, role: str, times: list[Chosen], runs: list[Chosen]) -> None:
-        """Give each run the turns that the header of its time states.
-
-        `times` are the columns of the times, and `runs` the one of each run. Report
-        other turns of a column.
-        """
-        stating = [time for time in times if time.turns]
-        u = roles.stated_u(role, self.settings.uncertainties)
-        stated = {"": Reading()}
-        for time in stating:
-            turns = _read_turns(time.turns, time.cell, self.faults)
-            if turns is None:
-                return
-            stated[time.turns] = Reading(turns, None, u, time.turns)
-        readings = [stated[run.turns] for run in runs]
-        given = _given_turns(self.columns, role)
-        if not runs:
-            return
-        if given is None:
-            self._add(role, stating, runs, readings)
-            said = [
-                f'{role} is {one.turns} by the header "{one.text}"' for one in stating
-            ]
-            self.faults.add("turns_in_header", times[0].cell, said="; ".join(said))
-        elif role == "turns" and not given.header.startswith("--"):
-            _compare_with_headers(given, readings, runs, self.faults)
-
-    def _add(
-        self,
-        role: str,
-        stating: list[Chosen],
-        runs: list[Chosen],
-        readings: list[Reading],
-    ) -> None:
-        """Add the column of the stated turns, with the places of the headers."""
-        headers = Row(self.table.cells[0].place.line, [])
-        self.columns[role] = Column(
-            role,
-            stating[0].text,
-            "",
-            tuple(readings),
-            tuple([headers.spot(run.at) for run in runs]),
-            find=self.table.grid.place_of,
-        )
-
-    def compare_with_texts(self) -> None:
-        """Report each line that states turns with which no run agrees.
-
-        It is an error if the column of turns may number the runs.
-        """
-        counted = _counted(self.columns)
-        if counted is None or counted.header.startswith("--"):
-            return
-        is_counter = squeeze(counted.header).lower() in COUNTER_WORDS
-        known = _turns_of(counted)
-        for line, (turns, cell) in self._lines(is_counter).items():
-            count = _read_turns(turns, cell, self.faults)
-            if count is None or any(abs(one - count) < _AGREE for one in known):
-                continue
-            if is_counter:
-                said = {"line": line, "turns": turns, "header": counted.header}
-                says, place = counted.readings[0].text, counted.place(0)
-                self.faults.add("turns_contradict_line", place, says=says, **said)
-            else:
-                is_period = counted.role == "precession_period"
-                role = "time" if is_period else "number of turns"
-                self.faults.add("note", note=line, role=role)
-
-    def _lines(self, is_counter: bool) -> dict[str, tuple[str, Text | None]]:
-        """Return the turns and the place of each text that states how many were timed."""
-        heads = [cell.text for cell in self.table.cells]
-        lines: dict[str, tuple[str, Text | None]] = {}
-        for cell in self.table.grid.sentences():
-            is_header = all(head in cell.text for head in heads)
-            turns = "" if is_header else turns_in(cell.text)
-            # A run without a weight has 0 turns.
-            if turns not in ("", "0") and not is_of_the_spin(cell.text):
-                lines[cell.text] = turns, cell
-        given = self.settings.roles.get("turns")
-        if is_counter and given:
-            lines[f"{given.label}: {given.text}"] = given.text, None
-        return lines
-
-
-def _given_turns(columns: Mapping[str, Column], role: str) -> Column | None:
-    if role in columns or role != "turns":
-        return columns.get(role)
-    return columns.get("angle")
-
-
-def _counted(columns: Mapping[str, Column]) -> Column | None:
-    """Return the column that says how far the rod turned in each run."""
-    names = [one for one in ("turns", "angle", "precession_period") if one in columns]
-    return columns[names[0]] if names else None
-
-
-def _compare_with_headers(
-    given: Column, stated: list[Reading], runs: list[Chosen], faults: Faults
+def use_turns_of_headers(
+    columns: dict[str, Column],
+    runs: list[Chosen],
+    table: layout.Layout,
+    u: Uncertainty | None,
+    faults: Faults,
 ) -> None:
-    """Report the first run whose turns differ from those of its header."""
-    for run, (turns, reading) in enumerate(zip(_turns_of(given), stated, strict=True)):
+    """Give each run the turns that the header of its time states.
+
+    `runs` are the columns of the time of each run. Report other turns of a column.
+    """
+    stating = list({run.at: run for run in runs if run.turns}.values())
+    stated = {"": Reading()}
+    for time in stating:
+        turns = _read_turns(time.turns, time.cell, faults)
+        if turns is None:
+            return
+        stated[time.turns] = Reading(turns, None, u, time.turns)
+    given = columns.get("turns") or columns.get("angle")
+    readings = [stated[run.turns] for run in runs]
+    headers = [run.text for run in runs]
+    if not stating:
+        return
+    if given is None:
+        row = Row(table.cells[0].place.line, [])
+        spots = tuple([row.spot(run.at) for run in runs])
+        header, find = stating[0].text, table.grid.place_of
+        columns["turns"] = Column(
+            "turns", header, "", tuple(readings), spots, find=find
+        )
+        said = [f'turns is {one.turns} by the header "{one.text}"' for one in stating]
+        faults.add("turns_in_header", stating[0].cell, said="; ".join(said))
+    elif not given.header.startswith("--"):
+        _compare_turns(given, readings, headers, faults)
+
+
+def compare_turns_with_angle(turns: Column, angle: Column, faults: Faults) -> None:
+    """Report the first run whose turns and swept angle contradict each other."""
+    swept = turns_of(angle)
+    readings = [Reading(turns, text=f"{turns:.4g}") for turns in swept]
+    _compare_turns(turns, readings, [angle.header] * len(swept), faults)
+
+
+def _compare_turns(
+    given: Column, stated: list[Reading], headers: list[str], faults: Faults
+) -> None:
+    """Report the first run whose turns differ from those that a header states."""
+    for run, (turns, reading) in enumerate(zip(turns_of(given), stated, strict=True)):
         if not turns or not reading.value:
             continue
         if abs(turns - reading.value) > _AGREE * reading.value:
-            values = {"header": runs[run].text, "turns": reading.text}
+            values = {"header": headers[run], "turns": reading.text}
             values |= {"other": given.header, "says": given.readings[run].text}
             faults.add("turns_contradict_header", given.place(run), **values)
             return
 
 
-def _turns_of(counted: Column) -> list[float]:
+def compare_turns_with_texts(
+    columns: Mapping[str, Column], sentences: list[Text], faults: Faults
+) -> None:
+    """Report each sentence that states turns with which no run agrees."""
+    names = [one for one in ("turns", "angle", "precession_period") if one in columns]
+    counted = columns[names[0]] if names else None
+    if counted is None or counted.header.startswith("--"):
+        return
+    known = turns_of(counted)
+    for cell in sentences:
+        stated = turns_in(cell.text)
+        # A run without a weight has 0 turns.
+        if stated in ("", "0") or is_of_the_spin(cell.text):
+            continue
+        turns = _read_turns(stated, cell, faults)
+        if turns is not None and all(abs(one - turns) >= _AGREE for one in known):
+            is_period = counted.role == "precession_period"
+            role = "time" if is_period else "number of turns"
+            faults.add("note", note=cell.text, role=role)
+
+
+def ask_if_runs_are_counted(
+    turns: Column, sentences: list[Text], faults: Faults
+) -> None:
+    """Ask whether a column such as "Lap" or "N" numbers the runs: it counts 1, 2, 3, ….
+
+    It may begin again at 1 if a sentence states turns.
+    """
+    name = squeeze(turns.header).lower()
+    if name not in COUNTER_WORDS and not may_number(parse_header(turns.header)):
+        return
+    counts = [int(value) for value in turns.values if value and value.is_integer()]
+    steps = [after in (1, before + 1) for before, after in pairwise([0, *counts])]
+    if len(counts) < max(4, len(turns.values)) or not all(steps) or max(counts) == 1:
+        return
+    if counts.count(1) == 1 or any(turns_in(sentence.text) for sentence in sentences):
+        faults.add("turns_or_runs", turns.cell(0), header=turns.header)
+
+
+def turns_of(counted: Column) -> list[float]:
     """Return the turns of each run in a column of turns, angles or periods; 0 if unknown."""
     if counted.role == "precession_period":
         return [1.0] * len(counted.readings)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
+from gyrodata.readings.compared import turns_of
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, header_of, listing
 from gyrodata.readings.layout import Choice
 from gyrodata.readings.roles import kind_of_role, missing_roles
@@ -36,8 +36,6 @@ def check_completeness(
         _ask_for(missing, choice, table, faults)
     elif not _is_uncertain(unread | choice.asked, faults):
         _report_runs_that_lack(log, faults)
-    if {"turns", "angle"} <= log.columns.keys():
-        _compare_turns_with_angle(log, faults)
     if "precession_period" in log.columns.keys() - choice.mapped:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
@@ -125,20 +123,6 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 # Contradictions
 
 
-def _compare_turns_with_angle(log: Readings, faults: Faults) -> None:
-    turns, angle = log.columns["turns"], log.columns["angle"]
-    pairs = zip(turns.readings, angle.readings, strict=True)
-    for run, (count, swept) in enumerate(pairs):
-        full = 2 * math.pi * (count.value or 0.0)
-        if not full or not swept.value:
-            continue
-        rounding = max(swept.step or 0.0, 0.01 * abs(swept.value))
-        if abs(swept.value - full) > rounding:
-            values = {"run": log.runs[run], "turns": count, "swept": swept}
-            place, degrees = angle.place(run), math.degrees(full)
-            faults.add("turns_contradict_angle", place, degrees=degrees, **values)
-
-
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
     period, time = columns["precession_period"], columns.get("time")
@@ -154,23 +138,16 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
 
 def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> None:
     """Ask if the time of one turn has another number of turns."""
-    known = [abs(turns) for turns in _turns_of(counted) if turns is not None]
-    if all(abs(turns - 1) < _WHOLE for turns in known):
+    if all(abs(abs(turns) - 1) < _WHOLE for turns in filter(None, turns_of(counted))):
         return
     places = filter(None, map(counted.place, range(len(counted.readings))))
     values = {"header": period.header, "counted": counted.role}
     faults.add("turns_for_one_period", next(places, period.place(0)), **values)
 
 
-def _turns_of(counted: Column) -> Iterator[float | None]:
-    full = 1.0 if counted.role == "turns" else 2 * math.pi
-    for value in counted.values:
-        yield None if value is None else value / full
-
-
 def _are_exchanged(time: Column, period: Column, counted: Column) -> bool:
     """Return whether most periods are the turns times the time."""
-    runs = zip(time.values, period.values, _turns_of(counted), strict=True)
+    runs = zip(time.values, period.values, turns_of(counted), strict=True)
     exchanged = [
         abs(value / seconds - abs(turns)) < _SAME_TURNS * abs(turns)
         for seconds, value, turns in runs

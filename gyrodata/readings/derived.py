@@ -45,7 +45,8 @@ def with_elapsed_time(table: layout.Layout, faults: Faults) -> layout.Layout:
         rows.append(Row(row.line, [*row.texts[:width], f"{time:f}"], spots))
     header = replace(parse_header(_TIME), text=table.headers[end].text)
     cells = [*table.cells, table.cells[end]]
-    return layout.Layout(table.grid, cells, [*table.headers, header], rows)
+    headers = [*table.headers, header]
+    return replace(table, cells=cells, headers=headers, rows=rows)
 
 
 def _may_be_clock(table: layout.Layout, at: int) -> bool:

@@ -106,12 +106,6 @@ class Grid(Struct, frozen=True):
             if not has_numbers(row) and not has_numbers(below)
         ]
 
-    def sentences(self) -> list[Text]:
-        """Return the comments, and the rows without numbers, with their places."""
-        rows = [row for row in self.rows if not has_numbers(row)]
-        texts = [Text(" ".join(row.texts), self.cell(row, 0).place) for row in rows]
-        return [*self.comments, *texts]
-
     def notes(self) -> list[Text]:
         """Return the ``#`` lines that give no value, each with its key, if it has one."""
         keyed = [

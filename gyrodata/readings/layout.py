@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from itertools import pairwise
 
 from msgspec import Struct, field
@@ -26,10 +26,8 @@ from gyrodata.readings.grid import (
 from gyrodata.readings.headers import Header, counts_weights, measures, parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
-    COUNTER_WORDS,
     Phrases,
     name_roles,
-    squeeze,
 )
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import turns_in
@@ -54,6 +52,8 @@ class Layout(Struct, frozen=True):
     """Content of each header, with the unit of a second header row."""
     rows: list[Row]
     """The runs; each row has at least as many cells as the header."""
+    sentences: list[Text]
+    """The comments, and the rows of text above, between and below the runs."""
 
 
 # --- The header row ---
@@ -91,51 +91,6 @@ def _is_of_numbers(row: Row) -> bool:
     """
     bare = sum(map(is_bare, row.texts))
     return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
-
-
-def name_counters(grid: Grid, head: Row, decided: Collection[str]) -> None:
-    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, ….
-
-    They may repeat if a text states turns. An option gives the roles in `decided`, or
-    names the headers in it.
-    """
-    for at, name in enumerate(head.texts):
-        is_lap = at == 0 and _is_lap(head)
-        if name in decided or not (is_lap or _may_count(name)):
-            continue
-        cells = _cells_below(grid, head, at)
-        is_once = cells.count("1") == 1 or (not is_lap and _state_turns(grid))
-        if is_once and _count_up(cells):
-            head.texts[at] = "run"
-
-
-def _may_count(name: str) -> bool:
-    is_letter = len(name) == 1 and name.isalpha()
-    return is_letter or squeeze(name).lower() in {*COUNTER_WORDS, "count"}
-
-
-def _state_turns(grid: Grid) -> bool:
-    return any(turns_in(sentence.text) for sentence in grid.sentences())
-
-
-def _cells_below(grid: Grid, head: Row, at: int) -> list[str]:
-    """Return the filled cells of a column, in rows that may be runs."""
-    rows = [row for row in grid.rows if row.line > head.line]
-    texts = [row.texts[at : at + 1] for row in rows if count_of_numbers(row.texts) > 1]
-    return list(filter(None, map("".join, texts)))
-
-
-def _is_lap(head: Row) -> bool:
-    """Return whether the first column is called turns, and another header states turns."""
-    is_turns = parse_header(head.texts[0]).roles == ("turns",)
-    return is_turns and any(map(turns_in, head.texts))
-
-
-def _count_up(cells: list[str]) -> bool:
-    """Return whether cells are 1, 2, 3, …, perhaps several times from 1 on."""
-    numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
-    steps = [after in (1, before + 1) for before, after in pairwise([0, *numbers])]
-    return len(cells) > 3 and max(numbers) > 1 and all(steps)
 
 
 def columns_of_head(grid: Grid, head: Row) -> list[HeaderCell]:
@@ -197,16 +152,24 @@ def plain_layout(grid: Grid) -> Layout:
         for row in runs
     ]
     cells = [grid.cell(head, at) for at in range(width)]
-    return Layout(grid, cells, list(map(parse_header, head.texts)), rows)
+    headers = list(map(parse_header, head.texts))
+    return Layout(grid, cells, headers, rows, grid.comments)
 
 
 # --- Other tables ---
 
 
 def layout_of(
-    grid: Grid, columns: list[HeaderCell], rows: list[Row], faults: Faults
+    grid: Grid,
+    columns: list[HeaderCell],
+    rows: list[Row],
+    words: list[Row],
+    faults: Faults,
 ) -> Layout:
-    """Return a table; refuse one without runs, or with a wrong header."""
+    """Return a table; refuse one without runs, or with a wrong header.
+
+    `words` are the rows of text around the runs.
+    """
     if not rows:
         raise faults.refuse("no_runs")
     _check_header(columns, rows, faults)
@@ -214,7 +177,9 @@ def layout_of(
         cell if cell.text else replace(cell, text=f"column {number}")
         for number, (cell, _) in enumerate(columns, 1)
     ]
-    return Layout(grid, cells, [header for _, header in columns], rows)
+    texts = [Text(" ".join(row.texts), grid.cell(row, 0).place) for row in words]
+    headers = [header for _, header in columns]
+    return Layout(grid, cells, headers, rows, [*grid.comments, *texts])
 
 
 def _check_header(columns: list[HeaderCell], rows: list[Row], faults: Faults) -> None:

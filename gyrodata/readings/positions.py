@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
 from gyrodata.readings.captions import said_in
-from gyrodata.readings.grid import Grid, Row
-from gyrodata.readings.lablog import Column, Faults
+from gyrodata.readings.grid import Row
+from gyrodata.readings.lablog import Column, Faults, Text
 from gyrodata.readings.names import from_centre, origin_in
 from gyrodata.readings.settings import Settings
 
@@ -19,7 +19,10 @@ _ARM_DIFFERS = 0.05
 
 
 def count_from_centre(
-    columns: dict[str, Column], settings: Settings, grid: Grid, faults: Faults
+    columns: dict[str, Column],
+    settings: Settings,
+    sentences: list[Text],
+    faults: Faults,
 ) -> float:
     """Make positions count from the centre, if the log says that they do not.
 
@@ -28,7 +31,7 @@ def count_from_centre(
     position = columns.get("position")
     if position is None:
         return 0.0
-    _report_other_arms(position, grid, faults)
+    _report_other_arms(position, sentences, faults)
     origin = _origin_of(position, settings)
     if origin == "both":
         faults.add("two_origins", position.place(0))
@@ -86,9 +89,9 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
     return value + math.copysign(shift, value)
 
 
-def _report_other_arms(position: Column, grid: Grid, faults: Faults) -> None:
+def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:
     """Report each sentence with a distance from the centre that no run has."""
-    for sentence in grid.sentences():
+    for sentence in sentences:
         is_of_centre = from_centre(sentence.text)
         said = said_in(Row(1, [sentence.text])) if is_of_centre else {}
         if "position" not in said:

@@ -8,9 +8,8 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection
-from itertools import pairwise, takewhile
+from itertools import pairwise
 from operator import attrgetter
 
 from msgspec import Struct, field
@@ -23,7 +22,6 @@ from gyrodata.readings.grid import (
     Grid,
     Row,
     filled_at,
-    has_numbers,
     is_head,
     is_number,
     units_of_row,
@@ -40,7 +38,6 @@ from gyrodata.readings.layout import (
     find_head,
     lacking_roles,
     layout_of,
-    name_counters,
 )
 from gyrodata.readings.names import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
 from gyrodata.readings.turns import turns_in
@@ -61,7 +58,6 @@ def find_layout(
     """
     try:
         head = find_head(grid, faults)
-        name_counters(grid, head, decided)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, decided, faults)
         first = grid.rows.index(head)
@@ -87,21 +83,8 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
         if lacking and note.place.line not in lines
     ]
     added = [row for row in added if lacking.intersection(said_in(row))]
-    return replace(grid, rows=_in_order(grid.rows, added)) if added else grid
-
-
-def _in_order(rows: list[Row], added: list[Row]) -> list[Row]:
-    """Sort rows by lines, but with those behind the runs first.
-
-    They are valid for the runs if no other line says the same.
-    """
-    rows = sorted([*rows, *added], key=attrgetter("line"))
-    below = list(takewhile(lambda row: row in added, reversed(rows)))
-    words = [row for row in rows if not has_numbers(row)]
-    said = Counter([role for row in words for role in said_in(row)])
-    if any(said[role] > 1 for row in below for role in said_in(row)):
-        return rows
-    return [*below, *rows[: len(rows) - len(below)]]
+    rows = sorted([*grid.rows, *added], key=attrgetter("line"))
+    return replace(grid, rows=rows) if added else grid
 
 
 def _headers_in(grid: Grid) -> list[Header]:
@@ -154,6 +137,8 @@ class _Sheet:
         """Number of the first run of each table."""
         self.words: list[Row] = []
         """Rows of text above the next run."""
+        self.sentences: list[Row] = []
+        """All rows of text above the last run."""
         self.left_out: dict[str, list[tuple[Row, int]]] = {
             name: [] for name in ("title", "taken_out", "summary")
         }
@@ -349,7 +334,7 @@ class _Sheet:
         for row in self.words:
             said = {
                 role: (text, row.spot(at))
-                for role, (text, at) in self._said_in(row).items()
+                for role, (text, at) in said_in(row).items()
                 if role in lacking
             }
             if said:
@@ -366,41 +351,13 @@ class _Sheet:
         for row in self.words:
             if row.line not in used and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)
+        self.sentences += self.words
         self.words = []
-
-    def _said_in(self, row: Row) -> Given:
-        """Return what a row of text says; warn if a header states other turns."""
-        said = said_in(row)
-        turns = said.get("turns", ("", 0))[0]
-        if not turns or "turns" in self.decided:
-            return said
-        for cell, header in self.table.columns:
-            of_others = header.is_of_the_spin or header.roles == ("turns",)
-            if header.turns not in ("", turns) and not of_others:
-                values = {"header": cell.text, "turns": header.turns}
-                values |= {"other": row.filled()[0], "says": turns}
-                self.faults.add("turns_contradict_header", cell, **values)
-        return said
-
-    def _compare_with_captions(self) -> None:
-        """Warn of each row below the tables that states other turns than a caption."""
-        above = {run.given["turns"] for run in self.runs if "turns" in run.given}
-        if len(above) != 1 or "turns" in self.decided:
-            return
-        [(turns, spot)] = above
-        header = self.grid.lines[spot // MAX_COLUMNS - 1].strip()
-        for row in self.words:
-            says = said_in(row).get("turns", ("", 0))[0]
-            if says not in ("", turns):
-                cell = self.grid.first_cell(row)
-                values = {"header": header, "turns": turns, "other": cell.text}
-                self.faults.add("turns_contradict_header", cell, says=says, **values)
 
     # --- The whole table ---
 
     def finish(self) -> Layout:
         """Return all runs as one table, with notes on what was left out and on captions."""
-        self._compare_with_captions()
         self._leave_out_words(set())
         self._add_given_columns()
         rows = [self._joined(run) for run in self.runs]
@@ -415,7 +372,7 @@ class _Sheet:
             self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = [row for part in parts for row in part]
-        return layout_of(self.grid, self.columns, rows, self.faults)
+        return layout_of(self.grid, self.columns, rows, self.sentences, self.faults)
 
     def _add_given_columns(self) -> None:
         """Add a column for each role that captions give."""

@@ -212,16 +212,9 @@ class TableReader:
             if item.place is None and item.key in choice.used:
                 self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
-        times = {
-            role: choice.used.get(one, []) for role, one in compared.TIMES_OF.items()
-        }
-        self.stating = {
-            role: columns
-            for role, columns in times.items()
-            if any(one.turns for one in columns)
-        }
-        """The times whose headers state their turns, by the role of these turns."""
-        self.there = {*choice.used, *settings.roles, *self.stating} - TEXTS
+        self.there = {*choice.used, *settings.roles} - TEXTS
+        if any(time.turns for time in choice.times()):
+            self.there.add("turns")
         self.derived = roles.derived_roles(self.there)
         self.columns: dict[str, Column] = {}
         """One reading for each row of the table, without the times."""
@@ -252,8 +245,9 @@ class TableReader:
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
-        self._use_stated_turns(columns, runs, len(rows))
-        origin_u = count_from_centre(columns, self.settings, self.grid, self.faults)
+        self._use_stated_turns(columns, [run.time for run in runs])
+        sentences = self.table.sentences
+        origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
         others = self._read_others(rows) if self.choice.others else []
         if others:
             decided = self.derived | self.choice.mapped
@@ -533,16 +527,21 @@ class TableReader:
             )
 
     def _use_stated_turns(
-        self, columns: dict[str, Column], runs: list[_Run], count: int
+        self, columns: dict[str, Column], times: list[Chosen]
     ) -> None:
-        """Use the turns that headers and notes state, and compare them."""
-        stated = compared.StatedTurns(columns, self.settings, self.table, self.faults)
-        for role, times in self.stating.items():
-            of_runs = [run.time for run in runs]
-            stated.use(role, times, of_runs if role == "turns" else times[:1] * count)
-        stated.compare_with_texts()
-        if "turns" in columns:
-            compared.warn_of_rounded_turns(columns["turns"], self.faults)
+        """Use the turns that the headers of the times state, and compare all turns."""
+        sentences, faults = self.table.sentences, self.faults
+        u = roles.stated_u("turns", self.settings.uncertainties)
+        compared.use_turns_of_headers(columns, times, self.table, u, faults)
+        compared.compare_turns_with_texts(columns, sentences, faults)
+        turns = columns.get("turns")
+        if turns is None:
+            return
+        compared.warn_of_rounded_turns(turns, faults)
+        if "angle" in columns:
+            compared.compare_turns_with_angle(turns, columns["angle"], faults)
+        if "turns" not in self.choice.mapped:
+            compared.ask_if_runs_are_counted(turns, sentences, faults)
 
     def _read_others(self, rows: list[int]) -> list[Column]:
         """Read the further columns of a role for comparison."""

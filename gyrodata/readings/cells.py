@@ -150,9 +150,8 @@ def meant_texts(
         texts = _without_words(texts)
     elif column.role == "mass":
         texts = _with_zero_for_dashes(texts, positions)
-    if unit in ("s", None) and ":" in fold_number(" ".join(texts)):
-        meant = _without_colons(column, texts, table, faults)
-        return [meant.get(text, text) for text in texts]
+    if column.header.unit == "s":
+        _ask_for_colons(column, texts, table, faults)
     return texts
 
 
@@ -175,27 +174,20 @@ def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[
     return ["0" if i in dashed else text for i, text in enumerate(texts)]
 
 
-def _without_colons(
+def _ask_for_colons(
     column: Chosen, texts: list[str], table: layout.Layout, faults: Faults
-) -> dict[str, str]:
-    """Read 10:06 as 10.06 s if another row shows that it is not a clock time.
+) -> None:
+    """Ask whether 10:06 below a header in seconds is 10.06 s or ten minutes.
 
-    Below a header in s only, ask; "mm:ss" says what its cells are.
+    "mm:ss" in the header says what its cells are.
     """
     clocks = [text for text in texts if _CLOCK.fullmatch(fold_number(text))]
     if not clocks or ":" in column.header.text:
-        return {}
-    meant = {text: ".".join(text.rsplit(":", 1)) for text in clocks}
-    values = {"first": clocks[0], "meant": meant[clocks[0]]}
-    if proof := [text for text in clocks if int(text[-2:]) >= 60]:
-        values |= {"proof": proof[0], "header": column.header.text}
-        faults.add("colons_are_points", column.cell, **values)
-        return meant
-    if column.header.unit is not None:
-        cell = table.grid.cell(table.rows[texts.index(clocks[0])], column.at)
-        name = column.header.text.partition("[")[0].strip()
-        faults.add("colon", cell, role=column.role, name=name, **values)
-    return {}
+        return
+    cell = table.grid.cell(table.rows[texts.index(clocks[0])], column.at)
+    name = column.header.text.partition("[")[0].strip()
+    values = {"first": clocks[0], "meant": ".".join(clocks[0].rsplit(":", 1))}
+    faults.add("colon", cell, role=column.role, name=name, **values)
 
 
 # The cells of a column
@@ -251,8 +243,6 @@ class CellReader:
                 self._read_one(text)
         if self.role in roles.COUNTS or self.role == "spin_turns":
             self._count_parts()
-        if self.role == "turns":
-            self._ask_for_angles()
         self._ask_for_likelier_unit()
         for one in self.read.values():
             if one.step is not None:
@@ -318,36 +308,24 @@ class CellReader:
         self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
         self.read |= counted
 
-    def _ask_for_angles(self) -> None:
-        """Ask for the unit of numbers that are too large for turns, such as 120."""
-        large = [text for text, one in self.read.items() if one.value > MOST_TURNS]
-        angles = [text for text in large if text.isdecimal() and int(text) % 15 == 0]
-        if len(large) == len(self.read) and angles != large:
-            return
-        for text in angles:
-            part = Fraction(int(text), 360)
-            hint = (
-                f'if it is in degrees, write {part}, or the header as "angle [deg]"; '
-                f"else {text}.0"
-            )
-            fault = "looks like an angle, and not like a number of turns"
-            self.wrong[text] = Wrong(diagnostics.NUMBER_IMPOSSIBLE, fault, hint)
-
     def _ask_for_likelier_unit(self) -> None:
         """Ask for the unit of seconds below "min", degrees below "rad", or percent.
 
-        A header that names turns itself needs no other unit.
+        Turns such as 120 may be degrees, too. A header that names turns itself needs no
+        other unit.
         """
-        if self.column.header.roles == ("turns",):
-            return
         most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
         large = [
             text
             for text, one in self.read.items()
             if one.value > most and numerals.PLAIN.fullmatch(text)
         ]
+        are_angles = self.role == "turns" and all(map(_may_be_degrees, large))
+        if self.column.header.roles == ("turns",) and not are_angles:
+            return
         if large and large[0] not in self.wrong:
-            values = {"role": self.role, "likely": likely, "text": large[0]}
+            role, likely = ("angle", "deg") if are_angles else (self.role, likely)
+            values = {"role": role, "likely": likely, "text": large[0]}
             unit = self.unit or self.role
             # Other parts of a turn give an answer that looks possible: ask.
             name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
@@ -359,6 +337,10 @@ class CellReader:
             return []
         unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
         return [text for text in unclear if fraction_of_date(text)]
+
+
+def _may_be_degrees(text: str) -> bool:
+    return text.isdecimal() and int(text) % 15 == 0
 
 
 def _times(part: str, count: float) -> str:

@@ -397,31 +397,20 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 def _decide_moments(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
     """Decide at which moment of a run each spin was read."""
     if "spin" in choice.used and (choice.others or choice.unplaced):
-        _pair_numbered_spins(columns, choice, faults)
+        _ask_for_moments(choice, faults)
     if choice.there & {"spin_start", "spin_end"}:
         _name_moment_of_spin(choice, faults)
 
 
-def _pair_numbered_spins(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
-    """Read "rpm 1" and "rpm 2" as the spin before and after each run.
-
-    Their mean is right for two readings at one time too.
-    """
-    by_text = {column.text: column for column in columns}
+def _ask_for_moments(choice: Choice, faults: Faults) -> None:
+    """Ask about "rpm 1" and "rpm 2", which may be readings before and after each run."""
     first = choice.used["spin"][0]
-    second, third = (
-        by_text.get(first.text.replace("1", digit, 1)) for digit in ("2", "3")
-    )
-    has_moments = choice.there & {"spin_start", "spin_end"}
-    if second in (None, first) or third not in (None, first) or has_moments:
-        return
-    assert second is not None
-    choice.others = [one for one in choice.others if one.at != second.at]
-    choice.unplaced = [one for one in choice.unplaced if one.at != second.at]
-    choice.rename("spin", "spin_start")
-    header = replace(first.header, text=second.text)
-    choice.serve(replace(second, role="spin_end", header=header))
-    faults.add("numbered_spins", first.cell, second=second.text)
+    for other in (*choice.others, *choice.unplaced):
+        is_alike = other.text[:-1] == first.text[:-1] or (
+            other.header.name[:-1] == first.header.name[:-1] != ""
+        )
+        if is_alike and "rate" in (other.kinds or first.kinds):
+            faults.add("two_spins", first.cell, second=other.text)
 
 
 def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:

@@ -200,7 +200,7 @@ def compare_turns_with_texts(
         if turns is not None and all(abs(one - turns) >= _AGREE for one in known):
             is_period = counted.role == "precession_period"
             role = "time" if is_period else "number of turns"
-            faults.add("note", note=cell.text, role=role)
+            faults.add("note", cell, note=cell.text, role=role)
 
 
 def ask_if_runs_are_counted(

@@ -28,13 +28,11 @@ from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 MAX_CELL = 10_000
 MAX_NOTE = 2_000
 """Characters of a line that begins with #."""
-MAX_NOTES = 10_000
-"""Lines that begin with #."""
-MAX_TEXT_ROWS = 5_000
-"""Rows without a digit; a long log has one header, and a few captions."""
 MAX_PROSE = 300_000
 """Characters in lines that begin with #, in rows without a digit and in cells that are
 longer than any header."""
+_LEAST_NOTE = 30
+"""Characters that a shorter note counts."""
 HEADERS_LOOKED_AT = 60
 """Rows in which a header is looked for."""
 
@@ -227,7 +225,7 @@ def make_grid(
     for row in _split_lines(grid, body, faults):
         if not _may_state_key(row) or not _take_key(row, grid, faults):
             grid.rows.append(row)
-    if sum(map(len, lines)) > MAX_PROSE or len(lines) > MAX_TEXT_ROWS:
+    if max(sum(map(len, lines)), _LEAST_NOTE * len(lines)) > MAX_PROSE:
         _check_prose(grid, faults)
     return grid
 
@@ -460,27 +458,15 @@ def _check_prose(grid: Grid, faults: Faults) -> None:
     """
     notes = [text.text for text in grid.comments]
     notes += [f"{key}: {text.text}" for key, text in grid.metadata]
-    if len(notes) > MAX_NOTES:
-        raise faults.refuse("too_many_notes", count=len(notes), most=MAX_NOTES)
-    rows = [row for row in grid.rows if re.search("[0-9]", "".join(row.texts)) is None]
-    if len(rows) > MAX_TEXT_ROWS:
-        cell = grid.cell(rows[-1], 0)
-        most = MAX_TEXT_ROWS
-        raise faults.refuse("too_many_text_rows", cell, count=len(rows), most=most)
-    size = sum(map(len, (*notes, *_cells_of(rows), *_long_cells(grid.rows))))
+    for row in grid.rows:
+        has_digit = any(map(_DIGIT.search, row.texts))
+        notes += [text for text in row.texts if len(text) > MAX_HEADER * has_digit]
+    size = sum(max(len(note), _LEAST_NOTE) for note in notes)
     if size > MAX_PROSE:
         raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
-def _cells_of(rows: list[Row]) -> Iterator[str]:
-    return itertools.chain.from_iterable(row.texts for row in rows)
-
-
-def _long_cells(rows: list[Row]) -> list[str]:
-    """Return the cells that are longer than any header."""
-    return [text for text in _cells_of(rows) if len(text) > MAX_HEADER]
-
-
+_DIGIT = re.compile("[0-9]")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 
 

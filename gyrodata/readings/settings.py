@@ -15,7 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
-from gyrodata.quantities import notation, numerals, vocabulary
+from gyrodata.quantities import notation, numerals, units, vocabulary
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.lablog import (
@@ -304,8 +304,6 @@ YES_OR_NO |= dict.fromkeys(vocabulary.words("no").split(), False)
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the
 poles."""
-_BALL = 0.02, 200.0
-"""Smallest and largest mass of a ball [kg]."""
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
 """Uncertainties of quantities with the expected value 0, with a sample: they cannot be
 a share."""
@@ -408,28 +406,28 @@ def _enter_constant(
         settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
-_USUAL = {"g": ON_EARTH, "ball_mass": _BALL, "ball_diameter": (0.01, 0.5)}
-"""Ranges of constants [SI unit]; other ones are errors."""
+_USUAL = {
+    "g": (*ON_EARTH, "9.81 m/s^2"),
+    "ball_mass": (0.02, 200.0, "4.3 kg"),
+    "ball_diameter": (0.01, 0.5, "101.6 mm"),
+}
+"""Ranges of constants [SI unit], with a sample; other values are errors."""
 
 
 def _check_usual(key: str, value: float) -> None:
-    """Raise an error for a value of g, or a mass of a ball, that no lab has."""
-    low, high = _USUAL.get(key, (0.0, math.inf))
+    """Raise an error for a value of g, or for a ball, that no lab has."""
+    low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
     if low <= value <= high and value > 0:
         return
-    if key == "g":
-        fault = f"is {value:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
-        hint = 'write the value of your place with its unit, such as "9.81 m/s^2"'
-    elif key == "ball_mass" and value > 0:
-        likely = f"{1000 * value:.6g} kg" if value < low else f"{value:.6g} g"
-        fault = f"is {value:.4g} kg, which is not the mass of a ball in a lab"
-        hint = f'is its unit wrong? Write "# ball_mass: {likely}"'
-    elif key == "ball_diameter" and value > 0:
-        fault = f"is {100 * value:.4g} cm, which is not the diameter of a ball in a lab"
-        hint = 'write it with its unit, such as "# ball_diameter: 101.6 mm"'
-    else:
-        fault, hint = "is not above zero", ""
-    raise UnitError(fault, hint)
+    if value <= 0:
+        raise UnitError("is not above zero")
+    unit = units.SI[roles.kind_of_role(key)]
+    likely = [value * factor for factor in (1000, 0.001)]
+    fitting = [f"{other:.6g} {unit}" for other in likely if low <= other <= high]
+    fault = f"is {value:.4g} {unit}; usual are {low:g} to {high:g} {unit}"
+    raise UnitError(
+        fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
+    )
 
 
 def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:

@@ -8,7 +8,6 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from itertools import pairwise
 from operator import attrgetter
 
@@ -49,17 +48,12 @@ _TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
 _FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
 
 
-def find_layout(
-    grid: Grid, faults: Faults, decided: Collection[str] = ()
-) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, if there is no such table.
-
-    An option gives the roles in `decided`, or names the headers in it.
-    """
+def find_layout(grid: Grid, faults: Faults) -> Layout | None:
+    """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         head = find_head(grid, faults)
         grid = _with_captions(grid, head)
-        sheet = _Sheet(grid, decided, faults)
+        sheet = _Sheet(grid, faults)
         first = grid.rows.index(head)
         sheet.words += grid.rows[:first]
         sheet.begin(head)
@@ -128,8 +122,8 @@ class _Table(Struct):
 class _Sheet:
     """Goes down the rows of a sheet, and makes one table of all runs."""
 
-    def __init__(self, grid: Grid, decided: Collection[str], faults: Faults) -> None:
-        self.grid, self.decided, self.faults = grid, decided, faults
+    def __init__(self, grid: Grid, faults: Faults) -> None:
+        self.grid, self.faults = grid, faults
         self.columns: list[HeaderCell] = []
         """Columns of all tables."""
         self.runs: list[_Run] = []

@@ -98,13 +98,12 @@ def read_log(
     grid, faults = sources.load(source, name)
     given = _read_given(grid, options, faults)
     log = _without_runs(grid, given, faults)
-    optional = [key for key, item in given.roles.items() if item.place is None]
     table: layout.Layout | None
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
     else:
         grid = shapes.reshape(grid, faults)
-        table = sheet.find_layout(grid, faults, {*mapping.values(), *optional})
+        table = sheet.find_layout(grid, faults)
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)

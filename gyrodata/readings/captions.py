@@ -18,6 +18,7 @@ from gyrodata.readings.headers import parse_header
 from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
+    MAX_HEADER,
     SMALL_WORDS,
     TRIAL_WORDS,
     Phrases,
@@ -83,7 +84,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
     if len(set(map(turns_in, _clauses(whole))) - {""}) > 1:
         found.pop("turns", None)
-    if turns := _named_turns((*row.texts, *_clauses(whole), *_equations(whole))):
+    if turns := _named_turns((*row.texts, *_clauses(whole))):
         found["turns"] = {turns: filled[-1]}
     return dict(_without_contradictions(found))
 
@@ -110,10 +111,6 @@ def _clauses(sentence: str) -> list[str]:
     return re.split(_CLAUSE_END, sentence)
 
 
-def _equations(sentence: str) -> list[str]:
-    return re.findall(r"(?<!\w)\w++=\S+", sentence)
-
-
 def _sentences(whole: str) -> Iterator[tuple[int, str]]:
     """Yield each sentence, with the place at which it begins."""
     ends = [match.end() for match in re.finditer(SENTENCE_END, whole)]
@@ -125,7 +122,7 @@ def _named_turns(parts: Iterable[str]) -> str:
     """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there are none."""
     named = ""
     for part in parts:
-        name, *value = re.split(r"(?:(?<!\s)\s+)?[:=：]\s*", part, maxsplit=1)
+        name, *value = re.split(r"\s*[:=：]\s*", part[:MAX_HEADER], maxsplit=1)
         if not value:
             name, *value = part.rsplit(maxsplit=1) or [""]
         if value and parse_header(name.lstrip("# ")).roles == ("turns",):

@@ -394,7 +394,7 @@ class Uncertainties(Struct, frozen=True):
     ) -> None:
         """Replace the uncertainties of the readings that have their own in a column."""
         if unit is None and kind_of_role(column.role) != "number":
-            _ask_for_unit(column, faults)
+            ask_for_unit(column, faults)
             return
         percent = " %" if unit == "%" else ""
         unit = "" if percent else unit or ""
@@ -432,7 +432,13 @@ def _read(
         return None
 
 
-def _ask_for_unit(column: Chosen, faults: Faults) -> None:
-    kind = units.KINDS[kind_of_role(column.role)]
-    values = {"text": column.header.text[:60], "role": column.role, "kind": kind}
-    faults.add("no_unit", column.cell.place, units=kind.examples, **values)
+def ask_for_unit(column: Chosen, faults: Faults) -> None:
+    """Ask for the unit of a column of which neither the header nor a cell has one."""
+    kind, role, texts = kind_of_role(column.role), column.role, column.texts
+    examples = units.KINDS[kind].examples + (", N for a weight" * (role == "mass"))
+    is_numbered = role in ("mass", "position") and all(
+        text.isdigit() and len(text) == 1 for text in texts if text
+    )
+    name = "no_unit_but_numbers" if is_numbered else "no_unit"
+    values = {"text": column.header.text[:60], "role": role, "units": examples}
+    faults.add(name, column.cell.place, kind=units.KINDS[kind], **values)

@@ -46,7 +46,7 @@ def choose(
     columns = columns_of(table)
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
-    columns = _with_roles(columns, choice)
+    columns = _with_counts(columns, choice)
     several = _serve_by_name(columns, choice)
     stating = list(filter(_states_turns, columns))
     if stating:
@@ -121,9 +121,8 @@ def _unit_for(role: str, header: Header) -> str | None:
 # By name
 
 
-def _with_roles(columns: list[Chosen], choice: Choice) -> list[Chosen]:
-    """Return the columns with the roles that their names have in this table."""
-    names = {_name(column): column.header.roles for column in columns}
+def _with_counts(columns: list[Chosen], choice: Choice) -> list[Chosen]:
+    """Let "rotation" or "precession" count turns, if nothing else counts them."""
     timed = any("time" in column.kinds for column in columns) or any(
         column.header.roles == ("time",) for column in columns
     )
@@ -131,26 +130,17 @@ def _with_roles(columns: list[Chosen], choice: Choice) -> list[Chosen]:
         column.header.turns or column.header.roles in (("turns",), ("angle",))
         for column in columns
     )
-    return [_with_role(column, names, timed and not counted) for column in columns]
+    if counted or not timed:
+        return columns
+    return list(map(_with_count, columns))
 
 
-def _name(column: Chosen) -> str:
-    return squeeze(column.header.name)
-
-
-def _with_role(
-    column: Chosen, names: Mapping[str, tuple[str, ...]], lacks_count: bool
-) -> Chosen:
-    """Return a column with other roles, if its name, unit and cells show them together."""
+def _with_count(column: Chosen) -> Chosen:
     header = column.header
-    names_here: tuple[str, ...] = ()
-    if not header.roles and _name(column)[:1] in tuple("Δδσε"):
-        names_here = _roles_of_difference(column, names)
-    elif lacks_count and header.unit is None and "precession_rate" in header.roles:
-        names_here = _counted_by_cells(column) or ("turns", "angle", *header.roles)
-    if not names_here:
+    if header.unit is not None or "precession_rate" not in header.roles:
         return column
-    return replace(column, header=replace(header, roles=names_here))
+    names = _counted_by_cells(column) or ("turns", "angle", *header.roles)
+    return replace(column, header=replace(header, roles=names))
 
 
 def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
@@ -164,14 +154,6 @@ def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
         return ("angle",)
     nameless = replace(column.header, roles=(), text="")
     return ("turns",) if are_turns(nameless, texts) else ()
-
-
-def _roles_of_difference(
-    column: Chosen, names: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ...]:
-    """Return the uncertainty of another column: "ΔT" next to "T"."""
-    keys = (f"u_{role}" for role in names.get(_name(column)[1:], ()))
-    return tuple(key for key in keys if key in roles.UNCERTAINTIES)
 
 
 def _states_turns(column: Chosen) -> bool:

@@ -38,10 +38,16 @@ def check_completeness(
         _report_runs_that_lack(log, faults)
     if "precession_period" in log.columns.keys() - choice.mapped:
         _check_period(log.columns, faults)
-    if choice.unplaced and not missing:
-        headers = listing([column.text for column in choice.unplaced])
-        several = len(choice.unplaced) > 1
-        faults.add("headers_unknown" if several else "header_unknown", headers=headers)
+    known = {key for role in log.columns for key in roles.u_keys(role)}
+    idle = [
+        columns[0].text
+        for key, columns in choice.used.items()
+        if key.startswith("u_") and key not in known
+    ]
+    idle = [column.text for column in choice.unplaced] + idle
+    if idle and not missing:
+        name = "headers_unknown" if len(idle) > 1 else "header_unknown"
+        faults.add(name, headers=listing(idle))
 
 
 def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[str]:

@@ -94,16 +94,6 @@ class Grid(Struct, frozen=True):
         """Return the first cell of a row that is not blank."""
         return self.cell(row, filled_at(row)[0])
 
-    def titles(self) -> list[Row]:
-        """Return the rows without numbers, but not those above numbers, which are headers."""
-        rows = [*self.rows, Row(0, [""])]
-        pairs = itertools.pairwise(rows)
-        return [
-            row
-            for row, below in pairs
-            if not has_numbers(row) and not has_numbers(below)
-        ]
-
     def notes(self) -> list[Text]:
         """Return the ``#`` lines that give no value, each with its key, if it has one."""
         keyed = [
@@ -388,13 +378,10 @@ def _may_state_key(row: Row) -> bool:
 
 
 def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
-    """Move I_zz and constants to the ``#`` lines.
+    """Move I_zz or a constant to the ``#`` lines; return whether the row states one.
 
-    Examples are "g = 9.81", and "Ball diameter", "101.6", "mm". Return whether the row
-    contained nothing else.
+    Examples are "g = 9.81", and "Ball diameter", "101.6", "mm".
     """
-    if _take_inertia(row, grid):
-        return not row.texts
     stated = _value_of_log(row.filled())
     if stated is None:
         return False
@@ -403,25 +390,6 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
-
-
-def _take_inertia(row: Row, grid: Grid) -> bool:
-    """Move I_zz, and all behind it, to the ``#`` lines; return whether there is one."""
-    for at, text in enumerate(row.texts):
-        if not text[:1].isalpha():
-            continue
-        name, _, value = text.replace("=", ":").partition(":")
-        value = (value or " ".join(row.texts[at + 1 :])).strip()
-        if reported_key(name.strip()) != "inertia":
-            continue
-        if read_reported("inertia", value).fault is not None:
-            continue
-        grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
-        del row.texts[at:]
-        while row.texts and not row.texts[-1]:
-            row.texts.pop()
-        return True
-    return False
 
 
 _KEY_OF_CELLS = re.compile(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*(.+)")
@@ -436,6 +404,9 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     if len(cells) > 3 or match is None:
         return None
     key, value = "_".join(match[1].replace("_", " ").split()).lower(), match[2]
+    if reported_key(match[1]) == "inertia":
+        is_answer = read_reported("inertia", value.replace("\t", " ")).fault is None
+        return ("I_zz", value.replace("\t", " ")) if is_answer else None
     form = vocabulary.LINES.get(key, {})
     if form and "sample" not in form:
         words = form.get("words", YES_OR_NO)

@@ -167,7 +167,7 @@ class _Lines:
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
-        known, text = _as_key(key.lower(), text)
+        known = key.lower()
         if known.startswith(roles.REPORTED) and reported_key(key) in REPORTABLE:
             self.report(key, text)
         elif answer := _answer_in(key, known, text):
@@ -231,17 +231,6 @@ def _given_twice(before: Reported, line: int) -> Reported:
     )
     read = Reported(before.key, before.text, line=before.line)
     return replace(read, fault="given twice", problem=problem)
-
-
-def _as_key(key: str, text: Text) -> tuple[str, Text]:
-    """Return the key and the text that a line means: "# time = 3 turns" gives turns."""
-    if key == "ball_radius":
-        return "ball_diameter", replace(text, text=f"2 x {text.text}")
-    if key == "time" and ":" not in text.text:
-        turns = turns_in(text.text)
-        if turns:
-            return "turns", replace(text, text=turns)
-    return key, text
 
 
 def _answer_in(key: str, known: str, text: Text) -> tuple[str, Text] | None:
@@ -378,13 +367,9 @@ def _read_uncertainty(key: str, text: str, ask: bool) -> Uncertainty:
 
 def _read_latitude(text: str, ask: bool) -> float:
     """Read a latitude [rad]: "52.5 deg"; it is negative in the south."""
-    hint = 'write it like "52.5 deg", from -90 at the south pole to 90 deg'
-    try:
-        value = notation.read_cell(text, "angle", "deg", ask).value
-    except UnitError as error:
-        raise UnitError(str(error), hint) from None
+    value = notation.read_cell(text, "angle", "deg", ask).value
     if abs(value) > math.pi / 2:
-        raise UnitError("is not a latitude", hint)
+        raise UnitError("is not a latitude", 'write it like "52.5 deg"')
     return value
 
 

@@ -19,6 +19,7 @@ from gyrodata.readings.cells import (
     CellReader,
     DecimalSigns,
     Uncertainties,
+    ask_for_unit,
     fraction_of_date,
     meant_texts,
 )
@@ -444,7 +445,7 @@ class TableReader:
         if cells.lacks_unit and faults is self.faults:
             self.without_unit.append(cells)
         elif cells.lacks_unit:
-            _ask_for_unit(cells, faults)
+            ask_for_unit(cells.column, faults)
         if cells.lacks_unit:
             return
         loads = Loads.of(self.columns)
@@ -491,7 +492,7 @@ class TableReader:
             )
             return
         for cells in lacking:
-            _ask_for_unit(cells, self.faults)
+            ask_for_unit(cells.column, self.faults)
 
     # Runs
 
@@ -563,12 +564,7 @@ class TableReader:
     def _unread(
         self, columns: Mapping[str, Column], rows: list[int]
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Return header and cells of the columns that were not read.
-
-        Name each uncertainty without a reading.
-        """
-        if any(key.startswith("u_") for key in self.choice.used):
-            self._report_lonely_uncertainties(columns)
+        """Return header and cells of the columns that were not read."""
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         used = self._places_read({*columns, *TEXTS})
@@ -578,17 +574,6 @@ class TableReader:
             if at not in used
         ]
         return tuple((header, texts) for header, texts in unread if any(texts))
-
-    def _report_lonely_uncertainties(self, columns: Mapping[str, Column]) -> None:
-        known = {key for role in columns for key in roles.u_keys(role)}
-        lonely = [
-            key for key in self.choice.used if key[:2] == "u_" and key not in known
-        ]
-        if lonely and not self.faults.has_error():
-            for key in lonely:
-                role = key.removeprefix("u_")
-                why = f"({key}) is not used: there is no {role} that it could belong to"
-                self.faults.add("not_used", self.choice.used[key][0].cell, why=why)
 
     def _places_read(self, read: set[str]) -> set[int]:
         """Return the numbers of the columns that were read, compared or replaced.
@@ -662,18 +647,6 @@ def _unit_of(column: Chosen) -> str | None:
     if unit:
         return units.parse_unit(unit, kind).text
     return "" if kind in ("number", "sign") else None
-
-
-def _ask_for_unit(cells: CellReader, faults: Faults) -> None:
-    kind, role, texts = units.KINDS[cells.kind], cells.role, cells.column.texts
-    examples = kind.examples + (", N for a weight" if role == "mass" else "")
-    is_numbered = role in ("mass", "position") and all(
-        text.isdigit() and len(text) == 1 for text in texts if text
-    )
-    name = "no_unit_but_numbers" if is_numbered else "no_unit"
-    text = cells.column.header.text[:60]
-    values = {"text": text, "role": role, "kind": kind, "units": examples}
-    faults.add(name, cells.column.cell.place, **values)
 
 
 def _is_number_alone(text: str) -> bool:

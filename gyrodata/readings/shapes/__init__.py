@@ -37,36 +37,7 @@ SHAPES: tuple[Shape, ...] = (
 
 def reshape(grid: Grid, faults: Faults) -> Grid:
     """Return the table with one row for each run; a note says what was changed."""
-    if not grid.rows or _is_usual(grid):
-        return grid
     for shape in SHAPES:
         if shape.applies(grid):
             grid = shape.to_rows(grid, faults)
     return grid
-
-
-_WEIGHTS = Phrases("weights")
-_DIGITS = frozenset("0123456789")
-
-
-def _is_usual(grid: Grid) -> bool:
-    """Return whether a table has one row of names above its runs, each with one name."""
-    named = [
-        row for row in grid.rows if len(filled_at(row)) > 1 and not has_numbers(row)
-    ]
-    if len(named) != 1 or not is_head(named[0]):
-        return False
-    names, width = named[0].texts, max(len(row.texts) for row in grid.rows)
-    if "" in names or len(set(names)) < width:
-        return False
-    return all(map(_is_plain, names)) and _names_quantities(named[0])
-
-
-def _names_quantities(row: Row) -> bool:
-    named = [text for text in row.texts if parse_header(text).roles]
-    return 2 * len(named) > len(row.filled())
-
-
-def _is_plain(name: str) -> bool:
-    """Return whether a name contains no number, and does not count weights."""
-    return _DIGITS.isdisjoint(name) and not _WEIGHTS.is_in(name)

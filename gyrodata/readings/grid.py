@@ -94,15 +94,6 @@ class Grid(Struct, frozen=True):
         """Return the first cell of a row that is not blank."""
         return self.cell(row, filled_at(row)[0])
 
-    def notes(self) -> list[Text]:
-        """Return the ``#`` lines that give no value, each with its key, if it has one."""
-        keyed = [
-            replace(text, text=f"{key}: {text.text}")
-            for key, text in self.metadata
-            if not roles.is_key(key)
-        ]
-        return [*self.comments, *keyed]
-
 
 # --- Kinds of rows ---
 

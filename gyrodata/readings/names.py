@@ -293,8 +293,6 @@ def _with_small_words(words: list[str]) -> tuple[str, ...]:
         if len(bare) < len(words):
             words, before, after = bare, before + first, after + last
     roles = _base_roles(words)
-    if after and roles == ("turns",):
-        roles = ("turns", "spin")  # "Rotations before (rpm)"
     modified = tuple(f"{before}{role}{after}" for role in roles)
     return tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES)
 

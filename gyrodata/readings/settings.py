@@ -130,7 +130,6 @@ def _did_you_mean(name: str, known: list[str]) -> str:
 
 def read_settings(
     metadata: Sequence[tuple[str, Text]],
-    comments: Sequence[Text],
     options: Sequence[Given],
     faults: Faults,
     ask: bool,
@@ -145,9 +144,6 @@ def read_settings(
     lines = _Lines(Settings(), faults, ask)
     for key, text in metadata:
         lines.take(key, text)
-    for comment in comments:
-        lines.look_at_comment(comment)
-    lines.take_answers()
     for item in options:
         # The log itself knows its lab better than the file of the bench.
         if item.key not in lines.texts or not item.label.startswith("--config"):
@@ -162,16 +158,12 @@ class _Lines:
         self.settings, self.faults, self.ask = settings, faults, ask
         self.texts: dict[str, Text] = {}
         """First text of each key."""
-        self.answers: list[tuple[str, Text]] = []
-        """Lines such as "I_zz = 4.4e-3 kg m^2"."""
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
         known = key.lower()
-        if known.startswith(roles.REPORTED) and reported_key(key) in REPORTABLE:
+        if _is_report(key, text.text):
             self.report(key, text)
-        elif answer := _answer_in(key, known, text):
-            self.answers.append(answer)
         elif known in roles.KEYS and not _is_remark(known, text.text):
             self.enter(known, text)
         else:
@@ -189,23 +181,6 @@ class _Lines:
             return
         given = Given(key, text.text, f"# {key}", text.place)
         _enter(self.settings, given, self.ask, self.faults)
-
-    def look_at_comment(self, comment: Text) -> None:
-        """Warn of "# spin 400 rpm" without a colon."""
-        if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):
-            _warn_of_remark(match[1], match[2], comment, self.faults)
-
-    def take_answers(self) -> None:
-        """Read "# I_zz = …" as an answer, if no "# reported_inertia: …" is one."""
-        if "inertia" in self.settings.reported:
-            return
-        for key, text in self.answers:
-            # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
-            read = read_reported(key, text.text)
-            if read.fault is None or (len(key) > 1 and read.value is not None):
-                self.report(key, text)
-            else:
-                self.settings.metadata[key] = text.text
 
     def report(self, key: str, text: Text) -> None:
         """Keep a reported value.
@@ -233,14 +208,17 @@ def _given_twice(before: Reported, line: int) -> Reported:
     return replace(read, fault="given twice", problem=problem)
 
 
-def _answer_in(key: str, known: str, text: Text) -> tuple[str, Text] | None:
-    """Return the name and the value of I_zz in a line; also "# Result: I_zz = …"."""
-    if reported_key(key) == "inertia":
-        return key, text
-    name, _, value = text.text.partition("=")
-    if known in roles.KEYS or reported_key(name.strip()) != "inertia":
-        return None
-    return name.strip(), replace(text, text=value.strip())
+def _is_report(key: str, text: str) -> bool:
+    """Return whether a line is "# reported_…: …", or gives I_zz.
+
+    "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+    """
+    if key.lower().startswith(roles.REPORTED):
+        return reported_key(key) in REPORTABLE
+    if reported_key(key) != "inertia":
+        return False
+    read = read_reported(key, text)
+    return read.fault is None or (len(key) > 1 and read.value is not None)
 
 
 def _is_remark(key: str, text: str) -> bool:

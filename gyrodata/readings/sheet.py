@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from operator import attrgetter
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -52,7 +51,6 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         head = find_head(grid, faults)
-        grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         first = grid.rows.index(head)
         sheet.words += grid.rows[:first]
@@ -62,23 +60,6 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         return sheet.finish()
     except InputError:
         return None
-
-
-def _with_captions(grid: Grid, head: Row) -> Grid:
-    """Add the lines behind # that give a quantity without a column to the rows.
-
-    An example is "# each time is for one full turn".
-    """
-    lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
-    lines = {row.line for row in grid.rows}
-    added = [
-        Row(note.place.line, [f"# {note.text}"])
-        for note in grid.notes()
-        if lacking and note.place.line not in lines
-    ]
-    added = [row for row in added if lacking.intersection(said_in(row))]
-    rows = sorted([*grid.rows, *added], key=attrgetter("line"))
-    return replace(grid, rows=rows) if added else grid
 
 
 def _headers_in(grid: Grid) -> list[Header]:

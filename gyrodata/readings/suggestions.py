@@ -183,7 +183,7 @@ def header_row(
 
     "" if the headers are not in one line of the file.
     """
-    typed = list(dict.fromkeys(table.cells))  # a derived column has the cell of another
+    typed = list(dict.fromkeys(table.cells))
     lines = {cell.place.line for cell in typed}
     if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
         return ""

@@ -27,10 +27,8 @@ from gyrodata.readings.choice import choose
 from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, leave_out
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
-from gyrodata.readings.derived import with_elapsed_time
 from gyrodata.readings.filling import Filler, Loads
 from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
-from gyrodata.readings.headers import names_timing
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -133,7 +131,7 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
 def _read_given(grid: Grid, options: list[Given], faults: Faults) -> Settings:
     """Read the values for the whole log, from its lines, its notes and the options."""
     ask = decimal_signs(grid) != {","}
-    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
+    given = read_settings(grid.metadata, options, faults, ask)
     given.origin = read_notes(grid, faults)
     return given
 
@@ -162,8 +160,6 @@ def _with_runs(
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    if not any(map(names_timing, table.headers)):
-        table = with_elapsed_time(table, faults)
     choice = choose(table, mapping, given, faults)
     log, unmoved = TableReader(table, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():

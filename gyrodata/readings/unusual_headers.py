@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterator
 from itertools import accumulate
 from typing import Literal, NamedTuple
 
-from msgspec.structs import replace
-
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.headers import (
@@ -45,7 +43,6 @@ from gyrodata.readings.turns import (
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
-_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 
@@ -56,9 +53,6 @@ def unusual_header(text: str) -> Header:
     name, unit = split_unit(typed)
     unit = _meant_unit(unit, spread)
     roles, number = _roles_in(name, unit)
-    words = re.sub(_CAMEL_CASE, "_", text)
-    if not roles and words != text:
-        return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles, number = (), None  # worked out, not measured
     return Header(text, roles, unit, spread, number, name=name)
@@ -252,9 +246,6 @@ def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
 def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
     """Return what a name means in the unit of a related quantity."""
     kinds = kinds_of(unit)
-    if "time" in kinds and "/" in unit:  # "spin [s/rev]" is a period
-        rates = [role for role in named if role.startswith("spin")]
-        return tuple(role.replace("spin", "spin_period", 1) for role in rates)
     other = _IN_OTHER_UNITS.get((*named, *kinds), ())
     if not other and contains_word(name, MOTION_WORDS):
         return _MOTION.get(kinds, ())

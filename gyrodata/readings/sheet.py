@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
@@ -37,7 +37,13 @@ from gyrodata.readings.layout import (
     lacking_roles,
     layout_of,
 )
-from gyrodata.readings.names import MEAN_WORDS, SUMMARY_WORDS, Phrases, squeeze
+from gyrodata.readings.names import (
+    MEAN_WORDS,
+    SUMMARY_WORDS,
+    Phrases,
+    contains_word,
+    squeeze,
+)
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
 
@@ -72,8 +78,6 @@ class _Run(Struct, frozen=True):
     """A row of readings."""
 
     row: Row
-    places: list[int]
-    """Number of the column of each cell, among those of all tables."""
     given: Given
     """What captions give."""
 
@@ -91,8 +95,6 @@ class _Table(Struct):
     """Whether it has no row yet."""
     is_skipped: bool = False
     """Whether its rows are not runs."""
-    places: list[int] = field(default_factory=list)
-    """Number of each column among those of all tables."""
 
     @property
     def headers(self) -> list[Header]:
@@ -106,7 +108,7 @@ class _Sheet:
     def __init__(self, grid: Grid, faults: Faults) -> None:
         self.grid, self.faults = grid, faults
         self.columns: list[HeaderCell] = []
-        """Columns of all tables."""
+        """Columns of the first table, which are those of all tables."""
         self.runs: list[_Run] = []
         self.tables: list[int] = []
         """Number of the first run of each table."""
@@ -212,7 +214,7 @@ class _Sheet:
         self.given |= table.given
         if is_first:
             self._begin_table(there)
-        self.runs.append(_Run(row, table.places, table.given))
+        self.runs.append(_Run(row, table.given))
 
     def _read_words(
         self, is_first: bool, typed: list[tuple[Header, str]], there: set[str]
@@ -249,10 +251,7 @@ class _Sheet:
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
-        """Give the columns of a table their places among all columns.
-
-        This is not done if the rows of the table are not runs.
-        """
+        """Check the columns of a table, if its rows are runs."""
         table = self.table
         means = self._are_means()
         if why := self._why_skipped(means):
@@ -261,8 +260,10 @@ class _Sheet:
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
-        for column in table.columns:
-            table.places.append(self._place_of(column))
+        if self.columns:
+            self._check_columns(table)
+        else:
+            self.columns = list(table.columns)
 
     def _why_skipped(self, means: bool) -> str:
         """Return the name of the note if the rows of a table are not runs; else ""."""
@@ -280,24 +281,26 @@ class _Sheet:
 
     def _are_means(self) -> bool:
         """Return whether a table contains means, by its title or its headers."""
-        words = [text for row in self.words for text in row.texts if text[:1] != "#"]
+        words = [text for row in self.words for text in row.texts]
         title = " ".join(words)
-        if is_of_means(title) and not turns_in(title):
+        if contains_word(title, MEAN_WORDS) and not turns_in(title):
             return True
         timings = [header for header in self.table.headers if names_timing(header)]
         return bool(timings) and all(header.is_of_means for header in timings)
 
-    def _place_of(self, column: HeaderCell) -> int:
-        """Return the number of a column among those of all tables; add it if it is new."""
-        cell, header = column
-        for place, old in enumerate(self.columns):
-            if place not in self.table.places and _are_same(old, column):
-                if old[1].unit != header.unit and header.roles:
-                    line, first = [cell.place.line], old[0].text
-                    raise self.faults.refuse("other_unit", cell, line=line, first=first)
-                return place
-        self.columns.append(column)
-        return len(self.columns) - 1
+    def _check_columns(self, table: _Table) -> None:
+        """Refuse a table whose columns are not those of the first one, in their order.
+
+        The last ones, such as notes, may be missing.
+        """
+        names = [cell.text for cell, _ in self.columns]
+        row = self.grid.delimiter.strip().join(names)
+        for at, (cell, header) in enumerate(table.columns):
+            old = self.columns[at] if at < len(names) else None
+            is_same = old and _are_same(old, (cell, header))
+            if not is_same or old[1].unit != header.unit:
+                line = [table.head.line]
+                raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
     # --- Captions ---
 
@@ -324,7 +327,7 @@ class _Sheet:
         """Leave out the rows of text above a run, without those of some lines."""
         used = used.union(dict(self.faults.sheets))
         for row in self.words:
-            if row.line not in used and not row.texts[0].startswith("#"):
+            if row.line not in used:
                 self._leave_out("title", row)
         self.sentences += self.words
         self.words = []
@@ -334,6 +337,7 @@ class _Sheet:
     def finish(self) -> Layout:
         """Return all runs as one table, with notes on what was left out and on captions."""
         self._leave_out_words(set())
+        self.width = len(self.columns)
         self._add_given_columns()
         rows = [self._joined(run) for run in self.runs]
         parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
@@ -361,21 +365,18 @@ class _Sheet:
                 self.columns.append((Text(role, self.grid.place_of(spot)), header))
 
     def _joined(self, run: _Run) -> Row:
-        """Return a run with each cell at the place of its column, and what captions give."""
-        row, width = run.row, len(self.columns)
-        beyond = range(width, width + len(row.texts))
-        cells = {
-            place: ("".join(row.texts[at : at + 1]), row.spot(at))
-            for at, place in enumerate([*run.places, *beyond])
-            if place < width or at < len(row.texts)
-        }
+        """Return a run with what captions give for it."""
+        width, row = self.width, run.row
+        blanks = [""] * (len(self.columns) - min(width, len(row.texts)))
+        texts = [*row.texts[:width], *blanks, *row.texts[width:]]
+        spots = [row.spot(0)] * len(self.columns)
+        spots[:width] = map(row.spot, range(width))
+        spots += map(row.spot, range(width, len(row.texts)))
         names = [header.roles for _, header in self.columns]
-        for role, item in run.given.items():
-            cells[names.index((role,))] = item
-        filled = [cells.get(at, ("", row.spot(0))) for at in range(max(cells) + 1)]
-        blank = [("", row.spot(0))] * (width - len(filled))
-        texts, spots = zip(*filled, *blank, strict=True)
-        return Row(row.line, list(texts), spots)
+        for role, (text, spot) in run.given.items():
+            at = names.index((role,))
+            texts[at], spots[at] = text, spot
+        return Row(row.line, texts, tuple(spots))
 
     def _note_left_out(self) -> None:
         captioned = {cell.place.line for cell, _ in self.captions}
@@ -390,10 +391,9 @@ class _Sheet:
         """Name several tables; refuse one that contains two rows of another one."""
         if len(parts) < 2:
             return
-        width = len(self.runs[0].places)
         seen: set[tuple[str, ...]] = set()
         for part in parts:
-            rows = [tuple(row.texts[:width]) for row in part]
+            rows = [tuple(row.texts[: self.width]) for row in part]
             if sum(row in seen for row in rows) > 1:
                 cell, line = self.grid.first_cell(part[0]), [part[0].line]
                 raise self.faults.refuse("repeated_table", cell, line=line)
@@ -407,12 +407,6 @@ class _Sheet:
 # --- Kinds of headers ---
 
 
-def is_of_means(title: str) -> bool:
-    """Return whether a title says that a table contains means."""
-    words = re.split(r"[\s_,;()\[\]\-]+", title)
-    return any(squeeze(word).lower() in MEAN_WORDS for word in words)
-
-
 def _is_timing(header: Header) -> bool:
     return names_timing(header) or header.turns != ""
 
@@ -422,7 +416,7 @@ def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
     (old_cell, old_header), (cell, header) = old, new
     if old_header.turns != header.turns:
         return False
-    if squeeze(old_cell.text) == squeeze(cell.text) != "":
+    if squeeze(old_cell.text) == squeeze(cell.text):
         return True
     content = (header.roles, header.number)
     return len(header.roles) == 1 and (old_header.roles, old_header.number) == content

@@ -68,12 +68,8 @@ _MIXED = (
     rf"(?:of\s+)?(?:an?\s+)?{MARK}"
 )
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
-_ALONE = (
-    r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
-)
-_PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
-_SIGNS_OF_TURNS = (TURN, _ANGLE, _ONE_TURN, _ALONE, _PERIODS)
+_SIGNS_OF_TURNS = (TURN, _ANGLE, _ONE_TURN)
 """What a text contains that states turns."""
 
 
@@ -96,8 +92,6 @@ def turns_in(text: str) -> str:
     counted = _count_of_turns(marked) if names_turn else None
     if counted is not None:
         return counted
-    if symbol := re.match(_ALONE, plain) or re.match(_PERIODS, plain):
-        return _in_digits(symbol[1])
     number = _number_of_turns(marked) if names_turn else ""
     degrees = _part_in_degrees(plain)
     return degrees or number or _one_turn(plain, marked)

@@ -187,6 +187,8 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _RULE = frozenset("|+:=-")
 """Signs of a line of a Markdown table that only draws a line."""
 _MOST_LINES_OF_A_CELL = 100
+_MOST_CELLS_OF_KEY = 3
+"""Cells of a row that states a value for the whole log: "u_time", "0.2", "s"."""
 
 
 def make_grid(
@@ -204,7 +206,7 @@ def make_grid(
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
-        if not _may_state_key(row) or not _take_key(row, grid, faults):
+        if len(row.filled()) > _MOST_CELLS_OF_KEY or not _take_key(row, grid, faults):
             grid.rows.append(row)
     if max(sum(map(len, lines)), _LEAST_NOTE * len(lines)) > MAX_PROSE:
         _check_prose(grid, faults)
@@ -357,17 +359,6 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
 # --- Keys without the sign #, and limits ---
 
 
-def _may_state_key(row: Row) -> bool:
-    """Return whether a row is short, or contains a name with a number behind it."""
-    texts = row.texts
-    if len(row.filled()) < 4:
-        return texts[0] != "#"
-    return any(
-        text[:1].isalpha() and ("=" in text or ":" in text or is_number(behind))
-        for text, behind in itertools.pairwise([*texts, ""])
-    )
-
-
 def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
     """Move I_zz or a constant to the ``#`` lines; return whether the row states one.
 
@@ -392,7 +383,7 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     An example is "u_time", "0.2", "s".
     """
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
-    if len(cells) > 3 or match is None:
+    if match is None:
         return None
     key, value = "_".join(match[1].replace("_", " ").split()).lower(), match[2]
     if reported_key(match[1]) == "inertia":

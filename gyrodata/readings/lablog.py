@@ -11,7 +11,7 @@ Settings are values for the whole log: ``# key: value`` lines, ``--set`` and
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import groupby
 from typing import Any, Literal, NamedTuple
@@ -375,13 +375,6 @@ class Faults:
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
             self.found.append(self.message(name, place, **values))
-
-    def take_back(self, name: str, lines: Collection[int]) -> None:
-        """Remove the messages of one kind about some lines."""
-        code = diagnostics.message(name).code
-        self.found = [
-            one for one in self.found if one.code != code or one.line not in lines
-        ]
 
     def refuse(
         self, name: str, place: Text | Place | None = None, /, **values: Any

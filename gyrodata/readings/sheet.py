@@ -24,7 +24,7 @@ from gyrodata.readings.grid import (
     is_number,
     units_of_row,
 )
-from gyrodata.readings.headers import Header, are_turns, names_timing, parse_header
+from gyrodata.readings.headers import Header, names_timing, parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.layout import (
     NOT_USED,
@@ -225,8 +225,6 @@ class _Sheet:
             # "moved to 10.0 cm" between the runs is valid for the blank cells below it,
             # until another value is typed.
             lacking |= {"mass", "position"} - there
-        if any(are_turns(header, [text]) for header, text in typed):
-            lacking.discard("turns")
         given = self.table.given | self._read_captions(lacking)
         if given.keys().isdisjoint({"mass", "position", "spin"}):
             lacking &= {"turns"}
@@ -348,7 +346,6 @@ class _Sheet:
         for cell, said in self.captions:
             line = [cell.place.line]
             self.faults.add("caption", cell, line=line, said=said)
-            self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = [row for part in parts for row in part]
         return layout_of(self.grid, self.columns, rows, self.sentences, self.faults)

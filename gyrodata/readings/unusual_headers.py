@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from itertools import accumulate
 from typing import Literal, NamedTuple
 
 from gyrodata.quantities import numerals
@@ -232,10 +231,6 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
 def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
-    if not named and turns_in(name):
-        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
-        if any("time" in name_roles(begin)[0] for begin in begins):
-            return ("time",), None  # "Time for one turn" above "20.3 s"
     # A bare "N" counts turns: the other readings would need a unit.
     bare = tuple(
         role for role in named if kind_of_role(role) in ("number", "text", "sign")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime, time, timedelta
 from typing import Any
 from xml.etree import ElementTree
@@ -168,15 +168,15 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    rows = [row for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
     filled = {
         at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)
     }
-    columns = [column for column in sheet.hidden_columns if column in filled]
-    for word, numbers, name in (("row", rows, str), ("column", columns, _letters)):
-        if numbers:
-            what = f"{_count_of(word, len(numbers))} {_spans(numbers, name)}"
-            yield f"{what} of the sheet {quoted(sheet.title)}"
+    columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
+    for word, names in (("row", rows), ("column", columns)):
+        if names:
+            word += "s" * (len(names) > 1)
+            yield f"{word} {listing(names)} of the sheet {quoted(sheet.title)}"
 
 
 def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
@@ -193,24 +193,6 @@ def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
 
 def _fills(cell: Any) -> bool:
     return cell not in (None, "")
-
-
-def _count_of(word: str, count: int) -> str:
-    """Return "row", "rows" or, if there are many, "40 rows"."""
-    if count == 1:
-        return word
-    return f"{word}s" if count <= 12 else f"{count} {word}s"
-
-
-def _spans(numbers: list[int], name: Callable[[int], str]) -> str:
-    """Return numbers in short form: ``3-5, 7``."""
-    spans: list[list[int]] = []
-    for number in numbers:
-        if spans and spans[-1][-1] == number - 1:
-            spans[-1] = [spans[-1][0], number]
-        else:
-            spans.append([number])
-    return listing(["-".join(map(name, span)) for span in spans])
 
 
 def _letters(column: int) -> str:

@@ -150,7 +150,7 @@ def meant_texts(
         texts = _without_words(texts)
     elif column.role == "mass":
         texts = _with_zero_for_dashes(texts, positions)
-    if column.header.unit == "s":
+    if column.header.unit == "s" and ":" in fold_number(" ".join(texts)):
         _ask_for_colons(column, texts, table, faults)
     return texts
 
@@ -241,8 +241,9 @@ class CellReader:
         for text in dict.fromkeys(texts):
             if text not in BLANKS and not self.lacks_unit:
                 self._read_one(text)
-        if self.role in roles.COUNTS or self.role == "spin_turns":
-            self._count_parts()
+        is_count = self.role in roles.COUNTS or self.role == "spin_turns"
+        if is_count and self.read and (part := part_counted(self.column.header)):
+            self._count_parts(part)
         self._ask_for_likelier_unit()
         for one in self.read.values():
             if one.step is not None:
@@ -286,14 +287,11 @@ class CellReader:
             return ""
         return "" if altered_role(f"{self.role}: {text}") else remark[1]
 
-    def _count_parts(self) -> None:
+    def _count_parts(self, part: str) -> None:
         """Read whole numbers below "half turns" as halves, and below "%" as percent.
 
         Fractions are turns already.
         """
-        part = part_counted(self.column.header)
-        if not part or not self.read:
-            return
         if part == _PERCENT:
             are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:

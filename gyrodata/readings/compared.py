@@ -146,8 +146,6 @@ def use_turns_of_headers(
     given = columns.get("turns") or columns.get("angle")
     readings = [stated[run.turns] for run in runs]
     headers = [run.text for run in runs]
-    if not stating:
-        return
     if given is None:
         row = Row(table.cells[0].place.line, [])
         spots = tuple([row.spot(run.at) for run in runs])
@@ -203,16 +201,19 @@ def compare_turns_with_texts(
             faults.add("note", cell, note=cell.text, role=role)
 
 
+def may_number_runs(turns: Column) -> bool:
+    """Return whether a column of turns has a name such as "Lap", "N" or "count"."""
+    is_counter = squeeze(turns.header).lower() in COUNTER_WORDS
+    return is_counter or may_number(parse_header(turns.header))
+
+
 def ask_if_runs_are_counted(
     turns: Column, sentences: list[Text], faults: Faults
 ) -> None:
-    """Ask whether a column such as "Lap" or "N" numbers the runs: it counts 1, 2, 3, ….
+    """Ask whether a column numbers the runs, if it counts 1, 2, 3, ….
 
     It may begin again at 1 if a sentence states turns.
     """
-    name = squeeze(turns.header).lower()
-    if name not in COUNTER_WORDS and not may_number(parse_header(turns.header)):
-        return
     counts = [int(value) for value in turns.values if value and value.is_integer()]
     steps = [after in (1, before + 1) for before, after in pairwise([0, *counts])]
     if len(counts) < max(4, len(turns.values)) or not all(steps) or max(counts) == 1:

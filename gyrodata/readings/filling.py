@@ -31,11 +31,6 @@ class Loads(Struct, frozen=True):
         """Return whether the mass in a row is 0."""
         return bool(self.mass) and self.mass[row] == 0
 
-    def is_unloaded(self, row: int) -> bool:
-        """Return whether the first load that was read is 0 in a row."""
-        values = self.mass or self.force or self.torque
-        return bool(values) and values[row] == 0
-
     def pulls_nothing(self, row: int) -> bool:
         """Return whether one of the loads is 0 in a row."""
         loads = (self.mass, self.force, self.torque)
@@ -74,7 +69,9 @@ class Filler:
         for i, reading in enumerate(readings):
             if reading.text not in UNKNOWN:
                 continue
-            is_needed = column.role not in roles.LOADS or not self.loads.is_unloaded(i)
+            is_needed = column.role not in roles.LOADS or not self.loads.pulls_nothing(
+                i
+            )
             if self.is_run[i] and is_needed:
                 cell = self.table.grid.cell(self.table.rows[i], at)
                 self.faults.add("unknown_cell", cell, role=column.role)

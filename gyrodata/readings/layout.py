@@ -238,13 +238,8 @@ def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[st
     there = {key.lower() for key, _ in grid.metadata} if grid else set()
     for header in headers:
         there |= _roles_served(header)
-    if "angle" in there:
-        there.add("turns")
-    if "torque" in there:
-        there |= {"mass", "position"}
-    if "force" in there:
-        there.add("mass")
-    return {"mass", "position", "spin", "turns"} - there
+    missing = roles.missing_roles(there, there, loaded=True)
+    return {"mass", "position", "spin", "turns"}.intersection(missing)
 
 
 def _roles_served(header: Header) -> set[str]:

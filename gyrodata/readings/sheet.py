@@ -202,23 +202,17 @@ class _Sheet:
         if table.is_skipped:
             self._leave_out_words(set())
             return
-        typed = [
-            (header, text)
-            for header, text in zip(table.headers, row.texts, strict=False)
-            if text
-        ]
-        there = {role for header, _ in typed for role in header.roles}
+        pairs = zip(table.headers, row.texts, strict=False)
+        there = {role for header, text in pairs if text for role in header.roles}
         table.given = _without(there, table.given)
         if self.words:
-            self._read_words(is_first, typed, there)
+            self._read_words(is_first, there)
         self.given |= table.given
         if is_first:
             self._begin_table(there)
         self.runs.append(_Run(row, table.given))
 
-    def _read_words(
-        self, is_first: bool, typed: list[tuple[Header, str]], there: set[str]
-    ) -> None:
+    def _read_words(self, is_first: bool, there: set[str]) -> None:
         """Add what the rows of text above a run give to it and to the runs below it."""
         lacking = lacking_roles(self.table.headers)
         if not is_first:

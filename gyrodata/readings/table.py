@@ -528,7 +528,8 @@ class TableReader:
         """Use the turns that the headers of the times state, and compare all turns."""
         sentences, faults = self.table.sentences, self.faults
         u = roles.stated_u("turns", self.settings.uncertainties)
-        compared.use_turns_of_headers(columns, times, self.table, u, faults)
+        if any(time.turns for time in times):
+            compared.use_turns_of_headers(columns, times, self.table, u, faults)
         compared.compare_turns_with_texts(columns, sentences, faults)
         turns = columns.get("turns")
         if turns is None:
@@ -536,7 +537,7 @@ class TableReader:
         compared.warn_of_rounded_turns(turns, faults)
         if "angle" in columns:
             compared.compare_turns_with_angle(turns, columns["angle"], faults)
-        if "turns" not in self.choice.mapped:
+        if "turns" not in self.choice.mapped and compared.may_number_runs(turns):
             compared.ask_if_runs_are_counted(turns, sentences, faults)
 
     def _read_others(self, rows: list[int]) -> list[Column]:

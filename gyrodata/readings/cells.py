@@ -19,10 +19,9 @@ from gyrodata.quantities.numerals import fold_number, to_float
 from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of
 from gyrodata.readings import layout, roles
 from gyrodata.readings.grid import is_number
-from gyrodata.readings.headers import Header
 from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults, Text
 from gyrodata.readings.layout import MOST_TURNS, Chosen
-from gyrodata.readings.names import NAMES
+from gyrodata.readings.names import NAMES, Header
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns

@@ -11,16 +11,10 @@ from msgspec.structs import replace
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.headers import (
-    Header,
-    are_turns,
-    can_measure,
-    may_number,
-    unused_words,
-)
+from gyrodata.readings.headers import are_turns, can_measure, may_number, unused_words
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of
-from gyrodata.readings.names import squeeze
+from gyrodata.readings.names import Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 

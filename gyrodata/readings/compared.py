@@ -13,10 +13,10 @@ from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import layout, roles
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
-from gyrodata.readings.headers import is_of_the_spin, may_number, parse_header
+from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.layout import Chosen
-from gyrodata.readings.names import COUNTER_WORDS, origin_in, squeeze
+from gyrodata.readings.names import COUNTER_WORDS, is_of_the_spin, origin_in, squeeze
 from gyrodata.readings.settings import Given
 from gyrodata.readings.turns import turns_in
 

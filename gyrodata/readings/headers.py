@@ -9,32 +9,29 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Literal
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals, units, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.names import (
-    END_WORDS,
     FIRST_SIGN,
     MAX_HEADER,
     MEAN_WORDS,
-    PRECESSION,
-    SPINNING,
-    START_WORDS,
+    OF_TURNS,
     THEORY_WORDS,
     TOKENS,
-    Origin,
+    Header,
     Phrases,
     contains_word,
     from_centre,
+    is_of_the_spin,
     known_roles,
+    measures,
+    moment_in,
     origin_in,
     squeeze,
-    squeezed_words,
 )
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.turns import (
@@ -43,55 +40,6 @@ from gyrodata.readings.turns import (
     turns_in,
     words_of_turns,
 )
-
-OF_TURNS = frozenset({"angle", "number"})
-"""Kinds that a unit of turns can measure."""
-
-
-class Header(Struct, frozen=True):
-    """The content of a header."""
-
-    text: str
-    roles: tuple[str, ...] = ()
-    """Roles that the header may name."""
-    unit: str | None = None
-    """Unit text as written, known or not; None if there is none."""
-    spread: str = ""
-    """Text of a ±, with its unit if it has one; or ""."""
-    number: int | None = None
-    """Number of a repeat: ``time_2`` is 2."""
-    name: str = ""
-    """The text without its unit, its ± and the signs around them."""
-    turns: str = ""
-    """Turns that the text states: "1/3", "1", "2.5"; or ""."""
-    origin: Origin = ""
-    """Where the text says that a position counts from."""
-    moment: Literal["", "start", "end"] = ""
-    """Part of a run to which the reading belongs, if the text says so."""
-    is_of_means: bool = False
-    """Whether the text says that the values are means."""
-    is_of_the_spin: bool = False
-    """Whether the text says that the ball turns, and not the rod."""
-
-
-def measures(unit: str, role: str) -> bool:
-    """Return whether a role, or the uncertainty of one, can have a unit."""
-    return kind_of_role(role) in kinds_of(unit) or (
-        unit == "%" and role.startswith("u_")
-    )
-
-
-def moment_in(header: str) -> Literal["", "start", "end"]:
-    """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
-    words = squeezed_words(header)
-    if words & START_WORDS:
-        return "start"
-    return "end" if words & END_WORDS else ""
-
-
-def is_of_the_spin(header: str) -> bool:
-    """Return whether a header says that turns of the ball are timed."""
-    return SPINNING.is_in(header) and not re.search(PRECESSION, header)
 
 
 @lru_cache(maxsize=4096)

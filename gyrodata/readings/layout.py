@@ -23,10 +23,12 @@ from gyrodata.readings.grid import (
     is_head,
     is_number,
 )
-from gyrodata.readings.headers import Header, counts_weights, measures, parse_header
+from gyrodata.readings.headers import counts_weights, parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
+    Header,
     Phrases,
+    measures,
     name_roles,
 )
 from gyrodata.readings.notes import altered_role

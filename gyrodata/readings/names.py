@@ -1,4 +1,4 @@
-"""Words in all languages: small ones, origins of positions, and the names of roles.
+"""Words in all languages, the names of roles, and the record of a header.
 
 A name is a known one, or known words together with small words ("initial spin"), with
 its symbol ("Mass m"), with its origin ("position from the centre"), or with the thing
@@ -13,9 +13,17 @@ from collections.abc import Collection
 from functools import cache, lru_cache
 from typing import Literal
 
+from msgspec import Struct
+
 from gyrodata.quantities import units, vocabulary
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.roles import REPORTED, ROLES, SHARED_NAMES, UNCERTAINTIES
+from gyrodata.readings.roles import (
+    REPORTED,
+    ROLES,
+    SHARED_NAMES,
+    UNCERTAINTIES,
+    kind_of_role,
+)
 
 # --- Words ---
 
@@ -293,6 +301,8 @@ def _with_small_words(words: list[str]) -> tuple[str, ...]:
         if len(bare) < len(words):
             words, before, after = bare, before + first, after + last
     roles = _base_roles(words)
+    if after and roles == ("turns",):
+        roles = ("turns", "spin")  # "Rotations before (rpm)"
     modified = tuple(f"{before}{role}{after}" for role in roles)
     return tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES)
 
@@ -383,3 +393,55 @@ def reported_key(key: str) -> str:
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
     return "inertia" if known_roles(bare) == ("inertia",) else bare.lower()
+
+
+# --- The record of a header ---
+
+OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
+
+
+class Header(Struct, frozen=True):
+    """The content of a header."""
+
+    text: str
+    roles: tuple[str, ...] = ()
+    """Roles that the header may name."""
+    unit: str | None = None
+    """Unit text as written, known or not; None if there is none."""
+    spread: str = ""
+    """Text of a ±, with its unit if it has one; or ""."""
+    number: int | None = None
+    """Number of a repeat: ``time_2`` is 2."""
+    name: str = ""
+    """The text without its unit, its ± and the signs around them."""
+    turns: str = ""
+    """Turns that the text states: "1/3", "1", "2.5"; or ""."""
+    origin: Origin = ""
+    """Where the text says that a position counts from."""
+    moment: Literal["", "start", "end"] = ""
+    """Part of a run to which the reading belongs, if the text says so."""
+    is_of_means: bool = False
+    """Whether the text says that the values are means."""
+    is_of_the_spin: bool = False
+    """Whether the text says that the ball turns, and not the rod."""
+
+
+def measures(unit: str, role: str) -> bool:
+    """Return whether a role, or the uncertainty of one, can have a unit."""
+    return kind_of_role(role) in kinds_of(unit) or (
+        unit == "%" and role.startswith("u_")
+    )
+
+
+def moment_in(header: str) -> Literal["", "start", "end"]:
+    """Return the part of a run that a header names, as "start (s)" and "t stop" do."""
+    words = squeezed_words(header)
+    if words & START_WORDS:
+        return "start"
+    return "end" if words & END_WORDS else ""
+
+
+def is_of_the_spin(header: str) -> bool:
+    """Return whether a header says that turns of the ball are timed."""
+    return SPINNING.is_in(header) and not re.search(PRECESSION, header)

@@ -24,7 +24,7 @@ from gyrodata.readings.grid import (
     is_number,
     units_of_row,
 )
-from gyrodata.readings.headers import Header, names_timing, parse_header
+from gyrodata.readings.headers import names_timing, parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.layout import (
     NOT_USED,
@@ -40,6 +40,7 @@ from gyrodata.readings.layout import (
 from gyrodata.readings.names import (
     MEAN_WORDS,
     SUMMARY_WORDS,
+    Header,
     Phrases,
     contains_word,
     squeeze,
@@ -289,8 +290,8 @@ class _Sheet:
         row = self.grid.delimiter.strip().join(names)
         for at, (cell, header) in enumerate(table.columns):
             old = self.columns[at] if at < len(names) else None
-            is_same = old and _are_same(old, (cell, header))
-            if not is_same or old[1].unit != header.unit:
+            is_same = old is not None and _are_same(old, (cell, header))
+            if not is_same:
                 line = [table.head.line]
                 raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
@@ -405,7 +406,7 @@ def _is_timing(header: Header) -> bool:
 def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
     """Return whether columns of two tables contain one quantity."""
     (old_cell, old_header), (cell, header) = old, new
-    if old_header.turns != header.turns:
+    if (old_header.turns, old_header.unit) != (header.turns, header.unit):
         return False
     if squeeze(old_cell.text) == squeeze(cell.text):
         return True

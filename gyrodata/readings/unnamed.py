@@ -11,7 +11,6 @@ from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import (
-    Header,
     are_turns,
     counts_turns,
     counts_weights,
@@ -29,6 +28,7 @@ from gyrodata.readings.names import (
     SUMMARY_WORDS,
     THEORY_WORDS,
     UNSURE_WORDS,
+    Header,
     Phrases,
     name_roles,
     squeeze,

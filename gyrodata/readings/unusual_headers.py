@@ -12,23 +12,21 @@ from typing import Literal, NamedTuple
 
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
-from gyrodata.readings.headers import (
-    OF_TURNS,
-    Header,
-    is_of_the_spin,
-    measures,
-    moment_in,
-)
 from gyrodata.readings.names import (
     MAX_HEADER,
     MOTION_WORDS,
+    OF_TURNS,
     SMALL_WORDS,
     SYMBOLS,
     THEORY_WORDS,
     TOKENS,
     TRIAL_WORDS,
+    Header,
     contains_word,
     from_centre,
+    is_of_the_spin,
+    measures,
+    moment_in,
     name_roles,
     origin_in,
     squeeze,

@@ -321,11 +321,13 @@ class CellReader:
         if self.column.header.roles == ("turns",) and not are_angles:
             return
         if large and large[0] not in self.wrong:
-            role, likely = ("angle", "deg") if are_angles else (self.role, likely)
-            values = {"role": role, "likely": likely, "text": large[0]}
+            values = {"role": self.role, "likely": likely, "text": large[0]}
             unit = self.unit or self.role
             # Other parts of a turn give an answer that looks possible: ask.
             name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
+            if are_angles:
+                name = "turns_or_degrees"
+                values["part"] = str(Fraction(int(large[0]), 360))
             self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def fractions_of_dates(self) -> list[str]:

@@ -181,21 +181,33 @@ def _compare_turns(
 
 
 def compare_turns_with_texts(
-    columns: Mapping[str, Column], sentences: list[Text], faults: Faults
+    columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
-    """Report each sentence that states turns with which no run agrees."""
+    """Report each sentence that states turns with which no run agrees.
+
+    It is an error if the turns are stated elsewhere too, and not typed in a column of
+    turns, or if this column may number the runs.
+    """
     names = [one for one in ("turns", "angle", "precession_period") if one in columns]
     counted = columns[names[0]] if names else None
     if counted is None or counted.header.startswith("--"):
         return
-    known = turns_of(counted)
-    for cell in sentences:
+    known, lines = turns_of(counted), {row.line for row in table.rows}
+    place = counted.place(0)
+    is_stated = counted.header[:1] != "#" and place and place.line not in lines
+    for cell in table.sentences:
         stated = turns_in(cell.text)
         # A run without a weight has 0 turns.
         if stated in ("", "0") or is_of_the_spin(cell.text):
             continue
         turns = _read_turns(stated, cell, faults)
-        if turns is not None and all(abs(one - turns) >= _AGREE for one in known):
+        if turns is None or any(abs(one - turns) < _AGREE for one in known):
+            continue
+        if is_stated or may_number_runs(counted):
+            values = {"header": counted.header, "turns": counted.readings[0].text}
+            values |= {"other": cell.text, "says": stated}
+            faults.add("turns_contradict_header", cell, **values)
+        else:
             is_period = counted.role == "precession_period"
             role = "time" if is_period else "number of turns"
             faults.add("note", cell, note=cell.text, role=role)

@@ -530,7 +530,7 @@ class TableReader:
         u = roles.stated_u("turns", self.settings.uncertainties)
         if any(time.turns for time in times):
             compared.use_turns_of_headers(columns, times, self.table, u, faults)
-        compared.compare_turns_with_texts(columns, sentences, faults)
+        compared.compare_turns_with_texts(columns, self.table, faults)
         turns = columns.get("turns")
         if turns is None:
             return

@@ -155,7 +155,7 @@ def use_turns_of_headers(
         )
         said = [f'turns is {one.turns} by the header "{one.text}"' for one in stating]
         faults.add("turns_in_header", stating[0].cell, said="; ".join(said))
-    elif not given.header.startswith("--"):
+    else:
         _compare_turns(given, readings, headers, faults)
 
 
@@ -169,7 +169,12 @@ def compare_turns_with_angle(turns: Column, angle: Column, faults: Faults) -> No
 def _compare_turns(
     given: Column, stated: list[Reading], headers: list[str], faults: Faults
 ) -> None:
-    """Report the first run whose turns differ from those that a header states."""
+    """Report the first run whose turns differ from those that a header states.
+
+    Turns that an option gives are decided.
+    """
+    if given.header.startswith("--"):
+        return
     for run, (turns, reading) in enumerate(zip(turns_of(given), stated, strict=True)):
         if not turns or not reading.value:
             continue

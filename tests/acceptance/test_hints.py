@@ -99,7 +99,7 @@ OTHERWISE = {
     "G410 G412 G413 G415 G416 G417 G418 G419 G429 G431 G434 G442 G444 G445 G446 G449 G450 "
     "G451 G452 G453 G454 G455 G456",
     "what was understood is said, and needs nothing": "G140 G141 G142 G143 G145 G146 "
-    "G216 G217 G220 G225 G228 G234 "
+    "G216 G217 G220 G225 G228 "
     "G236 G304 G310 G341 G427 G428 G447",
     "another file is asked for, or only told which columns lie idle": "G106 G108 G221 G223",
     "readings/test_followed_hints.py": "G240 G401",
@@ -260,6 +260,13 @@ HERTZ = table(
 )
 LOWER = "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *TABLE[7:]))
 """The last three runs in a table of their own, without the weight."""
+BY_WEIGHT = "".join(
+    f"mass {rows[0][0]} g\n"
+    + "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *rows))
+    + "\n"
+    for rows in (TABLE[1:4], TABLE[4:7])
+)
+"""The other runs in two tables, with the weight in a line above each."""
 SURFACE_HEAD = ["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]]
 DOUBTED = written([[*TABLE[0], "u_time"], *([*row, "little"] for row in TABLE[1:])])
 PERIOD_HEAD = [*TABLE[0][:3], "precession period [s]", "turns"]
@@ -310,13 +317,20 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G210", written([[*row, row[1]] for row in TABLE]), then_good("remove the other")),
     (
         "G212",
-        written(TABLE[:7]) + "\n" + LOWER,
+        BY_WEIGHT + LOWER,
+        lambda hint: (
+            BY_WEIGHT + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER
+        ),
+    ),
+    (
+        "G212",
+        written(TABLE[:7])
+        + "\n"
+        + written([row[::-1] for row in (TABLE[0], *TABLE[7:])]),
         lambda hint: (
             written(TABLE[:7])
             + "\n"
-            + named(hint, r'such as "(mass )[\d.]+ g"')
-            + "60.2 g\n"
-            + LOWER
+            + written([named(hint, r"in this order: (.*)").split(","), *TABLE[7:]])
         ),
     ),
     (

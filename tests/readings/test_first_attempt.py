@@ -341,7 +341,7 @@ ASKED = {
     "turns in the second row": "G209",
     "two partners": "G301",
     "one header with the turns": "G302",
-    "the turns as numbers": "G302",
+    "the turns as numbers": "G301",
     "ten turns of the disk in the header": "G301",
     "quotes of a word processor": "G202",
     "ditto marks between tabs": "G209",
@@ -350,6 +350,7 @@ ASKED = {
     "footnotes": "G205",
     "unknown units below the names": "G207",
     "a letter for a place": "G203",
+    "± beside each column": "G210",
 }
 """Rare forms that are asked about, with the code of the first question."""
 
@@ -428,10 +429,7 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(
 @pytest.mark.parametrize(
     "log",
     [
-        f"# each time is for one full turn\n{WITHOUT['turns']}",
         f"Zeiten für eine Umdrehung\n{WITHOUT['turns']}",
-        f"### x = {ARM} cm\n{WITHOUT['position']}",
-        f"# x = {ARM} cm from centre\n{WITHOUT['position']}",
         table().translate(str.maketrans("0123456789", "٠١٢٣٤٥٦٧٨٩")),
         table(
             rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]
@@ -451,6 +449,24 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(
 def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
     text = G_LINE + log if isinstance(log, str) else G_LINE.encode() + log
     assert is_right(text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("line", "missing"),
+    [
+        ("# each time is for one full turn", "turns"),
+        (f"### x = {ARM} cm", "position"),
+        (f"# x = {ARM} cm from centre", "position"),
+    ],
+)
+def test_a_sentence_behind_the_sign_of_a_comment_is_no_caption(
+    line: str, missing: str
+) -> None:
+    with pytest.raises(LogError, match=f"{missing} is missing") as refused:
+        analyze(f"{G_LINE}{line}\n{WITHOUT[missing]}")
+    hints = " ".join(one.hint for one in refused.value.diagnostics)
+    assert f'"# {missing}: ' in hints
 
 
 @pytest.mark.parametrize(

@@ -99,9 +99,7 @@ def test_runs_copied_below_with_a_column_more_are_refused() -> None:
     copy = "\n".join(
         [f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)]
     )
-    with pytest.raises(
-        LogError, match="the table with line 14 repeats runs of a table above"
-    ):
+    with pytest.raises(LogError, match=r'the table below line 13 has "period \[s\]"'):
         analyze(f"{ONCE}\n{copy}\n".encode())
 
 

@@ -151,8 +151,8 @@ def test_mass_of_the_ball_in_a_wrong_unit_is_asked_about() -> None:
     wrong = "# ball_mass: 4310 kg"
     text = log(f"{START},turns", FOUR + ",{turns}", above=f"{wrong}\n")
     (asked,) = questions(text)
-    (line,) = re.findall(r'Write "([^"]+)"', asked.hint)
-    assert line == "# ball_mass: 4310 g"
+    (line,) = re.findall(r'such as "([^"]+)"', asked.hint)
+    assert line == "# ball_mass: 4.31 kg"
     assert is_true(text.replace(wrong, line))
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import warnings
 from collections.abc import Sequence
 
@@ -586,7 +587,15 @@ ASKED_FORMS = {
     "remarks behind %": "G301",
     "a remark on turns and a text about turns": "G301",
     "units in a sentence, with that of the spin in words": "G207",
-    "letters explained below": "G206",
+    "letters explained below": "G207",
+    "turns behind time": "G306",
+    "a legend": "G206",
+    "a legend in German": "G206",
+    "symbols and meanings": "G206",
+    "results below the runs": "G203",
+    "results below their own names": "G203",
+    "a result with its unit in a cell": "G203",
+    "laps that number the runs": "G303",
     "weights on a sheet of their own": "G203",
     "numbers of holes in a sentence": "G206",
     "places in a legend with a semicolon": "G203",
@@ -780,16 +789,9 @@ ASKED = [
     ),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
     (
-        "All times are for half a turn\n"
-        + HEAD.replace("turns", "Lap")
-        + runs(ROW, 0.5),
-        "G303",
-        "rename it to run",
-    ),
-    (
         "# turns: 1/2\n" + HEAD.replace("turns", "Rev") + runs(ROW, 0.5),
-        "G303",
-        "rename it to run",
+        "G237",
+        "delete the line or the column",
     ),
     (
         f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}",
@@ -867,7 +869,7 @@ def test_spin_that_is_read_only_before_the_runs_gives_the_truth(tau: float) -> N
 OTHER_TURNS = {
     "Gyroscope, 3 rotations each\n": False,
     "# all 3 turns\n": False,
-    "T is the time of one turn (we timed 3 turns and divided)\n": True,
+    "T is the time of one turn (we timed 3 turns and divided)\n": False,
 }
 
 
@@ -891,15 +893,16 @@ def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
     assert is_right(log)
 
 
-def test_column_that_was_taken_as_the_number_of_the_run_can_be_named_by_map() -> None:
+def test_turns_that_count_the_rows_are_asked_about_unless_mapped() -> None:
     log = HEAD.replace("turns", "N") + "".join(
         f"{row};{n}\n"
         for n, row in enumerate(runs("{m};14.8;{s};{t}\n").splitlines(), 1)
     )
-    assert "turns" not in read_log(log).columns
-    assert read_log(log, mapping={"turns": "N"}).columns["turns"].values == tuple(
-        map(float, range(1, 10))
-    )
+    (asked,) = read_log(log).diagnostics
+    assert (asked.code, asked.severity) == ("G303", "error")
+    mapped = read_log(log, mapping={"turns": "N"})
+    assert mapped.ok
+    assert mapped.columns["turns"].values == tuple(map(float, range(1, 10)))
 
 
 @pytest.mark.slow
@@ -964,7 +967,7 @@ def test_angle_among_numbers_of_turns_is_asked_about() -> None:
         f"{t('60.2', 598, 0.25)};1/4", f"{t('60.2', 598, 0.25)};90"
     )
     with pytest.raises(
-        LogError, match=r'turns "90" looks like an angle(?s:.*)write 1/4'
+        LogError, match=r"90 turns is too large for one run(?s:.*)write 1/4"
     ):
         analyze(HEAD + typed)
 
@@ -1167,8 +1170,8 @@ def test_frames_of_a_video_are_not_times() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("title", ["time of ONE precession turn", "# t_s: one turn"])
-def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
+def test_turns_in_a_title_are_valid_for_all_runs() -> None:
+    title = "time of ONE precession turn"
     assert is_right(f"{title}\n{HEAD.replace(';turns', '')}{runs(SHORT)}")
 
 
@@ -1188,7 +1191,7 @@ def test_turns_in_a_title_with_other_words_are_asked_about() -> None:
         "# n_A: vitesse au début, n_E: vitesse à la fin",
     ],
 )
-def test_a_legend_says_which_spin_is_that_of_the_start(line: str) -> None:
+def test_two_spins_with_letters_are_asked_about_and_mapped(line: str) -> None:
     """The mean of both is the spin; the first alone is 10 % too large."""
     rows = "".join(
         f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n"
@@ -1196,7 +1199,13 @@ def test_a_legend_says_which_spin_is_that_of_the_start(line: str) -> None:
         for s in SPINS
     )
     head = HEAD.replace("spin (rpm)", "n_A [1/min];n_E [1/min]")
-    assert is_right(f"{line}\n{head}{rows}")
+    text = f"{line}\n{head}{rows}"
+    with pytest.raises(LogError, match="may both be spins") as refused:
+        analyze(text)
+    hints = " ".join(one.hint for one in refused.value.diagnostics)
+    named = dict(re.findall(r'"?(spin_start|spin_end)"?[=:] ?"([^"]+)"', hints))
+    assert sorted(named) == ["spin_end", "spin_start"]
+    assert analyze(text, mapping=named).inertia.value == pytest.approx(TRUTH, rel=0.02)
 
 
 @pytest.mark.slow

@@ -25,6 +25,7 @@ ASKED = {
     "032_hdr_symbols.csv": "a legend in one sentence",
     "044_ratio_cols.csv": '"[#]" for a number',
     "069_nihongo.csv": "a word for precession that is not known",
+    "047_kugelkreisel.csv": "a legend of two spins",
     "077_transponowana.csv": '"periods" that are counted',
     "082_ten_revs.csv": '"ball revolutions" that are timed',
     "086_spalten.json": '"Drehzahl_U_min", with two parts behind the name',
@@ -32,6 +33,7 @@ ASKED = {
     "089_keyvalue.txt": "one quantity in each line",
     "087_nested.json": "lists inside of lists",
     "091_pivot.csv": "a crossed table, with weights in the header",
+    "094_clock_start_stop.csv": "start and stop of a clock",
     "096_utf16.txt": "a unit in Turkish",
     "099_vecka.csv": "words for before and after in Swedish",
 }

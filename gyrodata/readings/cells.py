@@ -312,11 +312,7 @@ class CellReader:
         other unit.
         """
         most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
-        large = [
-            text
-            for text, one in self.read.items()
-            if one.value > most and numerals.PLAIN.fullmatch(text)
-        ]
+        large = self._bare_above(most)
         are_angles = self.role == "turns" and all(map(_may_be_degrees, large))
         if self.column.header.roles == ("turns",) and not are_angles:
             return
@@ -329,6 +325,14 @@ class CellReader:
                 name = "turns_or_degrees"
                 values["part"] = str(Fraction(int(large[0]), 360))
             self.faults.add(name, self.column.cell, unit=unit, **values)
+
+    def _bare_above(self, most: float) -> list[str]:
+        """Return the numbers without a unit of their own that are above a value [SI]."""
+        return [
+            text
+            for text, one in self.read.items()
+            if one.value > most and numerals.PLAIN.fullmatch(text)
+        ]
 
     def fractions_of_dates(self) -> list[str]:
         """Return the texts that were read as fractions of which a program made dates."""

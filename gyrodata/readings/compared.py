@@ -188,34 +188,44 @@ def _compare_turns(
 def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
-    """Report each sentence that states turns with which no run agrees.
-
-    It is an error if the turns are stated elsewhere too, and not typed in a column of
-    turns, or if this column may number the runs.
-    """
+    """Report each sentence that states turns with which no run agrees."""
     names = [one for one in ("turns", "angle", "precession_period") if one in columns]
     counted = columns[names[0]] if names else None
     if counted is None or counted.header.startswith("--"):
         return
-    known, lines = turns_of(counted), {row.line for row in table.rows}
-    place = counted.place(0)
-    is_stated = counted.header[:1] != "#" and place and place.line not in lines
-    for cell in table.sentences:
-        stated = turns_in(cell.text)
-        # A run without a weight has 0 turns.
-        if stated in ("", "0") or is_of_the_spin(cell.text):
-            continue
-        turns = _read_turns(stated, cell, faults)
-        if turns is None or any(abs(one - turns) < _AGREE for one in known):
-            continue
-        if is_stated or may_number_runs(counted):
-            values = {"header": counted.header, "turns": counted.readings[0].text}
-            values |= {"other": cell.text, "says": stated}
-            faults.add("turns_contradict_header", cell, **values)
-        else:
-            is_period = counted.role == "precession_period"
-            role = "time" if is_period else "number of turns"
-            faults.add("note", cell, note=cell.text, role=role)
+    known = turns_of(counted)
+    for sentence in table.sentences:
+        turns = _turns_in(sentence, faults)
+        if turns and all(abs(one - turns) >= _AGREE for one in known):
+            _report_sentence(sentence, counted, table, faults)
+
+
+def _turns_in(sentence: Text, faults: Faults) -> float | None:
+    """Return the turns of the rod that a sentence states, if they are above 0."""
+    stated = turns_in(sentence.text)
+    # A run without a weight has 0 turns.
+    if stated in ("", "0") or is_of_the_spin(sentence.text):
+        return None
+    return _read_turns(stated, sentence, faults)
+
+
+def _report_sentence(
+    sentence: Text, counted: Column, table: layout.Layout, faults: Faults
+) -> None:
+    """Report a sentence with other turns than all runs.
+
+    It is an error if a header or another sentence states the turns of the runs, or if
+    their column may number them.
+    """
+    place, lines = counted.place(0), {row.line for row in table.rows}
+    is_typed = place is None or place.line in lines or counted.header[:1] == "#"
+    if not is_typed or may_number_runs(counted):
+        values = {"header": counted.header, "turns": counted.readings[0].text}
+        values |= {"other": sentence.text, "says": turns_in(sentence.text)}
+        faults.add("turns_contradict_header", sentence, **values)
+        return
+    role = "time" if counted.role == "precession_period" else "number of turns"
+    faults.add("note", sentence, note=sentence.text, role=role)
 
 
 def may_number_runs(turns: Column) -> bool:

@@ -38,16 +38,21 @@ def check_completeness(
         _report_runs_that_lack(log, faults)
     if "precession_period" in log.columns.keys() - choice.mapped:
         _check_period(log.columns, faults)
-    known = {key for role in log.columns for key in roles.u_keys(role)}
-    idle = [
-        columns[0].text
-        for key, columns in choice.used.items()
-        if key.startswith("u_") and key not in known
-    ]
-    idle = [column.text for column in choice.unplaced] + idle
+    idle = _idle_headers(log, choice)
     if idle and not missing:
         name = "headers_unknown" if len(idle) > 1 else "header_unknown"
         faults.add(name, headers=listing(idle))
+
+
+def _idle_headers(log: Readings, choice: Choice) -> list[str]:
+    """Return the headers without a role, and those of uncertainties without a reading."""
+    known = {key for role in log.columns for key in roles.u_keys(role)}
+    lonely = [
+        columns[0]
+        for key, columns in choice.used.items()
+        if key.startswith("u_") and key not in known
+    ]
+    return [column.text for column in (*choice.unplaced, *lonely)]
 
 
 def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[str]:

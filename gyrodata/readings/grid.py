@@ -387,8 +387,7 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
         return None
     key, value = "_".join(match[1].replace("_", " ").split()).lower(), match[2]
     if reported_key(match[1]) == "inertia":
-        is_answer = read_reported("inertia", value.replace("\t", " ")).fault is None
-        return ("I_zz", value.replace("\t", " ")) if is_answer else None
+        return _answer(value.replace("\t", " "))
     form = vocabulary.LINES.get(key, {})
     if form and "sample" not in form:
         words = form.get("words", YES_OR_NO)
@@ -399,6 +398,11 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     if is_column or not re.match(r"[-+(]?[.\d]", value):
         return None
     return key, value.replace("\t", " ")
+
+
+def _answer(text: str) -> tuple[str, str] | None:
+    """Return the key and the value of a result; None for a text that is none."""
+    return None if read_reported("inertia", text).fault else ("I_zz", text)
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))

@@ -115,11 +115,18 @@ def _words(key: str) -> set[str]:
     return set(squeezed_names(",".join(vocabulary.words(key).split())))
 
 
-START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(
-    _words, ("start", "end", "noise", "unsure")
+START_WORDS, END_WORDS = _words("start"), _words("end")
+NOISE_WORDS, UNSURE_WORDS = _words("noise"), _words("unsure")
+THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = (
+    _words("theory"),
+    _words("trial"),
+    _words("centre"),
 )
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
-MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = map(_words, ("mean", "scale", "counter"))
+MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = (
+    _words("mean"),
+    _words("scale"),
+    _words("counter"),
+)
 """Words for calculated values, repeats of one setting, the centre of the ball, means,
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")

@@ -241,7 +241,7 @@ class TableReader:
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
-        self._use_stated_turns(columns, [run.time for run in runs])
+        self._use_stated_turns(columns, runs)
         sentences = self.table.sentences
         origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
         others = self._read_others(rows) if self.choice.others else []
@@ -522,11 +522,10 @@ class TableReader:
                 role, given.label, unit, readings, spots, given.place
             )
 
-    def _use_stated_turns(
-        self, columns: dict[str, Column], times: list[Chosen]
-    ) -> None:
+    def _use_stated_turns(self, columns: dict[str, Column], runs: list[_Run]) -> None:
         """Use the turns that the headers of the times state, and compare all turns."""
         sentences, faults = self.table.sentences, self.faults
+        times = [run.time for run in runs]
         u = roles.stated_u("turns", self.settings.uncertainties)
         if any(time.turns for time in times):
             compared.use_turns_of_headers(columns, times, self.table, u, faults)

@@ -240,6 +240,8 @@ def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[st
     there = {key.lower() for key, _ in grid.metadata} if grid else set()
     for header in headers:
         there |= _roles_served(header)
+    # A sentence with turns contradicts a period, which is that of one turn.
+    there = there.difference(roles.ONE_TURN)
     missing = roles.missing_roles(there, there, loaded=True)
     return {"mass", "position", "spin", "turns"}.intersection(missing)
 

@@ -382,7 +382,7 @@ def _check_usual(key: str, value: float) -> None:
     low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
     if low <= value <= high and value > 0:
         return
-    if value <= 0:
+    if not sample:
         raise UnitError("is not above zero")
     unit = units.SI[roles.kind_of_role(key)]
     likely = [value * factor for factor in (1000, 0.001)]

@@ -14,6 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
+from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.captions import Given, said_in
 from gyrodata.readings.grid import (
@@ -156,7 +157,7 @@ class _Sheet:
         elif _is_summary(row, table.headers):
             self._leave_out("summary", row)
         elif _is_text(row, table.headers):
-            self.words.append(row)
+            self._take_text(row)
         else:
             self._take_run(row)
 
@@ -192,6 +193,16 @@ class _Sheet:
 
     def _leave_out(self, why: str, row: Row) -> None:
         self.left_out[why].append((row, filled_at(row)[0]))
+
+    def _take_text(self, row: Row) -> None:
+        """Keep a row of text for the run below it.
+
+        "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
+        """
+        self.words.append(row)
+        if self.runs and len(row.filled()) > 1 and _names_inertia(row):
+            self.begin(row)
+            self.table.is_skipped, self.table.is_new = True, False
 
     # --- Runs ---
 
@@ -441,6 +452,12 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     text = row.texts[first]
     start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
     return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+
+
+def _names_inertia(row: Row) -> bool:
+    """Return whether a cell names a moment of inertia, by its unit."""
+    texts = [text for text in row.texts if not is_number(text)]
+    return any("inertia" in kinds_of(parse_header(text).unit or text) for text in texts)
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:

@@ -44,7 +44,11 @@ class Lack(Struct, frozen=True, dict=True):
     @cached_property
     def likely(self) -> list[Chosen]:
         """Columns without a role that may contain it, by their name or else their unit."""
-        unplaced = [one for one in self.choice.unplaced if len(one.text) <= MAX_HEADER]
+        unplaced = [
+            one
+            for one in self.choice.unplaced
+            if len(one.text) <= MAX_HEADER and not one.header.moment
+        ]
         named = [one for one in unplaced if not is_nameless(one)]
         if self._is_only_gap(named):
             return named

@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Literal, NamedTuple
 
+from msgspec.structs import replace
+
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.names import (
@@ -40,6 +42,7 @@ from gyrodata.readings.turns import (
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 
@@ -50,6 +53,9 @@ def unusual_header(text: str) -> Header:
     name, unit = split_unit(typed)
     unit = _meant_unit(unit, spread)
     roles, number = _roles_in(name, unit)
+    words = re.sub(_CAMEL_CASE, "_", text)
+    if not roles and words != text:
+        return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
         roles, number = (), None  # worked out, not measured
     return Header(text, roles, unit, spread, number, name=name)

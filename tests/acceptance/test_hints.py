@@ -330,7 +330,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
         lambda hint: (
             written(TABLE[:7])
             + "\n"
-            + written([named(hint, r"in this order: (.*)").split(","), *TABLE[7:]])
+            + written([named(hint, r"in this order: ([^;]*)").split(","), *TABLE[7:]])
         ),
     ),
     (

@@ -50,7 +50,7 @@ LOGS = {
             "mass [g],position [cm],spin 1 [rpm],spin 2 [rpm],time [s],turns\n"
             "20,15,406,400,13.06,1/3\n"
         ),
-        '"spin 1 [rpm]" and "spin 2 [rpm]" are read as the spin before and after',
+        '"spin 1 [rpm]" and "spin 2 [rpm]" may both be spins',
     ),
     "several runs in a row": (
         (

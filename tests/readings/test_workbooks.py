@@ -322,7 +322,7 @@ def test_hidden_rows_and_columns_of_excel_are_named() -> None:
     sheet.column_dimensions["K"].hidden = True
     said = hidden_note(saved(book))
     assert said == (
-        "hidden in the spreadsheet, but read: rows 3, 5-6 of the sheet Sheet; "
+        "hidden in the spreadsheet, but read: rows 3, 5, 6 of the sheet Sheet; "
         "column B of the sheet Sheet"
     )
 
@@ -332,7 +332,7 @@ def test_many_hidden_rows_are_counted() -> None:
     for row in range(7, 27):
         book.active.append([20.1, 14.8, 201, 20.12 + row / 100, 1])
         book.active.row_dimensions[row].hidden = True
-    assert "20 rows 7-26 of the sheet Sheet" in hidden_note(saved(book))
+    assert "and 8 more of the sheet Sheet" in hidden_note(saved(book))
 
 
 def test_hidden_sheet_is_named() -> None:

@@ -44,11 +44,7 @@ class Lack(Struct, frozen=True, dict=True):
     @cached_property
     def likely(self) -> list[Chosen]:
         """Columns without a role that may contain it, by their name or else their unit."""
-        unplaced = [
-            one
-            for one in self.choice.unplaced
-            if len(one.text) <= MAX_HEADER and not one.header.moment
-        ]
+        unplaced = list(filter(_may_be_proposed, self.choice.unplaced))
         named = [one for one in unplaced if not is_nameless(one)]
         if self._is_only_gap(named):
             return named
@@ -73,6 +69,11 @@ class Lack(Struct, frozen=True, dict=True):
         if self.role not in ("mass", "spin") or len(self.missing) > 1:
             return False
         return [column.header.unit for column in named] == [None]
+
+
+def _may_be_proposed(column: Chosen) -> bool:
+    """Return whether a column may be a reading; the start of a clock is none."""
+    return len(column.text) <= MAX_HEADER and not column.header.moment
 
 
 def is_nameless(column: Chosen) -> bool:

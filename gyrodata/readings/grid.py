@@ -370,7 +370,8 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
     key, value = stated
     cell = grid.first_cell(row)
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
+    if key != "I_zz":
+        faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
 
 

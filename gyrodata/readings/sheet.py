@@ -59,6 +59,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         head = find_head(grid, faults)
+        grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         first = grid.rows.index(head)
         sheet.words += grid.rows[:first]
@@ -68,6 +69,19 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         return sheet.finish()
     except InputError:
         return None
+
+
+def _with_captions(grid: Grid, head: Row) -> Grid:
+    """Add the comments that give a quantity without a column to the rows, at the top.
+
+    An example is "# each time is for one full turn".
+    """
+    lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
+    if not lacking:
+        return grid
+    rows = [Row(text.place.line, [f"# {text.text}"]) for text in grid.comments]
+    added = [row for row in rows if lacking.intersection(said_in(row))]
+    return replace(grid, rows=[*added, *grid.rows])
 
 
 def _headers_in(grid: Grid) -> list[Header]:

@@ -167,10 +167,13 @@ def _quantities(
     sentence: str, ends: list[int], with_time: bool
 ) -> Iterator[tuple[str, str, int]]:
     """Yield role, text and place of each quantity, up to the first that is of no run."""
-    bare, end = _without_brackets(sentence), 0
+    bare = _without_brackets(sentence)
+    end = 0
     for match in QUANTITY.finditer(bare):
-        number, unit = match[1] or match[4], match[2] or match[3]
-        before, role = bare[end : match.start()], _role_of(unit, with_time)
+        number = match[1] or match[4]
+        unit = match[2] or match[3]
+        before = bare[end : match.start()]
+        role = _role_of(unit, with_time)
         end = match.end() if kinds_of(unit) else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue

@@ -102,7 +102,8 @@ def rounded_turns(text: str) -> tuple[str, float]:
     # Whole turns are meant as written.
     if not numerals.PLAIN.fullmatch(text) or numerals.last_place(text) >= 0:
         return "", 0.0
-    value, step = to_float(text), float(f"1e{numerals.last_place(text)}")
+    value = to_float(text)
+    step = float(f"1e{numerals.last_place(text)}")
     twelfths = round(value * 12)
     # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
     # by nearly a whole step.
@@ -221,8 +222,12 @@ class CellReader:
     def __init__(
         self, column: Chosen, unit: str | None, signs: DecimalSigns, faults: Faults
     ) -> None:
-        self.column, self.unit, self.signs, self.faults = column, unit, signs, faults
-        self.role, self.kind = column.role, kind_of_role(column.role)
+        self.column = column
+        self.unit = unit
+        self.signs = signs
+        self.faults = faults
+        self.role = column.role
+        self.kind = kind_of_role(column.role)
         self.read: dict[str, Quantity] = {}
         """Quantity of each text that can be read."""
         self.wrong: dict[str, Wrong] = {}
@@ -437,7 +442,9 @@ def _read(
 
 def ask_for_unit(column: Chosen, faults: Faults) -> None:
     """Ask for the unit of a column of which neither the header nor a cell has one."""
-    kind, role, texts = kind_of_role(column.role), column.role, column.texts
+    kind = kind_of_role(column.role)
+    role = column.role
+    texts = column.texts
     examples = units.KINDS[kind].examples + (", N for a weight" * (role == "mass"))
     is_numbered = role in ("mass", "position") and all(
         text.isdigit() and len(text) == 1 for text in texts if text

@@ -91,9 +91,11 @@ def _column_called(
 
 
 def _with_mapped_role(column: Chosen, key: str) -> Chosen:
-    role, number = key, None
+    role = key
+    number = None
     if key.startswith("time_"):
-        role, number = "time", int(key.removeprefix("time_"))
+        role = "time"
+        number = int(key.removeprefix("time_"))
     header = replace(column.header, unit=_unit_for(role, column.header))
     turns = header.turns if role == "time" else ""
     return replace(column, header=header, role=role, number=number, turns=turns)
@@ -101,7 +103,8 @@ def _with_mapped_role(column: Chosen, key: str) -> Chosen:
 
 def _unit_for(role: str, header: Header) -> str | None:
     """Return the unit of a header for a role: its own, or an end that can be one."""
-    kind, unit = kind_of_role(role), header.unit
+    kind = kind_of_role(role)
+    unit = header.unit
     if kind == "text":
         return None
     if unit and (unit == "%" or kind in kinds_of(unit) or not kinds_of(unit)):

@@ -149,7 +149,8 @@ def use_turns_of_headers(
     if given is None:
         row = Row(table.cells[0].place.line, [])
         spots = tuple([row.spot(run.at) for run in runs])
-        header, find = stating[0].text, table.grid.place_of
+        header = stating[0].text
+        find = table.grid.place_of
         columns["turns"] = Column(
             "turns", header, "", tuple(readings), spots, find=find
         )
@@ -217,7 +218,8 @@ def _report_sentence(
     It is an error if a header or another sentence states the turns of the runs, or if
     their column may number them.
     """
-    place, lines = counted.place(0), {row.line for row in table.rows}
+    place = counted.place(0)
+    lines = {row.line for row in table.rows}
     is_typed = place is None or place.line in lines or counted.header[:1] == "#"
     if not is_typed or may_number_runs(counted):
         values = {"header": counted.header, "turns": counted.readings[0].text}

@@ -111,7 +111,8 @@ def _runs_with_blanks(log: Readings) -> list[int]:
 
 
 def _missing_from_run(log: Readings, run: int) -> list[str]:
-    columns, mass = log.columns, log.columns.get("mass")
+    columns = log.columns
+    mass = log.columns.get("mass")
     typed = {role for role, column in columns.items() if column.readings[run].text}
     loaded = mass is None or mass.values[run] != 0
     return missing_roles(typed, columns, loaded)
@@ -136,7 +137,8 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
-    period, time = columns["precession_period"], columns.get("time")
+    period = columns["precession_period"]
+    time = columns.get("time")
     counted = columns.get("turns") or columns.get("angle")
     if counted is None:
         return

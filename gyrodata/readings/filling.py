@@ -48,7 +48,9 @@ class Filler:
     def __init__(
         self, table: layout.Layout, loads: Loads, is_run: list[bool], faults: Faults
     ) -> None:
-        self.table, self.loads, self.is_run = table, loads, is_run
+        self.table = table
+        self.loads = loads
+        self.is_run = is_run
         self.faults = faults
 
     def complete(self, column: Column, at: int, is_constant: bool) -> Column:
@@ -93,7 +95,8 @@ class Filler:
         if self._is_measured_each_time(column.role, len(filled)):
             # A blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}
-            early, filled = ([*early, *filled] if early else []), []
+            early = [*early, *filled] if early else []
+            filled = []
         if early:
             typed = [i for i, reading in enumerate(column.readings) if reading.text]
             cell = self.table.grid.cell(self.table.rows[typed[0]], at)

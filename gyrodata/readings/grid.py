@@ -257,7 +257,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     # A comma between digits separates cells only if no other sign does.
     without_decimals = _shares_of_delimiters(lines, body, with_decimals=False)
     shares = _shares_of_delimiters(lines, body)
-    best_without, best = max(without_decimals.values()), max(shares.values())
+    best_without = max(without_decimals.values())
+    best = max(shares.values())
     blanks = sum(" " in lines[index].strip() for index in body)
     if min(best_without, best) < 1 and 2 * blanks > len(body):
         from gyrodata.readings.shapes import aligned
@@ -265,7 +266,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         if aligned.write_tabs(lines, body, best_without, best):
             return "\t"
     if best_without > 0.6:
-        shares, best = without_decimals, best_without
+        shares = without_decimals
+        best = best_without
     good = [sign for sign, share in shares.items() if share and share >= best - 0.3]
     return good[0] if good else "\t"
 
@@ -386,7 +388,8 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
     if match is None:
         return None
-    key, value = "_".join(match[1].replace("_", " ").split()).lower(), match[2]
+    key = "_".join(match[1].replace("_", " ").split()).lower()
+    value = match[2]
     if reported_key(match[1]) == "inertia":
         return _answer(value.replace("\t", " "))
     form = vocabulary.LINES.get(key, {})

@@ -67,7 +67,8 @@ def _usual_header(text: str) -> Header | None:
     match = _USUAL.fullmatch(text)
     if match is None:
         return Header("") if text == "" else None
-    name, unit = match[1], match[2]
+    name = match[1]
+    unit = match[2]
     roles = known_roles(name)
     if not roles:
         is_unknown = unit is None and name.isalpha() and name.islower()

@@ -110,10 +110,8 @@ class Column(Struct, frozen=True, dict=True):
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
-        readings, spots = (
-            tuple([self.readings[i] for i in rows]),
-            tuple([self.spots[i] for i in rows]),
-        )
+        readings = tuple([self.readings[i] for i in rows])
+        spots = tuple([self.spots[i] for i in rows])
         return replace(self, readings=readings, spots=spots)
 
     def place(self, run: int) -> Place | None:
@@ -308,7 +306,8 @@ class Faults:
     def __init__(
         self, name: str, text: str = "", sheets: tuple[tuple[int, str], ...] = ()
     ) -> None:
-        self.name, self.sheets = name, sheets
+        self.name = name
+        self.sheets = sheets
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
@@ -323,10 +322,8 @@ class Faults:
         text of the cell.
         """
         about = diagnostics.message(name)
-        code, text = (
-            values.get("code") or about.code,
-            str(values.get("text", "")),
-        )
+        code = values.get("code") or about.code
+        text = str(values.get("text", ""))
         where, text = (
             (place.place, place.text) if isinstance(place, Text) else (place, text)
         )

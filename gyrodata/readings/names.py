@@ -306,7 +306,9 @@ def _with_small_words(words: list[str]) -> tuple[str, ...]:
     for small, first, last in _AFFIXES:
         bare = [word for word in words if squeeze(word).lower() not in small]
         if len(bare) < len(words):
-            words, before, after = bare, before + first, after + last
+            words = bare
+            before = before + first
+            after = after + last
     roles = _base_roles(words)
     if after and roles == ("turns",):
         roles = ("turns", "spin")  # "Rotations before (rpm)"

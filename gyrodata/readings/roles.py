@@ -179,7 +179,8 @@ def check_value(role: str, value: float) -> tuple[str, str]:
 
     Two empty texts if the number is possible.
     """
-    known, kind = BY_NAME.get(role), kind_of_role(role)
+    known = BY_NAME.get(role)
+    kind = kind_of_role(role)
     steep = abs(value) >= math.pi / 2
     broken = {
         "above zero": value <= 0,

@@ -155,7 +155,9 @@ class _Lines:
     """The lines of a log, read one after the other."""
 
     def __init__(self, settings: Settings, faults: Faults, ask: bool) -> None:
-        self.settings, self.faults, self.ask = settings, faults, ask
+        self.settings = settings
+        self.faults = faults
+        self.ask = ask
         self.texts: dict[str, Text] = {}
         """First text of each key."""
 
@@ -294,7 +296,9 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
 
 def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Read the value of a key, by what kind of key it is."""
-    key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
+    key = item.key
+    text = item.text.strip()
+    line = vocabulary.LINES.get(item.key, {})
     if key == "spin_down":
         # Several lines are several falls.
         parts = filter(None, map(str.strip, text.split(";")))
@@ -364,7 +368,8 @@ def _enter_constant(
     _check(key, cell.value)
     if bare:
         faults.add("g_without_unit", item.place, text=item.text)
-    settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
+    settings.constants[key] = cell.value
+    settings.steps[key] = cell.step or 0.0
     if cell.uncertainty is not None:
         settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
@@ -418,7 +423,8 @@ def form_of(key: str) -> tuple[str, list[str]]:
 
     The text has {} in the place of each quantity.
     """
-    sample, quantity = vocabulary.LINES[key]["sample"], r"(?<![0-9.])[0-9.]+ (\w+)"
+    sample = vocabulary.LINES[key]["sample"]
+    quantity = r"(?<![0-9.])[0-9.]+ (\w+)"
     kinds = [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
     return re.sub(quantity, "{}", sample), kinds
 
@@ -470,7 +476,9 @@ def _check_in_line(kind: str, number: float, hint: str) -> None:
 
 def _fall(numbers: tuple[float, ...]) -> tuple[float, float, float]:
     """Return the spin at the start and at the end of a fall, and its time."""
-    start, end, seconds = abs(numbers[0]), abs(numbers[1]), numbers[2]
+    start = abs(numbers[0])
+    end = abs(numbers[1])
+    seconds = numbers[2]
     if end > _MOST_RISE * start:
         hint = "exchange start and end if they are swapped"
         raise UnitError("says that the spin rises", hint)

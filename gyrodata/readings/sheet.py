@@ -122,7 +122,8 @@ class _Sheet:
     """Goes down the rows of a sheet, and makes one table of all runs."""
 
     def __init__(self, grid: Grid, faults: Faults) -> None:
-        self.grid, self.faults = grid, faults
+        self.grid = grid
+        self.faults = faults
         self.columns: list[HeaderCell] = []
         """Columns of the first table, which are those of all tables."""
         self.runs: list[_Run] = []
@@ -196,7 +197,8 @@ class _Sheet:
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""
-        columns, left = self.table.columns, ""
+        columns = self.table.columns
+        left = ""
         pairs = zip(units, list(columns), strict=False)
         for at, (unit, (cell, header)) in enumerate(pairs):
             # Minutes and seconds are below one "time".
@@ -222,7 +224,8 @@ class _Sheet:
 
     def _take_run(self, row: Row) -> None:
         table = self.table
-        is_first, table.is_new = table.is_new, False
+        is_first = table.is_new
+        table.is_new = False
         if is_first:
             self._begin_runs()
         if table.is_skipped:
@@ -264,7 +267,8 @@ class _Sheet:
         if any("position" in header.roles for header in table.headers):
             lost.discard("position")
         if lost:
-            line, lacks = [table.head.line], roles.BY_NAME[min(lost)]
+            line = [table.head.line]
+            lacks = roles.BY_NAME[min(lost)]
             cell = table.columns[0][0]
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
@@ -383,7 +387,8 @@ class _Sheet:
 
     def _joined(self, run: _Run) -> Row:
         """Return a run with what captions give for it."""
-        width, row = self.width, run.row
+        width = self.width
+        row = run.row
         blanks = [""] * (len(self.columns) - min(width, len(row.texts)))
         texts = [*row.texts[:width], *blanks, *row.texts[width:]]
         spots = [row.spot(0)] * len(self.columns)
@@ -392,7 +397,8 @@ class _Sheet:
         names = [header.roles for _, header in self.columns]
         for role, (text, spot) in run.given.items():
             at = names.index((role,))
-            texts[at], spots[at] = text, spot
+            texts[at] = text
+            spots[at] = spot
         return Row(row.line, texts, tuple(spots))
 
     def _note_left_out(self) -> None:
@@ -412,7 +418,8 @@ class _Sheet:
         for part in parts:
             rows = [tuple(row.texts[: self.width]) for row in part]
             if sum(row in seen for row in rows) > 1:
-                cell, line = self.grid.first_cell(part[0]), [part[0].line]
+                cell = self.grid.first_cell(part[0])
+                line = [part[0].line]
                 raise self.faults.refuse("repeated_table", cell, line=line)
             seen.update(rows)
         lines = [sorted({row.line for row in part}) for part in parts]

@@ -158,7 +158,8 @@ def _what_is_missing(lack: Lack) -> str:
 
 
 def _how_to_add(lack: Lack) -> str:
-    role, known = lack.role, roles.BY_NAME[lack.role]
+    role = lack.role
+    known = roles.BY_NAME[lack.role]
     sample = known.sample or f"1 {lack.unit}"
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]

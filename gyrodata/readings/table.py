@@ -196,9 +196,12 @@ class TableReader:
         settings: Settings,
         faults: Faults,
     ) -> None:
-        self.table, self.choice = table, choice
-        self.settings, self.faults = settings, faults
-        self.grid, self.rows = table.grid, table.rows
+        self.table = table
+        self.choice = choice
+        self.settings = settings
+        self.faults = faults
+        self.grid = table.grid
+        self.rows = table.rows
         typed_signs = decimal_signs(self.grid, by_delimiter=False)
         expected = typed_signs or decimal_signs(self.grid)
         self.signs = DecimalSigns(typed_signs, expected)
@@ -269,7 +272,8 @@ class TableReader:
 
         A decimal comma that splits a number moves all that follows to the right.
         """
-        width, notes = len(self.table.cells), self.choice.used.get("note", [])
+        width = len(self.table.cells)
+        notes = self.choice.used.get("note", [])
         is_noted = any(note.at == width - 1 for note in notes[:1])
         for row in self.rows:
             count = len(row.texts)
@@ -334,7 +338,8 @@ class TableReader:
         for role in _loads_first(self.choice.used):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
-            chosen, strict = self.choice.used[role][0], role not in self.derived
+            chosen = self.choice.used[role][0]
+            strict = role not in self.derived
             column = self._read_column(chosen, strict)
             if column is None:
                 continue
@@ -389,11 +394,9 @@ class TableReader:
         self, cells: CellReader, texts: list[str], spreads: list[Uncertainty | None]
     ) -> Column:
         """Return one reading for each text, with the value of the whole log in blanks."""
-        role, at, given = (
-            cells.role,
-            cells.column.at,
-            self.settings.roles.get(cells.role),
-        )
+        role = cells.role
+        at = cells.column.at
+        given = self.settings.roles.get(cells.role)
         readings = [
             self._reading(cells, text, u)
             for text, u in zip(texts, spreads, strict=True)
@@ -415,7 +418,8 @@ class TableReader:
 
     def _reading(self, cells: CellReader, text: str, u: Uncertainty | None) -> Reading:
         """Return the reading of one cell; `u` is used if the cell states no other one."""
-        role, quantity = cells.role, cells.read.get(text)
+        role = cells.role
+        quantity = cells.read.get(text)
         if quantity is not None:
             known = quantity.step is not None
             step = cells.finest.get(quantity.unit) if known else None
@@ -524,7 +528,8 @@ class TableReader:
 
     def _use_stated_turns(self, columns: dict[str, Column], runs: list[_Run]) -> None:
         """Use the turns that the headers of the times state, and compare all turns."""
-        sentences, faults = self.table.sentences, self.faults
+        sentences = self.table.sentences
+        faults = self.faults
         times = [run.time for run in runs]
         u = roles.stated_u("turns", self.settings.uncertainties)
         if any(time.turns for time in times):
@@ -637,7 +642,8 @@ def _unit_of(column: Chosen) -> str | None:
 
     "" for numbers, and None if each cell has its own unit.
     """
-    kind, unit = kind_of_role(column.role), column.header.unit
+    kind = kind_of_role(column.role)
+    unit = column.header.unit
     if unit == "%" and kind == "number" and all(map(is_bare, column.texts)):
         return ""  # percent of a turn
     if unit:

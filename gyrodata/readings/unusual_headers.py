@@ -140,7 +140,8 @@ def _splits(text: str) -> Iterator[_Split]:
 def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
     """Yield the splits at each sign: "a / cm", "distance in cm from the centre"."""
     for match in re.finditer(sign, text):
-        name, behind = text[: match.start()].strip(), text[match.end() :].strip()
+        name = text[: match.start()].strip()
+        behind = text[match.end() :].strip()
         yield _Split(name, behind, "sign")
         unit, _, more = behind.partition(" ")
         if more:
@@ -196,7 +197,8 @@ def _unknown_unit(text: str) -> _Split | None:
     match = re.fullmatch(_AT_END, text)
     if match is None or len(text) > MAX_HEADER:
         return None
-    name, square = match[1], match[2]
+    name = match[1]
+    square = match[2]
     unit = next(filter(None, match.groups()[1:]), "").strip()
     is_remark = contains_word(unit, SMALL_WORDS) or re.search(TURN, unit)
     # "Turns (thirds)" counts thirds.

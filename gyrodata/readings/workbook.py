@@ -181,7 +181,8 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
 
 def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
     """Return the row and the column of each filled cell that is not shown."""
-    rows, columns = set(sheet.hidden_rows), set(sheet.hidden_columns)
+    rows = set(sheet.hidden_rows)
+    columns = set(sheet.hidden_columns)
     return {
         (row, column)
         for row, cells in enumerate(sheet.rows, 1)
@@ -360,7 +361,8 @@ def _scan(text: bytes, sheet: Sheet) -> None:
     for event, element in ElementTree.iterparse(io.BytesIO(text), ("start", "end")):
         name = element.tag.rpartition("}")[2]
         if event == "start" and name == "row":
-            row, column = int(element.get("r", row + 1)), 0
+            row = int(element.get("r", row + 1))
+            column = 0
             sheet.hidden_rows += [row] if _is_hidden(element) else []
         elif event == "start" and name == "col" and _is_hidden(element):
             last = min(int(element.get("max", "0")), _COLUMNS)

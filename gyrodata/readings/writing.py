@@ -182,7 +182,8 @@ def _column_texts(column: Column) -> list[str]:
     if _CONSTANT in column.spots:
         pairs = zip(column.spots, texts, strict=True)
         return ["" if spot == _CONSTANT else text for spot, text in pairs]
-    part, once = BY_NAME[column.role].part, _without_repeats(texts, column.spots)
+    part = BY_NAME[column.role].part
+    once = _without_repeats(texts, column.spots)
     is_shared = part == "spin" and 2 * once.count("") >= len(texts)
     return once if part == "load" or is_shared else texts
 
@@ -276,10 +277,12 @@ def _cell_text(column: Column, run: int) -> str:
 
     A number without a text (from a simulation) is written in full.
     """
-    value, text = column.readings[run].value, column.readings[run].text
+    value = column.readings[run].value
+    text = column.readings[run].text
     if value is None:
         return "?" if text else ""
-    kind, unit = kind_of_role(column.role), column.unit or None
+    kind = kind_of_role(column.role)
+    unit = column.unit or None
     read = _read(text, kind, unit)
     # A header may count halves or thirds of a turn, and the new one does not.
     is_part = column.role in COUNTS and read and not math.isclose(read.value, value)
@@ -294,7 +297,8 @@ def _with_point(text: str, kind: str, unit: str | None) -> str:
     Between other commas, it may look like a mark between thousands.
     """
     pointed = text.replace(",", ".")
-    read, other = _read(text, kind, unit), _read(pointed, kind, unit)
+    read = _read(text, kind, unit)
+    other = _read(pointed, kind, unit)
     if read is None or other is None or other.value != read.value:
         return text
     return pointed

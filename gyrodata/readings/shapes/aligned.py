@@ -88,7 +88,8 @@ def _with_tabs(row: list[re.Match[str]], spans: list[tuple[int, int]]) -> str:
         last = len(spans) - len(row) + number
         to = _nearest(cell, spans, first, last)
         line += ("\t" * (to - column)).ljust(cell.start() - end) + cell[0]
-        column, end = to, cell.end()
+        column = to
+        end = cell.end()
     return line
 
 

@@ -1,4 +1,4 @@
-"""A class, from submissions to grades: each grade is kept in the journal as soon as it is made.
+"""A class, from submissions to grades; the journal keeps each grade at once.
 
 The story: grades whose inputs have not changed are taken from the journal. Workers make
 the others, and each is written into the journal as it comes. When all are there, the
@@ -369,7 +369,7 @@ def _chosen(
 
 
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
-    """Choose the log of one submission, and compute the digest of what its grade depends on."""
+    """Choose the log of a submission, and the digest of all that its grade needs."""
     made, notes = choose(item)
     if item.log_name is not None:
         # A person corrected the log: a new log of the student must be noticed.
@@ -384,7 +384,7 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
 
 
 def _load_analysis() -> None:
-    """Load code that the workers need: each process that is forked from this one has it already."""
+    """Load the code of the workers before they are forked from this process."""
     import uncertainties  # noqa: F401
 
     from gyrodata import analysis  # noqa: F401
@@ -436,7 +436,7 @@ def _reconsider_one(
 
 
 class Entry(Struct, frozen=True, kw_only=True):
-    """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
+    """One line: a grade before the class was compared, and its inputs."""
 
     schema: Literal["gyro.journal/2"] = "gyro.journal/2"
     inputs: Mapping[
@@ -783,7 +783,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def bench(self) -> str:
-        """The scatter that constancy is compared with, in words; "" for the usual one."""
+        """The scatter that constancy is compared with; "" for the usual one."""
         stations = sorted(self.scatters, key=yardsticks.in_order)
         told = [
             self.scatters[one].words
@@ -813,7 +813,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return {grade.student: grade.name for grade in self.grades}
 
     def label(self, student: str) -> str:
-        """Return the name of a student, with the key if the name does not contain it."""
+        """Return the name of a student, with the key if it is not in the name."""
         name = self.names.get(student, student)
         return name if student in name else f"{name} ({student})"
 
@@ -835,7 +835,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         )
 
     def criteria(self) -> Iterator[exports.CriterionFigures]:
-        """Give the results of the class in each criterion, in the order of the rubric."""
+        """Yield the results of the class in each criterion of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
             judged = [
                 value

@@ -57,7 +57,7 @@ class Mark(Struct, frozen=True):
 
     @property
     def waits(self) -> bool:
-        """True if only a person, or a reference, is missing: the other points can be given."""
+        """True if only a person or a reference is missing for the points."""
         return self.points is None and (
             self.check == "manual" or "value" in self.detail
         )
@@ -94,7 +94,7 @@ class Evidence(Struct, frozen=True):
 
     @property
     def given(self) -> tuple[Reported, float, OwnValue]:
-        """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
+        """The report, its value [kg*m^2], and the nearest fit, if there is a value."""
         assert (  # noqa: PT018
             self.reported is not None
             and self.reported.value is not None
@@ -113,7 +113,7 @@ def points_of(deduction: str | float, whole: float) -> float:
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
-    """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
+    """Judge one criterion; `judge_reference` gives the points of a reference."""
     reported = evidence.reported
     if (
         criterion.check in ("own_data", "reference", "uncertainty", "units")
@@ -264,7 +264,7 @@ def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
 def _scatter_mark(
     criterion: Criterion, spread: float, told: Scatters, words: str, factor: float
 ) -> Mark:
-    """Judge the scatter of φ̇ψ̇, with uncertainties that are `factor` times those of χ²."""
+    """Judge the scatter of φ̇ψ̇, with uncertainties `factor` times as large."""
     chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
     # The smallest of k probabilities, corrected for the number of torques (Šidák).
     p = (
@@ -282,7 +282,7 @@ def _scatter_mark(
 def judge_scatter(
     criterion: Criterion, before: Mark, told: Scatters, scatter: BenchScatter
 ) -> Mark:
-    """Judge constancy by how far the class scatters, if a log states no uncertainties."""
+    """Judge constancy by the scatter of the class, for logs without uncertainties."""
     spread = before.detail.get("spread")
     if (
         not told
@@ -501,7 +501,7 @@ def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
 
 
 def _spread_of_weights(analysis: FittedLog) -> float:
-    """Return u of the mean of one I_zz for each weight [kg*m^2]; by chance, it is small.
+    """Return u of the mean of one I_zz for each weight [kg*m^2], which may be small.
 
     Students also take this mean.
     """
@@ -591,7 +591,7 @@ def _last_place(
 
 
 class Kind(Struct, frozen=True):
-    """What all criteria with the same check have in common; `criteria.toml` explains the fields."""
+    """The fields that criteria with one check share, as in `criteria.toml`."""
 
     title: str
     full: str

@@ -1,4 +1,4 @@
-"""Find logs that look copied or invented: flags are questions to a person, never verdicts.
+"""Find logs that look copied or invented; a flag is a question to a person.
 
 A fingerprint of each log is kept, and all logs are compared at once (`flag_class`):
 
@@ -566,7 +566,7 @@ NEAR_ROWS = 6  # number of spins, not counting round ones, that two logs must ha
 
 
 def similar(logs: Logs) -> Pairs:
-    """Find pairs of logs with spins that are much closer to each other than those of the next logs.
+    """Find pairs of logs whose spins are much closer than those of other logs.
 
     Logs with the same number of runs at each weight are compared in the order of weight
     and spin. The distance is the mean square of the relative differences, with the
@@ -697,7 +697,7 @@ def _difference(values: Floats, others: Floats) -> str:
 
 
 def _tell_rows(logs: Logs, first: int, second: int) -> str:
-    """Describe the rows that two logs have in common, with their lines in both files."""
+    """Describe the rows that two logs share, with their lines in both files."""
     rows = logs.rows_of(first)[:, None]
     others = logs.rows_of(second)[None, :]
     same = _same_weight(logs.torque[rows], logs.torque[others])

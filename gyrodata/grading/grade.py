@@ -177,7 +177,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
     @property
     def ratio(self) -> float | None:
-        """Reported I_zz over that of the nearest accepted fit [1]; None without one of them."""
+        """Reported I_zz over that of the nearest fit [1]; None without one of them."""
         value = self.reported_inertia
         own = self.own.get(self.matched or "")
         return (
@@ -239,7 +239,7 @@ def grade_submission(
 
 
 def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, list[Diagnostic]]:
-    """Analyse a log; also return the requirements of the rubric that it does not meet."""
+    """Analyse a log; return also what it lacks for the rubric."""
     # The main process only distributes the work, and does not need these.
     from gyrodata.analysis import check_fit, fit_log
     from gyrodata.judging.procedure import what_lacks
@@ -590,7 +590,7 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
 
 
 def _is_exactly(evidence: Evidence, fit: yardsticks.OwnValue) -> bool:
-    """Return whether the value and the uncertainty that are reported are those of a fit."""
+    """Return whether a reported value and its uncertainty are those of a fit."""
     reported, value, _ = evidence.given
     if (
         abs(value - fit.value)

@@ -228,7 +228,7 @@ def _with_points(grade: Grade, given: Mapping[str, Decision]) -> Grade:
 
 
 def _seen_with(one: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
-    """Return the key of a line in the journal, and the digest of what it was written for.
+    """Return the key of a line in the journal, and the digest of its subject.
 
     A corrected log replaces that of the student: a new one is seen by the files that the
     student handed in.
@@ -304,7 +304,7 @@ class _ReadDesk(Struct):
 def _decision(
     row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
 ) -> tuple[list[str], Decision]:
-    """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
+    """Read the students and the decision of a line, or raise UnfitError."""
     what = _word_of(row, points)
     value = row["value"]
     people = sorted({_student(one, known) for one in _names_of(row, what, known)})
@@ -380,7 +380,7 @@ def _verdict(value: str, by: str) -> str:
 
 
 def _student(name: str, known: Known) -> str:
-    """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
+    """Return the key of the only student with a name, or raise UnfitError."""
     keys = keys_of(name, known)
     if not keys:
         near = nearest(name, known, "write what grades.csv has under student")

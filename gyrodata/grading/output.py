@@ -1,4 +1,4 @@
-"""The folder of the grades: what a run writes, what it keeps, and what waits for a person."""
+"""The folder of the grades: what a run writes and keeps, and open questions."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ FEEDBACK, ARCHIVE, ENDINGS = "feedback", "feedback.zip", (".html", ".md")
 
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
-    """Name the feedback of each student below `FEEDBACK`, without ending; equal names get a number.
+    """Name the feedback of each student, without ending; equal names get a number.
 
     The names are those that the platform accepts, unless no system can write them.
     """

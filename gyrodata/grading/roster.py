@@ -1,4 +1,4 @@
-"""The students of a class: names, sections, stations and partners, from a gradebook or a table."""
+"""The students of a class: names, sections, stations and partners."""
 
 from __future__ import annotations
 

@@ -406,7 +406,7 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
 
     @cached_property
     def references(self) -> Mapping[str, Reference]:
-        """References that the rubric states, by station; "all" is for all other stations."""
+        """References of the rubric, by station; "all" is for all other stations."""
         stated = {
             name: one
             for name, one in (self.reference or {}).items()
@@ -441,12 +441,12 @@ class Rubric(_Table, frozen=True, dict=True):
 
     @cached_property
     def digest(self) -> str:
-        """Hash of everything that can change a grade, so not of remarks and spaces in the file."""
+        """Hash of all that can change a grade: not of remarks and spaces."""
         return self._hash("name")
 
     @cached_property
     def judged(self) -> str:
-        """Digest without the references, which are used only when the whole class is graded."""
+        """Digest without the references, which only the whole class uses."""
         return self._hash("name", "reference")
 
 
@@ -454,7 +454,7 @@ BUILT_IN = ("simple", "full", "manual")
 
 
 def default_rubric_text(kind: str = "full") -> str:
-    """Return the text of a rubric of `BUILT_IN`, with its remarks; "full" is used by default."""
+    """Return the text of a rubric of `BUILT_IN`, by default of "full"."""
     return (
         files("gyrodata.grading")
         .joinpath(f"rubric-{kind}.toml".replace("-full", ""))
@@ -474,7 +474,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
-    """Warn of each late exception for a student who is not in the class: it has no effect."""
+    """Warn of exceptions for students who are not in the class."""
     known = {
         name.casefold(): name
         for one in submissions.items

@@ -59,7 +59,7 @@ class TomlFile:
         )
 
     def record(self, kind: type[Record], path: Path = ()) -> Record:
-        """Read the table at `path` into a record; raise InputError with the first fault."""
+        """Read the table at `path` into a record, or raise InputError."""
         values: Any = self.values
         try:
             return convert(reduce(getitem, path, values), kind)
@@ -126,7 +126,7 @@ def _keys(place: str, value: Any) -> Iterator[str | int]:
 
 
 def _likeness_to_text(value: object) -> int:
-    """Return 0 for a value that is neither a text nor a table, 1 for a table, 2 for a text."""
+    """Return 1 for a table, 2 for a text, and 0 for other values."""
     return 2 if isinstance(value, str) else int(isinstance(value, dict))
 
 
@@ -151,7 +151,7 @@ def _spot(text: str, path: Path) -> tuple[int, int, int]:
 
 
 def _marks(text: str, name: str) -> list[re.Match[str]]:
-    """Find the heads with a name; if there are none, the lines of the first table with this key."""
+    """Find the heads with a name, or else the lines of the first table with it."""
     word = re.escape(name)
     head = rf"(?m)^([ \t]*)(\[++[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)"
     key = rf"(?m)^([ \t]*)([\"']?{word}[\"']?)(?=[ \t]*=)"

@@ -79,7 +79,7 @@ class Usual(Struct, frozen=True):
 def with_usual(
     readings: Readings, bench: Mapping[str, str]
 ) -> tuple[Readings, tuple[str, ...]]:
-    """Return a log without its uncertainties if one is far over the usual, and these in words.
+    """Return a log without uncertainties if one is far too large, and these in words.
 
     `bench`: The lines of ``[bench]`` of the rubric. A log without such a statement is
     returned as it is.
@@ -127,7 +127,7 @@ def _wide_columns(
 def _wide_sources(
     readings: Readings, bench: Mapping[str, Uncertainty]
 ) -> dict[str, str]:
-    """Return the uncertainties of the whole log that are far over the usual, in words."""
+    """Return the uncertainties of the whole log that are far too large, in words."""
     wide = {}
     for key, u in readings.uncertainties.items():
         source = key.removeprefix("u_")

@@ -204,7 +204,7 @@ def _u_of_one_balance(fit: fitting.FitResult) -> float:
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
-    """Return the distance of a reported value from a fit of the student's own runs, in units of u.
+    """Return the distance of a reported value from a fit of the own runs [u].
 
     `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2];
     half of it may be rounding, and is subtracted, but `MOST_ROUNDING` of the value at
@@ -442,7 +442,7 @@ def _times(one: Reading, factor: float) -> Reading:
 
 
 def unusual(readings: Readings) -> int:
-    """Count the quantities of a log with a reading that is very unusual for this lab."""
+    """Count the quantities of a log with a very unusual reading."""
     columns = (
         (size, readings.columns[size.role].values)
         for size in SIZES
@@ -505,7 +505,7 @@ class Reference(Struct, frozen=True, dict=True):
 
 
 def station_key(text: str) -> str:
-    """Write the name of a station in one form: "Bench A" in a log is "bench a" in a rubric."""
+    """Write the name of a station in one form: "Bench A" is "bench a"."""
     return " ".join(text.split()).casefold()
 
 
@@ -590,7 +590,7 @@ def class_references(
 def _by_station(
     logs: Iterable[tuple[str | None, Log]], enough: int
 ) -> dict[str, list[Log]]:
-    """Group the logs by stations with at least `enough` logs; "all" contains every log."""
+    """Group logs by stations with at least `enough` logs; "all" has every log."""
     groups = grouped(
         (name, log) for station, log in logs for name in {"all", station or "all"}
     )

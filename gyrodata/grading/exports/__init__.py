@@ -287,7 +287,7 @@ class Student(ShownGrade, frozen=True, kw_only=True):
 
 
 class GradesDocument(Struct, kw_only=True):
-    """The document of ``gyro grade --format json``: all quantities are SI, times seconds."""
+    """The document of ``gyro grade --format json``, in SI units."""
 
     schema: Literal["gyro.grades/1"] = "gyro.grades/1"
     tool: Tool = Tool()

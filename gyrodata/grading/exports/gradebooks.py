@@ -469,7 +469,7 @@ class Sheet(Struct):
 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
-    """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
+    """Read a sheet with commas, semicolons or tabs, as its first lines have them."""
     encoding = "utf-8-sig" if data[:3] == b"\xef\xbb\xbf" else "utf-8"
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else encoding
     try:

@@ -1,4 +1,4 @@
-"""Grade one submission as Gradescope's autograder does, and write the files of the autograder.
+"""Grade one submission for Gradescope, and write the files of its autograder.
 
 Formats: gradescope-autograders.readthedocs.io (specifications, metadata). Gradescope
 has no result "could not be graded": such a submission has no points in any test, and

@@ -337,7 +337,7 @@ def submission_of(
 
 
 def _without_reports(files: Listing) -> Listing:
-    """Leave out the folders that ``gyro analyze`` wrote: their runs.csv reads as a log."""
+    """Leave out folders of ``gyro analyze``: their runs.csv reads as a log."""
     reports = tuple(
         one
         for one in files.folders
@@ -356,7 +356,7 @@ def _without_reports(files: Listing) -> Listing:
 def _joined(
     root: Path, parts: Mapping[str, Submission], attempts: Attempts
 ) -> Submission:
-    """Join the files of one attempt into a submission of which no file is opened yet."""
+    """Join the files of one attempt into a submission, and open none."""
     first = next(iter(parts.values()))
     late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
     seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)

@@ -120,7 +120,7 @@ def _in_log(log: readings.Readings) -> Reported:
 
 
 def _best(found: Sequence[Candidate]) -> tuple[Candidate, Answers]:
-    """Return the candidate that is the answer; of two equally good ones, it is neither."""
+    """Return the candidate that is the answer; None if two are equally good."""
     # A draft is an answer only if it is the only one.
     final = [one for one in found if one.rank.is_named and not _is_draft(one)]
     best = max(one.rank for one in final or found)
@@ -142,7 +142,7 @@ def _best(found: Sequence[Candidate]) -> tuple[Candidate, Answers]:
 
 
 def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
-    """Leave the candidates in the latest version, if all are in versions of one file."""
+    """Keep the candidates of the latest version, if all are versions of one file."""
     versions = [version_of(one.file) for one in equal]
     if len({base for _, base in versions}) > 1:
         return equal
@@ -201,7 +201,7 @@ def _remarks(log: readings.Readings) -> list[str]:
 
 
 def _disagrees(chosen: Candidate, file: str, found: Sequence[Candidate]) -> str:
-    """Describe another value with a name that differs by more than both uncertainties."""
+    """Describe another named value that differs by more than both uncertainties."""
     for one in found:
         if one.file == file:
             # The text may call it an earlier one, and the answer a later one.
@@ -227,7 +227,7 @@ SMALL = 0.2
 
 
 def _differ(read: Reported, other: Reported) -> bool:
-    """Return whether two values are farther from each other than their uncertainties allow."""
+    """Return whether two values differ by more than their uncertainties allow."""
     value = read.value or 0.0
     another = other.value or 0.0
     if other.u is None and abs(another) < SMALL * abs(value):
@@ -243,7 +243,7 @@ _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?")
 
 
 def version_of(name: str) -> tuple[tuple[int, int], str]:
-    """Return the rank of the version that the name of a file states, and the name without it.
+    """Return the rank of the version in a file name, and the name without it.
 
     The second number of the rank is that of a copy.
     """
@@ -255,7 +255,7 @@ def version_of(name: str) -> tuple[tuple[int, int], str]:
 
 
 def _agree(rounded: Reported, other: Reported) -> bool:
-    """Return whether two values with their uncertainties are the same but for rounding."""
+    """Return whether two values with uncertainties are equal but for rounding."""
     near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (
         rounded.step or 0.0
     )
@@ -299,7 +299,7 @@ def partners_in(
 
 
 def _called_in(text: str) -> Iterator[str]:
-    """Give all words of a text that may be a name: "Team Ann Lee" contains "Ann Lee"."""
+    """Yield all words that may be a name: "Team Ann Lee" contains "Ann Lee"."""
     for match in re.finditer(SAYS["called"], text):
         words = re.split("[ ,]+", match[0][:_LONGEST_NAMES])
         for size in (2, 3, 4):

@@ -62,7 +62,7 @@ TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS)
 
 
 def place_of(name: str) -> str:
-    """Describe a file by its name below the class: "lab.csv", or "lab.csv in lab.zip"."""
+    """Describe a file by its name: "lab.csv", or "lab.csv in lab.zip"."""
     parts = [shown(part.rpartition("/")[2])[:100] for part in name.split("//")]
     return " in ".join(reversed(parts))
 
@@ -97,7 +97,7 @@ def _refusal(root: Path, message: str, **values: str) -> InputError:
 
 
 def list_files(root: Path) -> Listing:
-    """List the files of a class, without files that operating systems add. Raises InputError."""
+    """List the files of a class, without those of operating systems."""
     try:
         if root.is_dir():
             return _list_folder(root)
@@ -190,7 +190,7 @@ def _open_file(root: Path, name: str) -> IO[bytes]:
 
 
 def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
-    """Return the names of files of a class with their sizes [byte], without opening them.
+    """Return the names and sizes [byte] of the files of a class.
 
     0 for a file that is gone.
     """
@@ -255,7 +255,7 @@ def _opened(root: Path, name: str = "") -> _Contents:
 
 
 def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
-    """List the files of a zip in a submission, and of zips in it, by names for `read_file`.
+    """List the files of a zip in a submission, and of zips in it.
 
     Raises InputError.
     """

@@ -105,7 +105,7 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 
 
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
-    """Write the rows of tables as people write lines, below the titles of each table."""
+    """Write the rows of tables as lines of text, below the titles of each table."""
     titles = list[str]()
     width = 0
     is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
@@ -542,7 +542,7 @@ def _with_interval(read: Reported, percent: str, low: str, high: str) -> Reporte
 
 
 def _with_next_number(read: Reported, behind: str) -> Reported:
-    """Add the number that follows, if the words in front of it are of an uncertainty."""
+    """Add the number that follows words about an uncertainty."""
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     start = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
     gap = re.match(

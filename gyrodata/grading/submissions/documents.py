@@ -91,7 +91,7 @@ _DAMAGED = (
 
 
 def _read_lines(name: str, data: bytes) -> list[str]:
-    """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
+    """Read a file as lines of text, with bars between the cells of a table."""
     kind = ending(name)
     if kind in WORKBOOKS:
         sheets = workbook.read_sheets(data)
@@ -213,7 +213,7 @@ def _part(archive: zipfile.ZipFile, name: str) -> str:
 
 
 def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Give the texts of a notebook: what its cells contain, and then what they printed."""
+    """Yield the texts of a notebook: the cells, and what they printed."""
     printed: list[str] = []
     for cell in cells:
         metadata = cell.get("metadata") or {}

@@ -159,7 +159,7 @@ def _choose_unreadable(
 
 
 def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
-    """Return the file that the names call the latest version; "" if they are not versions."""
+    """Return the file that is called the latest version; "" without versions."""
     versions = {name: version_of(own) for name, own in files.items()}
     ranks = {name: rank for name, (rank, _) in versions.items()}
     bases = {base for _, base in versions.values()}

@@ -40,7 +40,7 @@ LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
 class Book(Struct, frozen=True):
-    """The sheet of grades that a platform exports; `platforms.toml` explains the fields."""
+    """The sheet of grades of a platform; `platforms.toml` explains the fields."""
 
     noun: str
     begins: str = ""
@@ -269,7 +269,7 @@ def _time_of_stamp(stamp: str) -> str | None:
 
 
 def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
-    """Read a name of a class with a folder for each student, or with a file for each."""
+    """Read the name of a student's folder, or of a student's file."""
     first, slash, rest = name.partition("/")
     if bool(slash) != in_folders or (not slash and ending(name) in _NO_SUBMISSION):
         return None
@@ -371,7 +371,7 @@ class _Entry(Struct):
 
 
 def _time(text: str | None) -> datetime | None:
-    """Read ISO 8601, or ``2026-03-09 14:05:59.123456789 -08:00`` (or ``Z``) as Ruby writes it."""
+    """Read a time of ISO 8601, or as Ruby writes it."""
     with suppress(ValueError):
         return datetime.fromisoformat(re.sub(" (?=[-+Z])", "", text or ""))
     return None

@@ -129,7 +129,7 @@ def _matrix(numbers: Sequence[Any]) -> Floats:
 
 
 def _is_white(colour: Sequence[Any]) -> bool:
-    """Return whether a colour in shades of grey, red-green-blue or four inks is white."""
+    """Return whether a colour of one, three or four parts is white."""
     try:
         parts = [float(part) for part in colour]
     except (TypeError, ValueError):

@@ -87,7 +87,7 @@ class Submission(Struct, frozen=True, dict=True):
 
     @cached_property
     def texts(self) -> Mapping[str, bytes | InputError]:
-        """The log and the other texts, or why they cannot be read; each is read once."""
+        """The log and the other texts, or why they cannot be read."""
         found: dict[str, bytes | InputError] = {}
         for name in filter(None, (*self.report_names, self.log_name)):
             most = readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
@@ -211,7 +211,7 @@ class Submission(Struct, frozen=True, dict=True):
 
     @property
     def feedback_name(self) -> str:
-        """Name of a feedback file, without ending, in the zip that the platform accepts."""
+        """Name of a feedback file, without ending, for the platform."""
         in_folder = self.ids.get("folder") == shown(self.feedback_stem)
         return f"{self.feedback_stem}/feedback" if in_folder else self.feedback_stem
 

@@ -256,7 +256,7 @@ _MAY_BE_UNSEEN = (
 
 
 def latex_seen(text: str) -> str:
-    """Return a text without the arguments of LaTeX's commands that print nothing, or in white.
+    """Return a text without what LaTeX does not print, or prints in white.
 
     Text behind such a command whose argument has braces in it may be unseen.
     """
@@ -285,7 +285,7 @@ _FRONT = re.compile(
 
 
 def markdown_seen(text: str) -> str:
-    """Return Markdown without definitions of links, and without what its elements of HTML hide."""
+    """Return Markdown without definitions of links, and without hidden elements."""
     text = _FRONT.sub(lambda found: doubted(found[0]), text)
     return page_seen(_LINK.sub("", text))
 

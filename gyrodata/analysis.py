@@ -128,7 +128,8 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     if not readings.ok:
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    # Both are about readings; those about sizes are doubts, unless the run is left out.
+    # A criterion of a rubric reads these from `measured`; the questions about sizes stay
+    # apart, because they are doubts, unless the run is left out.
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
     unusual_sizes = tuple(checks.check_sizes(readings, measured))

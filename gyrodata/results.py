@@ -251,7 +251,8 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
     ----------
     if_balanced : Estimate or None
         I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques
-        differ, if this fit has no answer, or for more than 500 runs.
+        differ, if this fit has no answer, or for more than 500 runs that are not stated
+        as those of a balanced ball.
     doubts : tuple of Doubt
         Reasons why I_zz may be wrong by more than its u.
     fits : tuple of NamedFit
@@ -282,7 +283,7 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
     def runs_disagree(self) -> bool:
         """Whether the runs contradict each other or the fitted law.
 
-        Other doubts are about the ball or a column.
+        Other doubts are about the ball, a column or a note.
         """
         return any(doubt.kind not in ("ball", "size", "note") for doubt in self.doubts)
 

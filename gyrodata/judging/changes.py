@@ -692,7 +692,8 @@ def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
 def _biases(lab: Lab, model: MotionModel) -> Floats:
     """Compute the relative bias of I_zz of each run without an effect [1], shape (n,).
 
-    It is that of the first model of the effect, as in the table of effects.
+    It is that of the first model of the effect, by which the models are chosen. The
+    table of effects shows that of the model in the fit, if there is one.
     """
     top = fitting.top_of(lab.measured, lab.fit)
     first = models.of_effects()[model.effect]

@@ -906,5 +906,6 @@ CHECKS: tuple[Check, ...] = (
 """Every check of a log that has been fitted, in the order in which the findings are
 shown."""
 
-OF_FIT = tuple([check for check in CHECKS if check is not _other_body])
-"""The checks that a grade needs: those of the fit alone."""
+OF_FIT = tuple([check for check in CHECKS if check not in (_deviations, _other_body)])
+"""The checks that a grade shows: not those of the law of the period, and of columns that
+are possible but not usual."""

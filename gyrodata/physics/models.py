@@ -251,7 +251,7 @@ class Steady(MotionModel, frozen=True):
         decay = np.log(runs.spin_end / runs.spin_start)
         spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
         # `runs.spin` is the mean that was read, also if a third reading of the spin
-        # shows another decay: with it, a level rod gets exactly eq. (9).
+        # shows another decay: with this factor, a level rod gets exactly eq. (9).
         spins *= runs.spin / physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
         rates = physics.precession_rate(
             top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
@@ -447,6 +447,7 @@ class Earth(MotionModel, frozen=True):
         usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
+        # The steady rate is against the stars: that seen from the floor, and the floor's.
         seen = 2 * np.pi * runs.turns / runs.time
         return np.asarray(steady_rate / (1 + direction * floor / seen))
 
@@ -462,7 +463,7 @@ HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
 MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
 """Every model of motion, in the order of the table of effects. The first one is the
 equation of the fit without a correction. Of several models with one effect the first one
-gives the size of the effect."""
+gives the size by which the models are chosen."""
 
 
 def ratio(steady: Floats, mean: Floats) -> Floats:

@@ -11,6 +11,7 @@ PAGES = (
     "theory",
     "statistics",
     "approximations",
+    "benchmark",
     "instructors",
     "python",
     "pipelines",

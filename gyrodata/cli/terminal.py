@@ -8,6 +8,7 @@ import re
 import shutil
 import sys
 import textwrap
+import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from io import TextIOBase, TextIOWrapper
@@ -334,6 +335,21 @@ def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
             err=True,
             nl=False,
         )
+
+    return show
+
+
+def time_left() -> Callable[[float], None] | None:
+    """Show on a terminal which part of a long computation is done, and the time left."""
+    if not sys.stderr.isatty():
+        return None
+    begun = time.perf_counter()
+
+    def show(part: float) -> None:
+        left = (time.perf_counter() - begun) * (1 / part - 1)
+        minutes, seconds = divmod(round(left), 60)
+        words = f"{100 * part:.0f} %, about {minutes}:{seconds:02d} min left"
+        typer.echo(f"\r{words}\033[K" if part < 1 else "\r\033[K", err=True, nl=False)
 
     return show
 

@@ -13,9 +13,17 @@ import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
-from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
+from gyrodata.cli.terminal import (
+    names_of,
+    progress_bar,
+    source_of,
+    tell,
+    time_left,
+    write_out,
+)
 
 if TYPE_CHECKING:
+    from gyrodata.trials.benchmark.report import Scene
     from gyrodata.trials.simulation import Decay
 
 
@@ -129,47 +137,49 @@ def selfcheck(
 
 
 def benchmark(
+    log: Annotated[str | None, typer.Argument(metavar="[LOG]")] = None,
     out: Annotated[Path, typer.Option("--out", "-o")] = Path("gyro-benchmark"),
     quick: Annotated[bool, typer.Option("--quick")] = False,
 ) -> None:
-    """Chart speed against accuracy on this machine, and show where methods fail.
+    """Chart cost against error on this machine, and map where methods fail.
 
-    There are four charts: models of the motion, integrators, fits, and methods that
-    fail with their solutions. Each is written as PNG, SVG and CSV, with a short text
-    that names the best method and the reason; the text is printed too. It takes some
-    minutes, with --quick less than one.
+    The charts compare programs that fit a lab, models of the motion and integrators. The
+    maps show for two quantities each where a common method fails, and what gyro does
+    there. With a LOG, its lab takes the place of the usual one. gyro writes one page,
+    benchmark.html, with the pictures as PNG and their numbers as CSV. It takes up to ten
+    minutes on two processors, with --quick a quarter of a minute.
     """
-    import time
+    from gyrodata.base.workers import count_workers
+    from gyrodata.trials.benchmark import report
+    from gyrodata.trials.benchmark.charts import render
 
-    from gyrodata.trials.benchmark import (
-        FULL,
-        QUICK,
-        csv_tables,
-        describe_machine,
-        reading,
-        run_benchmark,
-    )
-    from gyrodata.trials.benchmark.charts import render_benchmark
-
-    effort = QUICK if quick else FULL
+    own = None if log is None else _scene_of(log)
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
-    # Some systems count CPU time in long ticks; the wall clock is better there.
-    clock = (
-        time.process_time
-        if time.get_clock_info("process_time").resolution < 1e-5
-        else time.perf_counter
-    )
-    done = run_benchmark(effort, clock, 1, progress_bar(100), describe_machine())
-    words = reading(done, effort, 1)
-    tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
+    effort = report.QUICK if quick else report.FULL
+    workers = count_workers()
+    done = report.run(effort, workers, 1, own, time_left())
+    pictures = render(done, own.places if own else {}, workers)
+    files = {f"{name}.png": data for name, data in pictures.items()}
+    for name, table in report.csv_tables(done).items():
+        files[f"{name}.csv"] = table.encode()
+    name = names_of([log])[0] if log else ""
+    files["benchmark.html"] = report.page(done, name).encode()
     with telling(out):
-        write_folder(
-            out, {**render_benchmark(done), **tables, "reading.md": words.encode()}
-        )
-    write_out(words)
-    tell(f"charts: {out}")
+        write_folder(out, files)
+    write_out("\n\n".join(report.titles(done).values()) + "\n")
+    tell(f"page: {out / 'benchmark.html'}")
+
+
+def _scene_of(log: str) -> Scene:
+    """Read a log for the benchmark."""
+    from gyrodata.analysis import fit_log
+    from gyrodata.readings import read_log
+    from gyrodata.results import Options
+    from gyrodata.trials.benchmark.report import scene_of
+
+    return scene_of(fit_log(read_log(**source_of(log, names_of([log])[0])), Options()))
 
 
 SchemaName = Literal[

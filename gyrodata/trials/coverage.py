@@ -197,7 +197,7 @@ def selfcheck(
         ends = np.full((len(names), labs, 5), math.nan)
         seconds = np.zeros(len(names))
         for i in range(labs):
-            drawn = _draw(measured, found, scatter, tilted, random)
+            drawn = draw(measured, found, scatter, tilted, random)
             for k, name in enumerate(names):
                 begun = time.perf_counter()
                 if (drawn.time > 0).all():
@@ -238,7 +238,7 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
     )
 
 
-def _draw(
+def draw(
     measured: Measurements,
     found: fitting.FitResult,
     scatter: float,

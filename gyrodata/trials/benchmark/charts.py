@@ -1,320 +1,237 @@
-"""The four charts of `gyro benchmark`: motion, integrators, fits, and where methods fail."""
+"""The charts of `gyro benchmark`, one function each, 9 inches wide."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gyrodata.judging.changes import DROP_ALL
 from gyrodata.reporting import figures
-from gyrodata.trials.benchmark import (
-    HONEST,
-    METHODS,
-    Benchmark,
-    Failure,
-    MotionPanel,
-    Order,
-    TrialPanel,
-    cheapest,
-    power,
-)
+from gyrodata.reporting.figures import INK
+from gyrodata.trials.benchmark import report
+from gyrodata.trials.benchmark.fits import STATED
+from gyrodata.trials.benchmark.integrators import fitted_order
+from gyrodata.trials.benchmark.maps import KINDS, MapKind
+from gyrodata.trials.benchmark.motions import FULL, KNOWN
+from gyrodata.trials.benchmark.report import Benchmark
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-BLUE, ORANGE, GREEN, RED, PURPLE, GREY = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#CC79A7",
-    "#666666",
-)
-"""Okabe and Ito's colours, which colour-blind readers can distinguish."""
-
-BAND: Any = {"color": "#F0E442", "alpha": 0.45, "linewidth": 0, "zorder": 0}
 
 STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
 
+Place = tuple[float, float] | None
+"""x and y of the reader's log in a map."""
 
-def render_benchmark(benchmark: Benchmark) -> dict[str, bytes]:
-    """Draw all charts, 9 inches wide.
 
-    Return the bytes of each file by its name, the same for the same benchmark.
-    """
-    files: dict[str, bytes] = {}
+def render(
+    done: Benchmark, places: Mapping[str, tuple[float, float]], workers: int
+) -> dict[str, bytes]:
+    """Draw all charts in several processes; return the bytes of each PNG by its name."""
+    tasks = {
+        name: partial(draw, name, title, done, places.get(name))
+        for name, title in report.titles(done).items()
+    }
+    return dict(report.answers_of(tasks, workers))
+
+
+def draw(name: str, title: str, done: Benchmark, place: Place) -> bytes:
+    """Draw one chart."""
+    table = done.tables[name]
     with figures.own_style(*STYLES):
-        drawn = {
-            "motion": _draw_motion(benchmark.motion),
-            "motion_order": _draw_orders(benchmark.orders),
-            "estimators": _draw_trials(benchmark.trials),
-            "failures": _draw_failures(benchmark.failures),
-        }
-        for name, figure in drawn.items():
-            figure.supxlabel(
-                benchmark.machine, x=0.01, ha="left", fontsize=6.5, color=GREY
-            )
-            files[f"{name}.png"] = figures.save(figure, "png", 9)
-            files[f"{name}.svg"] = figures.save(figure, "svg")
-    return files
+        figure = new_figure(title, f"{report.labs_text(done)}. {done.machine}")
+        if name in CHARTS:
+            CHARTS[name](figure, table)
+        else:
+            (kind,) = [kind for kind in KINDS if kind.name == name]
+            draw_map(figure, table, kind, place)
+        return figures.save(figure, "png", 9)
 
 
-def _figure(height: float, title: str) -> Figure:
-    """Create a figure with a title."""
+def new_figure(title: str, foot: str) -> Figure:
+    """Create a figure with a title, and with a line of small text at its right edge."""
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=(9.0, height), dpi=120, layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left")
+    layout = ConstrainedLayoutEngine(rect=(0, 0, 0.98, 1))
+    figure = Figure(figsize=(9.0, 7.2), dpi=110, layout=layout)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    figure.text(0.998, 0.02, foot, rotation=90, ha="right", fontsize=5.5)
     return figure
+
+
+# --- programs ---
+
+STEPS = (0, 50, 75, 85, 92, 98, 100.1)
+"""Limits of the colours of the coverage [%]."""
+
+
+def draw_fits(figure: Figure, scores: pd.DataFrame) -> None:
+    """Draw the error and the coverage of each program against its cost."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import BoundaryNorm
+
+    scenes = list(scores.groupby("scene", sort=False))
+    colours = ScalarMappable(BoundaryNorm(STEPS, 256), "RdYlBu")
+    grid = figure.subplots(2, len(scenes), sharex=True, sharey="row")
+    for (upper, lower), (scene, rows) in zip(grid.T, scenes, strict=True):
+        upper.set_title("\n".join(textwrap.wrap(str(scene), 28)), fontsize=9.5)
+        upper.set(xscale="log", yscale="log")
+        lower.set(xlabel="CPU time for one lab [s]", ylim=(-3, 107))
+        lower.axhline(100 * STATED, color=INK, linewidth=1)
+        draw_scores(upper, rows, "error", colours)
+        draw_scores(lower, rows, "coverage", colours)
+    grid[0, 0].set_ylabel("error of I_zz, 68 % are closer [%]")
+    grid[1, 0].set_ylabel("intervals with the true I_zz [%]")
+    words = "coverage of the 95 % interval [%]"
+    figure.colorbar(colours, ax=grid, label=words, ticks=STEPS[:-1])
+    handles, _ = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+
+
+def draw_scores(ax: Axes, rows: pd.DataFrame, name: str, colours: Any) -> None:
+    """Draw one number of each program with its sampling error, against the cost."""
+    centre: Any = {"ha": "center", "va": "center", "fontsize": 7.5}
+    for number, row in enumerate(rows.to_dict("records"), start=1):
+        value = 100 * row[name]
+        ends = [[value - 100 * row[f"{name}_low"]], [100 * row[f"{name}_high"] - value]]
+        look: Any = {"color": colours.to_rgba(100 * row["coverage"]), "mec": INK}
+        label = f"{number} {row['program']}"
+        ax.errorbar(
+            row["seconds"], value, ends, fmt="o", ms=11, ecolor=INK, label=label, **look
+        )
+        ax.text(row["seconds"], value, str(number), zorder=4, **centre)
+        if "process" in row and name == "error":
+            ax.text(row["process"], value, str(number), color="#D55E00", **centre)
 
 
 # --- motion ---
 
-_MODELS = {
-    "eq. (9)": (BLUE, "o"),
-    "eq. (8)": (RED, "s"),
-    "mean rate of a release": (PURPLE, "D"),
-    "full motion": ("black", "."),
+MODELS: dict[str, dict[str, Any]] = {
+    "eq. (9)": {"color": "#0072B2", "marker": "o"},
+    "eq. (8)": {"color": "#D55E00", "marker": "s"},
+    "released from rest": {"color": "#CC79A7", "marker": "D"},
+    "half of a release": {"color": "#009E73", "marker": "^"},
+    FULL: {"color": INK, "marker": "o", "linewidth": 1},
+    KNOWN: {"color": INK, "marker": "o", "linewidth": 1, "mfc": "white"},
 }
 """Colour and marker of each model."""
 
 
-def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
-    """Draw the cost of each model against its error in units of u, a panel for each kind of lab."""
-    figure = _figure(
-        6.8, "Models of the motion: the cheapest one below the band wins\n"
-    )
-    words = (
-        "rods up to 2° from their tilt, pushed by hand (not at the lower left), with "
-        "drag and the Earth's rotation"
-    )
-    figure.text(0.01, 0.948, words, va="center")
+def draw_motion(figure: Figure, points: pd.DataFrame) -> None:
+    """Draw the cost of each model against its error, a panel for each kind of lab."""
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    for ax, panel in zip(grid.flat, panels, strict=True):
-        ax.set(xscale="log", yscale="log", xlim=(4e-7, 1))
-        ax.set(
-            xlabel="CPU time for nine runs, in Python [s]",
-            ylabel="error of I_zz over its u",
-        )
-        ax.axhspan(panel.bound / panel.u, 1, **BAND)
-        for method, (colour, marker) in _MODELS.items():
-            points = [point for point in panel.points if point.method == method]
-            x = [point.seconds for point in points]
-            y = [point.error / panel.u for point in points]
-            ax.plot(
-                x,
-                y,
-                color=colour,
-                marker=marker,
-                label=method,
-                linewidth=len(points) > 1,
-            )
-        won = (panel.winner.seconds, panel.winner.error / panel.u)
-        ax.plot(*won, "o", markersize=13, fillstyle="none", color="black")
-        ax.annotate(
-            "wins", won, (-9, 0), textcoords="offset points", ha="right", va="center"
-        )
-        words = f"0.3 u to u = {100 * panel.u:.1f} %"
-        ax.text(
-            0.99,
-            0.5,
-            words,
-            transform=ax.get_yaxis_transform(),
-            ha="right",
-            va="center",
-        )
-        ax.set_title(panel.scene.heading)
+    for ax, (scene, panel) in zip(
+        grid.flat, points.groupby("scene", sort=False), strict=True
+    ):
+        ax.set(xscale="log", yscale="log")
+        ax.axhspan(DROP_ALL, 1, color="#F0E442", alpha=0.45)
+        for method, look in MODELS.items():
+            rows = panel[panel["method"] == method]
+            ends = rows["error"] - rows["low"], rows["high"] - rows["error"]
+            style = {"linewidth": 0, "markersize": 6, "elinewidth": 1, **look}
+            ax.errorbar(rows["seconds"], rows["error"], ends, label=method, **style)
+        chosen, u = panel.iloc[0][["chosen", "u"]]
+        words = textwrap.wrap(f"gyro chooses {chosen}; u = {100 * u:.1f} %", 56)
+        ax.set_title("\n".join([str(scene), *words]), fontsize=9)
+        ax.set(xlabel="CPU time for nine runs [s]", ylabel="error of I_zz over its u")
         ax.label_outer()
-    grid[0, 0].legend(loc="lower left")
-    return figure
+    figure.legend(
+        *grid[0, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=3,
+        fontsize=8,
+        title="median of the labs, with quartiles; harmless below the band",
+        title_fontsize=8,
+    )
 
 
 # --- integrators ---
 
-_CURVES = dict(
-    zip(
-        METHODS,
-        ((ORANGE, "<"), (GREEN, ">"), (RED, "v"), (BLUE, "X"), ("black", "o")),
-        strict=True,
+MARKERS = "<>vXo"
+
+
+def draw_integrators(figure: Figure, curves: pd.DataFrame) -> None:
+    """Draw the error of e3 against evaluations and against time, after few and many turns."""
+    groups = list(curves.groupby("turns"))
+    grid = figure.subplots(len(groups), 2, sharey=True, squeeze=False)
+    for (left, right), (turns, rows) in zip(grid, groups, strict=True):
+        label = f"error of e3, number of turns: {turns}"
+        left.set(xscale="log", yscale="log", ylim=(1e-13, 10), ylabel=label)
+        left.set_xlabel("evaluations of the torque")
+        right.set(xscale="log", xlabel="CPU time, in Python [s]")
+        methods = rows.groupby("method", sort=False)
+        for marker, (method, curve) in zip(MARKERS, methods, strict=True):
+            order = f"{fitted_order(curve):.2f}, nominal {curve['nominal'].iloc[0]}"
+            style: Any = {"marker": marker, "markersize": 4, "linewidth": 1}
+            words = f"{method}: {order}"
+            left.plot(curve["evaluations"], curve["error"], label=words, **style)
+            right.plot(curve["seconds"], curve["error"], **style)
+        left.legend(loc="lower left", title="fitted order", fontsize=7.5)
+
+
+# --- maps ---
+
+
+def draw_map(figure: Figure, table: pd.DataFrame, kind: MapKind, place: Place) -> None:
+    """Draw the number of each method in each cell; failures have a frame."""
+    xs, ys = table["x"].unique(), table["y"].unique()
+    figure.set_size_inches(9.0, 2.4 + 0.4 * len(ys))
+    methods = list(table.groupby("program", sort=False))
+    panels = figure.subplots(1, len(methods), sharex=True, sharey=True)
+    for ax, (method, cells) in zip(panels, methods, strict=True):
+        draw_cells(ax, cells, kind, (len(ys), len(xs)))
+        ax.set_title(str(method), fontsize=9.5)
+        ax.set(xticks=range(len(xs)), xticklabels=[f"{x:g}" for x in xs])
+        ax.set(yticks=range(len(ys)), yticklabels=[f"{y:g}" for y in ys])
+        ax.set_xlabel(kind.x_label)
+        if place is not None:
+            spots = [
+                np.interp(place[0], xs, range(len(xs))),
+                np.interp(place[1], ys, range(len(ys))),
+            ]
+            style: Any = {"color": "#E69F00", "mec": INK, "markersize": 18}
+            ax.plot(*spots, "*", **style, label="your log")
+            ax.legend(loc="upper left")
+    panels[0].set_ylabel(kind.y_label)
+    low, high = kind.good
+    figure.supxlabel(
+        f"Number: {kind.number_label}. Frame: the method fails (not {low:g} to {high:g})."
+        f"\nDashed line: {kind.limit_label}. {kind.letters}",
+        fontsize=8.5,
     )
-)
 
 
-def _draw_orders(orders: Sequence[Order]) -> Figure:
-    """Draw the error of e3 against the number of evaluations.
+def draw_cells(
+    ax: Axes, cells: pd.DataFrame, kind: MapKind, shape: tuple[int, int]
+) -> None:
+    """Draw the cells of one method."""
+    from matplotlib.patches import Rectangle
 
-    The error is drawn after one turn and after many turns.
-    """
-    figure = _figure(
-        5.2,
-        "Integrators: splitting is the cheapest for low accuracy, a high order for high accuracy",
-    )
-    one, many = figure.subplots(1, 2, sharey=True)
-    for ax, turns in zip(
-        (one, many), dict.fromkeys(order.turns for order in orders), strict=True
+    values = cells[kind.number].to_numpy().reshape(shape)
+    limit = cells["limit"].to_numpy().reshape(shape)
+    low, high = kind.good
+    off = (values - (low + high) / 2) / (high - low) * 2
+    ax.imshow(off, "RdBu_r", aspect="auto", origin="lower", vmin=-3, vmax=3, alpha=0.7)
+    ax.grid(visible=False)
+    if np.nanmin(limit) < 1 < np.nanmax(limit):
+        ax.contour(limit, [1.0], colors=INK, linestyles="--")
+    for ((row, column), value), does in zip(
+        np.ndenumerate(values), cells["does"], strict=True
     ):
-        ax.set(xscale="log", yscale="log", xlabel="evaluations of the torque")
-        for order in orders:
-            if order.turns == turns:
-                colour, marker = _CURVES[order.method]
-                x = [point.evaluations for point in order.points]
-                y = [point.off for point in order.points]
-                label = f"{order.method}, order {order.order or 0:.1f}"
-                ax.plot(
-                    x,
-                    y,
-                    color=colour,
-                    marker=marker,
-                    markersize=4,
-                    linewidth=1.2,
-                    label=label,
-                )
-        best = cheapest(orders, turns).items()
-        wins = [
-            f"{name} from {power(most)} to {power(least)}"
-            for name, (most, least) in best
-        ]
-        ax.set_title(f"{turns} turn{'s' * (turns > 1)} about the vertical")
-        ax.text(
-            0.99,
-            0.99,
-            "\n".join(["fewest evaluations:", *wins]),
-            transform=ax.transAxes,
-            ha="right",
-            va="top",
-            fontsize=8,
-        )
-    one.set(ylabel="error of the direction e3", ylim=(1e-13, 1e3))
-    many.legend(
-        *one.get_legend_handles_labels(),
-        loc="lower left",
-        title="order: slope of the left curve",
-    )
-    for slope, ratio in ((2, 25.0), (4, 20.0), (8, 6.0)):
-        end = 2000 * ratio, ratio**-slope
-        one.plot([2000, end[0]], [1, end[1]], color=GREY, linestyle=":", linewidth=1)
-        one.annotate(
-            f"order {slope}",
-            end,
-            (3, -3),
-            textcoords="offset points",
-            color=GREY,
-            fontsize=8,
-        )
-    return figure
+        number = "" if np.isnan(value) else f"{value:.2f}"
+        ax.text(column, row, f"{number} {does}", ha="center", va="center", fontsize=7.5)
+        if value < low or value > high:
+            corner = column - 0.46, row - 0.46
+            ax.add_patch(Rectangle(corner, 0.92, 0.92, fill=False, linewidth=1.5))
 
 
-# --- fits ---
-
-
-def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
-    """Draw bias, error, coverage and cost of each fit.
-
-    They are drawn for correct and for incorrect stated uncertainties.
-    """
-    figure = _figure(
-        4.4,
-        "Fits: only the recommended one is honest for correct and incorrect uncertainties\n",
-    )
-    names = [trial.estimator for trial in panels[0].trials]
-    bias, rmse, coverage, cost = figure.subplots(1, 4, sharey=True)
-    for shift, panel, colour, marker in zip(
-        (-0.2, 0.0, 0.2), panels, (BLUE, RED, GREEN), "osD", strict=True
-    ):
-        y = [i + shift for i in range(len(names))]
-        dots: Any = {
-            "color": colour,
-            "marker": marker,
-            "linestyle": "none",
-            "markersize": 5,
-        }
-        u = [100 * trial.bias_u for trial in panel.trials]
-        bias.errorbar(
-            [100 * trial.bias for trial in panel.trials],
-            y,
-            xerr=u,
-            elinewidth=1,
-            **dots,
-        )
-        rmse.plot([100 * trial.rmse for trial in panel.trials], y, **dots)
-        coverage.plot(
-            [100 * trial.coverage for trial in panel.trials],
-            y,
-            label=panel.scene.title,
-            **dots,
-        )
-        cost.plot([trial.seconds for trial in panel.trials], y, **dots)
-    bias.axvline(0, color=GREY, linewidth=1)
-    bias.set(
-        title="bias",
-        xlabel="mean error of I_zz [%]",
-        yticks=range(len(names)),
-        yticklabels=names,
-    )
-    bias.invert_yaxis()
-    rmse.set(title="error", xlabel="RMSE of I_zz [%]", xlim=(0, None))
-    coverage.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
-    coverage.set(title="coverage", xlabel="intervals with true I_zz [%]", xlim=(0, 104))
-    cost.set(title="cost", xlabel="time of one fit [s]", xscale="log")
-    figure.legend(
-        *coverage.get_legend_handles_labels(),
-        loc="upper left",
-        bbox_to_anchor=(0, 0.94),
-        ncols=3,
-    )
-    return figure
-
-
-# --- failures ---
-
-
-def _draw_failures(failures: Sequence[Failure]) -> Figure:
-    """Draw for each case the error or coverage of the method that fails and of the solution."""
-    figure = _figure(6.6, "Methods that fail (crosses) and their solutions (dots)")
-    kinds = [
-        [one for one in failures if one.measure == measure]
-        for measure in ("relative error", "coverage")
-    ]
-    errors, covers = figure.subplots(2, 1, height_ratios=[len(kind) for kind in kinds])
-    errors.set(
-        title="formulas and motions",
-        xscale="log",
-        xlim=(1e-18, 300),
-        xlabel="relative error",
-    )
-    covers.set(
-        title="fits", xlim=(-15, 115), xlabel="true I_zz in the 95 % interval [%]"
-    )
-    covers.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
-    for ax, kind, factor in ((errors, kinds[0], 1), (covers, kinds[1], 100)):
-        ax.set(
-            yticks=range(len(kind)),
-            yticklabels=[one.case for one in kind],
-            ylim=(len(kind) - 0.4, -0.7),
-        )
-        for y, one in enumerate(kind):
-            right, wrong = (
-                max(factor * value, 1e-16) for value in (one.right, one.wrong)
-            )
-            ax.plot([wrong, right], [y, y], color="#bbbbbb", linewidth=1.5, zorder=1)
-            for x, marker, colour, words in (
-                (wrong, "X", RED, one.fails),
-                (right, "o", BLUE, one.solution),
-            ):
-                ax.plot(x, y, marker, color=colour, markersize=8)
-                ax.annotate(
-                    words,
-                    (x, y),
-                    (0, 6),
-                    textcoords="offset points",
-                    ha="center",
-                    color=colour,
-                    fontsize=8.5,
-                )
-            place: Any = {
-                "transform": ax.get_yaxis_transform(),
-                "ha": "center",
-                "va": "top",
-            }
-            ax.text(0.5, y + 0.15, one.why, fontsize=7.5, color=GREY, **place)
-    return figure
+CHARTS = {"fits": draw_fits, "motion": draw_motion, "integrators": draw_integrators}
+"""The charts without a place for the log of the reader."""

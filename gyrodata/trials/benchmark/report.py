@@ -1,242 +1,323 @@
-"""Run all parts of the benchmark, and write tables and a text.
+"""Run all parts of the benchmark, and write the page and the tables.
 
-The words of the text are in `reading.md`.
+The work is a list of jobs, which are done in several processes. Their answers do not
+depend on their order.
 """
 
 from __future__ import annotations
 
-import csv
-import io
+import itertools
+import math
 import platform
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
 
-from gyrodata.judging.changes import DROP_ALL
-from gyrodata.trials.benchmark.estimators import HONEST, Trial, TrialPanel, run_trials
-from gyrodata.trials.benchmark.failures import Failure, find_failures
-from gyrodata.trials.benchmark.motions import (
-    AIMS,
-    Clock,
-    Effort,
-    MotionPanel,
-    Order,
-    cheapest,
-    find_orders,
-    run_motion,
-)
+from gyrodata.base.workers import Failed, in_workers
+from gyrodata.physics import RPM
+from gyrodata.reporting.data import templates
+from gyrodata.results import FittedLog
+from gyrodata.trials.benchmark import fits, integrators, labs, maps, motions
+from gyrodata.trials.benchmark.fits import Row
+from gyrodata.trials.benchmark.labs import LabScene
+from gyrodata.trials.benchmark.maps import GYRO, KINDS, MapKind
+from gyrodata.trials.benchmark.motions import MotionScene
+from gyrodata.trials.simulation import NOISE_KEYS, TYPICAL, Listed, Truth
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LONG = 1.0
+"""A job with a larger cost is long [s]."""
+
+LONGEST = 900.0
+"""Largest time of one job [s]."""
+
+BATCH = 20
+"""Number of labs of a cell in one job."""
+
+
+class Effort(Struct, frozen=True):
+    """The size of a benchmark."""
+
+    labs: int
+    """Number of simulated labs behind each point of a chart."""
+    budgets: Mapping[int, int]
+    """Largest number of evaluations of an integrator, by the number of turns."""
+    tolerances: tuple[float, ...]
+    """Relative tolerances of the full motion [1]."""
+    every: int
+    """Every how many cells of a map are computed, in each direction."""
+    processes: bool
+    """Whether the cost of whole processes is measured."""
+
+
+FULL = Effort(200, {1: 60_000, 100: 900_000}, (1e-2, 1e-3, 1e-4), 1, True)
+"""Ten minutes on two processors."""
+
+QUICK = Effort(6, {1: 3_000, 10: 8_000}, (1e-2,), 2, False)
+"""A quarter of a minute on two processors."""
 
 
 class Benchmark(Struct, frozen=True):
     """The results of all parts."""
 
-    motion: list[MotionPanel]
-    orders: list[Order]
-    """First for one turn, then for many turns."""
-    trials: list[TrialPanel]
-    failures: list[Failure]
-    machine: str = ""
+    effort: Effort
+    tables: Mapping[str, pd.DataFrame]
+    """The numbers of each chart, by its name."""
+    machine: str
     """Processor and versions in one line."""
 
 
-def run_benchmark(
+class Scene(NamedTuple):
+    """The lab of a log: for the fits, for the motion, and its place in the maps."""
+
+    labs: LabScene
+    motion: MotionScene
+    places: Mapping[str, tuple[float, float]]
+    """Its x and y in each map, by name."""
+
+
+class Job(NamedTuple):
+    """A part of the work, and the table of its rows."""
+
+    table: str
+    cost: float
+    """CPU time [s]; a guess."""
+    work: Callable[[], Any]
+
+
+def list_jobs(effort: Effort, seed: int, own: Scene | None) -> Iterator[Job]:
+    """List the jobs; the lab of a log takes the place of the usual one."""
+    usual = Scene(labs.SCENES[0], motions.SCENES[0], {})
+    lab, rods, _ = own or usual
+    # To import the programs before the processes start saves the time of each process.
+    names = fits.names()
+    seeds = labs.seeds(effort.labs, seed)
+    for scene, each in itertools.product((lab, *labs.SCENES[1:]), seeds):
+        yield Job("fits", 0.3, partial(fits.fit_lab, scene, each))
+    if effort.processes:
+        log = usual.labs.draw(seed)
+        for name in names:
+            yield Job("process", 5.0, partial(fits.process_cost, name, log))
+    for kind_of_rods in (rods, *motions.SCENES[1:]):
+        settings = kind_of_rods, effort.tolerances, effort.labs, seed
+        cost = 2 + 0.2 * effort.labs
+        yield Job("motion", cost, partial(motions.compare, *settings))
+    for (turns, most), method in itertools.product(
+        effort.budgets.items(), integrators.NOMINAL
+    ):
+        curve = partial(integrators.measure_curve, method, turns, most)
+        yield Job("integrators", 2e-5 * most, curve)
+    for kind in KINDS:
+        yield from jobs_of_map(kind, effort.every, seeds)
+
+
+def jobs_of_map(kind: MapKind, every: int, seeds: list[int]) -> Iterator[Job]:
+    """List the jobs of a map: some labs of one cell each."""
+    for y, x in itertools.product(kind.y[::every], kind.x[::every]):
+        for part in batches([] if kind.is_exact else seeds):
+            cost = 0.04 * (len(part) or 10) * max(1, x / 200)
+            yield Job(kind.name, cost, partial(kind.fit, x, y, part))
+
+
+def batches(seeds: Sequence[int]) -> list[Sequence[int]]:
+    """Divide the seeds of labs into jobs; there is at least one job."""
+    starts = range(0, max(1, len(seeds)), BATCH)
+    return [seeds[start : start + BATCH] for start in starts]
+
+
+def run(
     effort: Effort,
-    clock: Clock,
+    workers: int,
     seed: int = 1,
-    progress: Callable[[int], None] | None = None,
-    machine: str = "",
+    own: Scene | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Benchmark:
-    """Run all parts; `progress` is called with the percentage that is done."""
-    show = progress or (lambda _percent: None)
-    motion = run_motion(effort, clock, seed)
-    show(30)
-    orders = find_orders(effort, clock)
-    show(55)
-    trials = run_trials(effort, clock, seed)
-    show(90)
-    return Benchmark(
-        motion, orders, trials, find_failures(effort, clock, seed), machine
-    )
+    """Do all jobs; `progress` is called with the part that is done [1]."""
+    jobs = list(list_jobs(effort, seed, own))
+    whole, done = sum(job.cost for job in jobs), 0.0
+    answers: dict[int, list[Row]] = {}
+    # Long jobs begin first, so that no process waits for one at the end.
+    for is_long in (True, False):
+        tasks = {
+            i: job.work for i, job in enumerate(jobs) if (job.cost > LONG) == is_long
+        }
+        for number, rows in answers_of(tasks, workers):
+            answers[number] = rows
+            done += jobs[number].cost
+            if progress is not None:
+                progress(done / whole)
+    rows = [(job.table, answers[number]) for number, job in enumerate(jobs)]
+    return Benchmark(effort, tables_of(rows), describe_machine())
+
+
+def tables_of(answers: Iterable[tuple[str, list[Row]]]) -> dict[str, pd.DataFrame]:
+    """Gather the rows of the jobs, and compute the numbers of each chart."""
+    import pandas as pd
+
+    rows_of: dict[str, list[Row]] = {}
+    for name, rows in answers:
+        rows_of.setdefault(name, []).extend(rows)
+    tables = {name: pd.DataFrame(rows) for name, rows in rows_of.items()}
+    tables["fits"] = fits.summary(tables["fits"], ["scene", "program"])
+    if "process" in tables:
+        tables["fits"] = tables["fits"].merge(tables.pop("process"), on="program")
+    for kind in KINDS:
+        if not kind.is_exact:
+            tables[kind.name] = maps.number_cells(kind, tables[kind.name])
+    return tables
+
+
+def answers_of(
+    tasks: Mapping[Any, Callable[[], Any]], workers: int
+) -> Iterator[tuple[Any, Any]]:
+    """Do tasks in several processes; yield the name and the answer of each."""
+    for (name, _), answer in in_workers(do, [*tasks.items()], workers, LONGEST):
+        if isinstance(answer, Failed):
+            raise RuntimeError(f"the benchmark failed at {name}: {answer}")
+        yield name, answer
+
+
+def do(task: tuple[Any, Callable[[], Any]]) -> Any:
+    """Do one task."""
+    return task[1]()
 
 
 def describe_machine() -> str:
     """Return the processor and versions in one line."""
     import scipy
 
-    try:
-        lines = (
-            Path("/proc/cpuinfo")
-            .read_text(encoding="utf-8", errors="replace")
-            .splitlines()
-        )
-    except OSError:
-        lines = []
-    named = (
-        line.partition(":")[2].strip()
-        for line in lines
-        if line.startswith("model name")
-    )
-    processor = next(named, "") or platform.processor() or platform.machine()
+    processor = platform.processor() or platform.machine()
     return (
         f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, "
         f"scipy {scipy.__version__}"
     )
 
 
-# --- tables ---
-
-
-def csv_tables(benchmark: Benchmark) -> dict[str, str]:
-    """Write the numbers of each chart as CSV, by the name of the chart.
-
-    The columns are attributes of the results.
-    """
-    tables: dict[str, list[dict[str, Any]]] = {
-        "motion": [
-            {
-                "scene": panel.scene.name,
-                **asdict(point),
-                "u": panel.u,
-                "harmless": point.error < panel.bound,
-            }
-            for panel in benchmark.motion
-            for point in panel.points
-        ],
-        "motion_order": [
-            {
-                "method": order.method,
-                "turns": order.turns,
-                "order": order.order,
-                **asdict(point),
-            }
-            for order in benchmark.orders
-            for point in order.points
-        ],
-        "estimators": [
-            {"scene": panel.scene.name, **asdict(trial)}
-            for panel in benchmark.trials
-            for trial in panel.trials
-        ],
-        "failures": [asdict(failure) for failure in benchmark.failures],
+def scene_of(log: FittedLog) -> Scene:
+    """Return the lab of a log as a scene: its runs, its fitted values, its stated u."""
+    measured, fit = log.measurements, log.fit
+    # A weight with the same torque, also if the log contains forces or torques.
+    position = np.copysign(motions.POSITION, measured.torque)
+    mass = measured.torque / position / measured.g
+    columns = mass, position, measured.pitch, measured.spin, measured.turns
+    noise = {
+        key: u for key, u in log.readings.uncertainties.items() if key in NOISE_KEYS
     }
-    texts = {}
-    for name, rows in tables.items():
-        out = io.StringIO()
-        csv.writer(out, lineterminator="\n").writerows(
-            [rows[0], *(row.values() for row in rows)]
-        )
-        texts[name] = out.getvalue()
-    return texts
-
-
-# --- text ---
-
-
-def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
-    """Write the text in Markdown: the best method of each part, and the main numbers."""
-    text = Path(__file__).with_name("reading.md").read_text(encoding="utf-8")
-    fewest = []
-    for turns in (1, effort.turns):
-        ranges = cheapest(benchmark.orders, turns).items()
-        parts = (
-            f"{name} from {power(most)} to {power(least)}"
-            for name, (most, least) in ranges
-        )
-        fewest.append(f"* {turns} turn{'s' * (turns > 1)}: {', then '.join(parts)}")
-    return text.format(
-        seed=seed,
-        labs=effort.labs,
-        machine=benchmark.machine,
-        harmless=DROP_ALL,
-        winners="; ".join(
-            f"{panel.scene.title}: {panel.winner.method}" for panel in benchmark.motion
-        ).capitalize(),
-        models=_rows(map(_model, benchmark.motion)),
-        orders=_rows(map(_order, benchmark.orders)),
-        fewest="\n".join(fewest),
-        least=100 * HONEST[0],
-        most=100 * HONEST[1],
-        scenes=" | ".join(panel.scene.title for panel in benchmark.trials),
-        scores=_rows(
-            map(_score, zip(*(panel.trials for panel in benchmark.trials), strict=True))
-        ),
-        failures=_rows(
-            (
-                f.case,
-                f.fails,
-                _measure(f, f.wrong),
-                f.solution,
-                _measure(f, f.right),
-                f.why,
-            )
-            for f in benchmark.failures
-        ),
+    truth = Truth(inertia=fit.inertia.value, imbalance=fit.residual_torque.value)
+    design = Listed(runs=tuple(zip(*(each.tolist() for each in columns), strict=True)))
+    rpm = np.quantile(measured.spin / RPM, [0, 0.5, 1]).round().astype(int).tolist()
+    tilt = math.degrees(float(np.mean(measured.pitch)))
+    push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
+    torques = np.abs(measured.torque[measured.torque != 0])
+    spin = float(np.median(measured.spin))
+    spin_u = noise.get("u_spin", TYPICAL["u_spin"]).at(spin)
+    return Scene(
+        LabScene("your log", design, noise, truth=truth),
+        MotionScene("your log", tuple(rpm), tilt, push),
+        {
+            "tilt": (spin / RPM, tilt),
+            "released": (spin / RPM, tilt),
+            "torques": (float(torques.max() / torques.min()), len(measured.by_torque)),
+            "runs": (len(measured.time), 100 * spin_u / spin),
+        },
     )
 
 
-def _rows(rows: Iterable[Sequence[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+# --- titles, from the numbers ---
 
 
-def _model(panel: MotionPanel) -> Sequence[str]:
-    level = panel.points[0]
-    winner = panel.winner
-    errors = [f"{point.error / panel.u:.2g} u" for point in (winner, level)]
+def titles(done: Benchmark) -> dict[str, str]:
+    """Return the result of each chart in a sentence or two, by the name of the chart."""
+    return {
+        "fits": fits_title(done.tables["fits"]),
+        "motion": motion_title(done.tables["motion"]),
+        "integrators": curves_title(done.tables["integrators"]),
+        **{kind.name: map_title(kind, done.tables[kind.name]) for kind in KINDS},
+    }
+
+
+def fits_title(scores: pd.DataFrame) -> str:
+    """Say which programs have a correct coverage most often, and what the cheapest costs."""
+    is_correct = scores["coverage_low"].le(fits.STATED) & scores["coverage_high"].ge(
+        fits.STATED
+    )
+    counts = is_correct.groupby(scores["program"], sort=False).sum()
+    costs = scores.groupby("program", sort=False)["seconds"].mean()
+    best = counts[counts == counts.max()].index
+    cheapest, cost = str(costs[best].idxmin()), float(costs[best].min())
+    factor = float(f"{cost / costs.min():.1g}")
     return (
-        panel.scene.heading,
-        percent_text(panel.u),
-        winner.method,
-        errors[0],
-        time_text(winner.seconds),
-        errors[1],
+        f"The 95 % interval is correct in {counts.max()} of "
+        f"{scores['scene'].nunique()} kinds of labs with {' and '.join(best)}.\n"
+        f"The cheapest of them, {cheapest}, costs {1e3 * cost:.0f} ms a lab, "
+        f"{factor:,.0f} times as much as {costs.idxmin()}"
     )
 
 
-def _order(order: Order) -> Sequence[str]:
-    needed = [order.evaluations(aim) for aim in AIMS]
-    counts = (
-        "–" if count is None else f"{float(f'{count:.2g}'):,.0f}" for count in needed
-    )
-    slope = "–" if order.order is None else f"{order.order:.1f}"
+def motion_title(points: pd.DataFrame) -> str:
+    """Name the cheapest model with a harmless error in each kind of lab."""
+    words = [
+        f"{scene}: {motions.cheapest(panel)}"
+        for scene, panel in points.groupby("scene", sort=False)
+    ]
+    return "The cheapest model with a harmless error.\n" + "\n".join(words)
+
+
+def curves_title(curves: pd.DataFrame) -> str:
+    """Name the fastest integrator for a coarse and for a small error."""
+    turns = curves["turns"].max()
+    words = []
+    for aim in (1e-2, 1e-6):
+        good = curves[(curves["turns"] == turns) & (curves["error"] < aim)]
+        if not good.empty:
+            fastest = good.loc[good["seconds"].idxmin(), "method"]
+            words.append(f"{fastest} for an error below {aim:g}")
     return (
-        str(order.turns),
-        order.method,
-        slope,
-        *counts,
-        time_text(min(point.seconds for point in order.points)),
+        f"The fastest in time over {turns} turns: {', '.join(words)}.\n"
+        f"Reference: elliptic integrals of the first and third kind (Carlson's forms)"
     )
 
 
-def _score(trials: Sequence[Trial]) -> Sequence[str]:
-    """Return the row of one fit in all kinds of labs."""
-    cells = (
-        f"{percent_text(one.rmse)}, {100 * one.coverage:.0f} %{', honest' * one.honest}"
-        for one in trials
+def map_title(kind: MapKind, table: pd.DataFrame) -> str:
+    """Say in how many cells each method fails, and in how many gyro gives no answer."""
+    number = table[kind.number]
+    fails = (number < kind.good[0]) | (number > kind.good[1])
+    counts = fails.groupby(table["program"], sort=False).sum()
+    of_gyro = table[table["program"] == GYRO]
+    words = [f"{program} fails in {count}" for program, count in counts.items()]
+    title = f"{kind.title.capitalize()}: of {len(of_gyro)} cells, {' and '.join(words)}"
+    missing = of_gyro["does"].eq("–").sum()
+    return f"{title}; it refuses {missing}" if missing else title
+
+
+def page(done: Benchmark, own: str) -> str:
+    """Write the page with all charts; `own` is the name of the reader's log, or ""."""
+    scores = done.tables["fits"]
+    template = templates(Path(__file__).parent).get_template("page.html.jinja")
+    return template.render(
+        done=done,
+        own=own,
+        titles=titles(done),
+        labs=labs_text(done),
+        scores=scores[scores["scene"] == scores["scene"].iloc[0]].to_dict("records"),
     )
-    return (trials[0].estimator, *cells, time_text(max(one.seconds for one in trials)))
 
 
-def _measure(failure: Failure, value: float) -> str:
-    """Write an error, or a coverage in percent."""
-    return f"{100 * value:.0f} %" if failure.measure == "coverage" else power(value)
+def labs_text(done: Benchmark) -> str:
+    """Say how many labs are behind each point."""
+    text = f"{done.effort.labs} simulated labs behind each point"
+    return text if done.effort == FULL else f"Quick look: only {text}"
 
 
-def power(value: float) -> str:
-    """Write a small number with one digit: 2e-5."""
-    return f"{value:.0e}".replace("e-0", "e-").replace("e+00", "")
-
-
-def time_text(seconds: float) -> str:
-    """Write a time with two digits: 10 µs."""
-    units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
-    unit, size = next((one for one in units if seconds >= 0.995 * one[1]), units[-1])
-    return f"{float(f'{seconds / size:.2g}'):g} {unit}"
-
-
-def percent_text(part: float) -> str:
-    """Write a fraction in percent with two digits."""
-    return f"{float(f'{100 * part:.2g}'):g} %"
+def csv_tables(done: Benchmark) -> dict[str, str]:
+    """Write the numbers of each chart as CSV, by the name of the chart."""
+    return {
+        name: table.to_csv(index=False, lineterminator="\n")
+        for name, table in done.tables.items()
+    }

@@ -5,6 +5,6 @@
 `typed_log` writes the log.
 """
 
-from gyrodata.trials.simulation.noise import EXACT, TYPICAL, read_noise
-from gyrodata.trials.simulation.truth import Decay, Design, Runs, Truth
+from gyrodata.trials.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, read_noise
+from gyrodata.trials.simulation.truth import Decay, Design, Listed, Runs, Truth
 from gyrodata.trials.simulation.typed_log import Simulation, simulate

@@ -77,6 +77,32 @@ class Design(Struct, frozen=True):
     repeats: int = 1
     """Number of times that each run is repeated."""
 
+    def _settings(self) -> list[tuple[float, ...]]:
+        """Return mass, position, pitch, spin and turns of each run."""
+        # A run without a weight has no position.
+        loads = [
+            (mass, position)
+            for mass in self.masses
+            for position in (self.positions if mass else (0.0,))
+        ]
+        return [
+            (*load, *setting)
+            for load in loads
+            for setting in itertools.product(self.pitches, self.spins, self.turns)
+            for _ in range(self.repeats)
+        ]
+
+
+class Listed(Design, frozen=True):
+    """Runs that are no combinations, such as those of a log."""
+
+    runs: tuple[tuple[float, ...], ...] = ()
+    """Mass, position, pitch, spin and turns of each run [SI units]."""
+
+    def _settings(self) -> list[tuple[float, ...]]:
+        """Return mass, position, pitch, spin and turns of each run."""
+        return [*self.runs]
+
 
 class Runs(Struct, frozen=True):
     """The true values of n runs; all arrays have shape (n,)."""
@@ -115,19 +141,8 @@ def happen(truth: Truth, design: Design) -> Runs:
         If a value is impossible, or if a rod never completes its turns.
     """
     _check(truth, design)
-    # A run without a weight has no position.
-    positions = {mass: design.positions if mass else (0.0,) for mass in design.masses}
-    settings = [
-        (mass, position, pitch, spin, turns)
-        for mass in design.masses
-        for position in positions[mass]
-        for pitch, spin, turns in itertools.product(
-            design.pitches, design.spins, design.turns
-        )
-        for _ in range(design.repeats)
-    ]
     mass, position, pitch, spin, turns = (
-        np.array(column) for column in zip(*settings, strict=True)
+        np.array(column) for column in zip(*design._settings(), strict=True)
     )
     torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
     across = np.full(len(mass), truth.transverse_inertia)

@@ -160,7 +160,7 @@ def benchmark(
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
     done = report.run(effort, workers, 1, own, time_left())
-    pictures = render(done, own.places if own else {}, workers)
+    pictures = render(done, workers)
     files = {f"{name}.png": data for name, data in pictures.items()}
     for name, table in report.csv_tables(done).items():
         files[f"{name}.csv"] = table.encode()

@@ -12,12 +12,10 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,11 +30,10 @@ from gyrodata.readings import read_log
 from gyrodata.trials.benchmark import programs
 from gyrodata.trials.benchmark.labs import (
     LabScene,
-    covariances_of,
+    lab_of,
     measured_lab,
-    points_of,
 )
-from gyrodata.trials.benchmark.programs import NORMAL_95, PROGRAMS
+from gyrodata.trials.benchmark.programs import NORMAL_95
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +46,7 @@ CLOSER = 0.68
 STATED = 0.95
 """The coverage that every interval states [1]."""
 
-REPEATS = 5
+REPEATS = 3
 """Number of processes whose cost is measured."""
 
 Row = dict[str, Any]
@@ -59,18 +56,13 @@ Answer = tuple[float, float, float, bool]
 """I_zz, the ends of its 95 % interval [kg*m^2], and whether the program warns."""
 
 
-def names() -> list[str]:
-    """Return the programs in the order of the chart, gyro last."""
-    return [*programs.installed(), GYRO_FIT, GYRO]
-
-
 def fit_lab(scene: LabScene, seed: int) -> list[Row]:
     """Apply all programs to one lab."""
     log = scene.draw(seed)
     measured = measured_lab(log)
-    lab = points_of(measured) | covariances_of(measured)
+    lab = lab_of(measured)
     tasks: dict[str, Callable[[], Any]] = {
-        name: partial(PROGRAMS[name].fit, lab) for name in programs.installed()
+        name: partial(fit, lab) for name, fit in programs.installed().items()
     }
     tasks[GYRO_FIT] = partial(fit_once, measured)
     tasks[GYRO] = partial(analyze, log)
@@ -179,43 +171,25 @@ def wilson(part: float, count: int) -> tuple[float, float]:
 
 # --- the cost of a whole process ---
 
-ONE_FIT = """
-import sys
-from gyrodata import fitting
-from gyrodata.measurements import measure
-from gyrodata.readings import read_log
-print(fitting.fit(measure(read_log(sys.argv[1]))).inertia.interval_95)
-"""
-
 
 def process_cost(name: str, log: str) -> list[Row]:
     """Measure the CPU time of a process that fits one lab [s], the median of some."""
     measured = measured_lab(log)
-    lab = json.dumps(points_of(measured) | covariances_of(measured))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "lab.csv"
-        path.write_text(log, encoding="utf-8")
-        commands = {
-            GYRO: ["-m", "gyrodata", "analyze", "--no-report", str(path)],
-            GYRO_FIT: ["-c", ONE_FIT, str(path)],
-        }
-        words = commands.get(name, [programs.__file__, name])
-        costs = [cpu_time(words, lab) for _ in range(REPEATS)]
+    words, given = [programs.__file__, name], json.dumps(lab_of(measured))
+    if name == GYRO:
+        words, given = ["-m", "gyrodata", "analyze", "--no-report", "-"], log
+    path = os.pathsep.join(filter(None, sys.path))
+    costs = []
+    for _ in range(REPEATS):
+        before = os.times()
+        subprocess.run(
+            [sys.executable, *words],
+            input=given.encode(),
+            capture_output=True,
+            check=True,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+        after = os.times()
+        user = after.children_user - before.children_user
+        costs.append(user + after.children_system - before.children_system)
     return [{"program": name, "process": float(np.median(costs))}]
-
-
-def cpu_time(words: list[str], given: str) -> float:
-    """Run Python and return its CPU time [s]; on Windows the time by the clock."""
-    begun, at = os.times(), time.perf_counter()
-    subprocess.run(
-        [sys.executable, *words],
-        input=given,
-        text=True,
-        capture_output=True,
-        check=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )
-    ended = os.times()
-    used = ended.children_user - begun.children_user
-    used += ended.children_system - begun.children_system
-    return used or time.perf_counter() - at

@@ -11,7 +11,6 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +37,6 @@ START = motion.released(TOP, SPIN)
 NOMINAL = {
     "splitting strang": 2,
     "splitting aba84": 4,
-    "RK4": 4,
     "RK45": 5,
     "DOP853": 8,
 }
@@ -133,29 +131,6 @@ def follow(method: str, steps: int, tolerance: float, end: float) -> tuple[Float
             TOP, START, [end], method=method, rtol=tolerance, atol=tolerance
         )
         return path.axis[0], evaluations
-    if method == "RK4":
-        row = [*START.axis.tolist(), *START.momentum.tolist()]
-        row = runge_kutta(motion.vector_rates(TOP), row, end / steps, steps)
-        return np.array(row[:3]), 4 * steps
     name = method.removeprefix("splitting ")
     kicks = motion.METHODS[name][1]
     return motion.split(TOP, START, end, steps, name).axis, steps * len(kicks)
-
-
-def runge_kutta(
-    rates: Callable[..., Sequence[float]], row: Sequence[float], step: float, steps: int
-) -> list[float]:
-    """Take steps of the classical Runge–Kutta method.
-
-    The arguments of `rates` are the components of the row.
-    """
-    for _ in range(steps):
-        a = rates(*row)
-        b = rates(*[y + step / 2 * k for y, k in zip(row, a, strict=True)])
-        c = rates(*[y + step / 2 * k for y, k in zip(row, b, strict=True)])
-        d = rates(*[y + step * k for y, k in zip(row, c, strict=True)])
-        row = [
-            y + step / 6 * (p + 2 * (q + r) + s)
-            for y, p, q, r, s in zip(row, a, b, c, d, strict=True)
-        ]
-    return list(row)

@@ -95,15 +95,15 @@ def points_of(measured: Measurements) -> dict[str, Any]:
     return {name: array.tolist() for name, array in arrays.items()}
 
 
-def covariances_of(measured: Measurements) -> dict[str, Any]:
-    """Return the stated errors as the other programs take them; see `programs`."""
+def lab_of(measured: Measurements) -> dict[str, Any]:
+    """Return the readings and their stated errors as the other programs take them."""
     measured = select(measured, np.flatnonzero(measured.torque).tolist())
     # The timing bias is the same in all runs.
     late = measured.product / measured.time * measured.timing_bias_u
     times = covariance(measured, measured.time, "time")
     product = covariance(measured, measured.product, "time", "spin", "turns")
     torque = covariance(measured, measured.torque, "mass", "position", "g")
-    return {
+    return points_of(measured) | {
         "time_u": np.sqrt(np.diag(times)).tolist(),
         "product_cov": (product + np.outer(late, late)).tolist(),
         "torque_cov": torque.tolist(),

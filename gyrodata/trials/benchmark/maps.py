@@ -27,7 +27,7 @@ from gyrodata.results import Options
 from gyrodata.trials.benchmark import fits
 from gyrodata.trials.benchmark.fits import Answer, Row
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab, points_of
-from gyrodata.trials.benchmark.motions import MASSES, POSITION
+from gyrodata.trials.benchmark.motions import MASSES, POSITION, follow
 from gyrodata.trials.benchmark.programs import line_with_intercept
 from gyrodata.trials.coverage import draw
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
@@ -153,9 +153,6 @@ def number_cells(kind: MapKind, rows: pd.DataFrame) -> pd.DataFrame:
 
 # --- tilted rods, by the equations of motion ---
 
-LONGEST = 1.25
-"""Time for which a released rod is followed, over that of a turn by eq. (9) [1]."""
-
 DOES = {"horizontal": "9", "steady": "8", "released": "R"}
 """What a fit does, by the name of its model."""
 
@@ -240,27 +237,15 @@ def follow_released(
     Return the time of a turn [s], the spin that a tachometer reads if it follows the rod
     [rad/s], and whether no rod hits the cup.
     """
-    from scipy.integrate import solve_ivp
-
-    state = motion.released(top, spin, pitch)
-    start = np.concatenate([state.axis.T, state.momentum.T])
-    # Time is measured in turns of eq. (9), so that all rods turn once or more.
-    turn = 2 * np.pi * top.inertia * spin / top.torque
-    rates = motion.vector_rates(top, 0.0, turn)
-    done = solve_ivp(
-        lambda _, row: np.ravel(rates(*row.reshape(start.shape))),
-        (0, LONGEST),
-        start.ravel(),
-        "DOP853",
-        rtol=1e-6,
-        atol=1e-9,
-    )
-    x, y, z = done.y.reshape(*start.shape, -1)[:3]
+    # Most rods turn once or a little more in this time.
+    longest = 2.2 * np.pi / motion.mean_precession_rate(top, spin, pitch)
+    start = motion.released(top, spin, pitch)
+    parts, (x, y, z) = follow(top, start, longest, 0.0, 1e-6)
     azimuth = np.unwrap(np.arctan2(y, x))
-    ends = [np.interp(2 * np.pi, angle, done.t, right=np.nan) for angle in azimuth]
-    rise = np.trapezoid(z, azimuth, axis=1) / (LONGEST * turn)
+    ends = [np.interp(2 * np.pi, angle, parts, right=np.nan) for angle in azimuth]
+    rise = np.trapezoid(z, azimuth, axis=1) / longest
     sag = pitch - np.arcsin(z.min(axis=1))
-    return turn * ends, spin - rise, bool(sag.max() < models.STEEP)
+    return longest * ends, spin - rise, bool(sag.max() < models.STEEP)
 
 
 def steady_rate(top: motion.Top, spin: Floats, pitch: Any) -> Floats:

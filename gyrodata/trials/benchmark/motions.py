@@ -2,10 +2,9 @@
 
 A lab has nine runs of one turn, three weights at three spins. The hand pushes the rod
 with a part of the rate of steady precession, each rod is up to 2 degrees off its tilt,
-the air film slows the spin by a time constant that nobody knows better than within a
-factor of 2, and the Earth turns; so no model is exact. A user reads the spin once, at
-the midpoint of the run, and the pitch to 1 degree. The other errors of readings are u of
-the lab.
+and the air film slows the spin by a time constant that nobody knows better than within a
+factor of 2; so no model is exact. A user reads the spin once, at the midpoint of the
+run, and the pitch to 1 degree. The other errors of readings are u of the lab.
 
 Each model predicts the azimuth that the rod sweeps in the time of the turn. To first
 order, its ratio to the true azimuth is the ratio of I_zz with this model to the true
@@ -26,7 +25,7 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.judging import changes
-from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats, models, motion
 from gyrodata.quantities.error_sources import DECAY_SPREAD, DECAY_TIME
 from gyrodata.trials.benchmark.labs import measured_lab
@@ -52,15 +51,6 @@ FULL, KNOWN = "full motion", "full motion, if push and drag were known"
 
 LONG = 0.1
 """Time after which a measurement is not repeated [s]."""
-
-LATITUDE = math.radians(45)
-
-NORTH, UP = (
-    physics.EARTH_ROTATION * math.cos(LATITUDE),
-    physics.EARTH_ROTATION * math.sin(LATITUDE),
-)
-EARTH = np.array([[0.0, -UP, 0.0], [UP, 0.0, -NORTH], [0.0, NORTH, 0.0]])
-"""Ω × of the Earth's rotation, as a matrix in the frame X north, Y west, Z up [rad/s]."""
 
 
 class MotionScene(Struct, frozen=True):
@@ -154,34 +144,38 @@ def half_release(rods: Rods) -> Any:
 
 
 def full_motion(rods: Rods, tolerance: float) -> Any:
-    """Integrate eqs. (7) as vectors, with push, drag and Earth rotation."""
+    """Integrate eqs. (7) as vectors, with push and drag."""
+    first = rods.spin * np.exp(rods.time / rods.decay / 2)
+    start = motion.released(rods.top, first, rods.pitch)
+    steady = motion.steady(rods.top, first, rods.pitch)
+    pushed = np.multiply(rods.push, (steady.momentum - start.momentum).T).T
+    start = replace(start, momentum=start.momentum + pushed)
+    drag = rods.top.inertia / rods.decay
+    _, axis = follow(rods.top, start, rods.time, drag, tolerance)
+    # Add whole turns: the azimuth is near one turn.
+    return np.pi + np.mod(np.arctan2(axis[1], axis[0])[:, -1] - np.pi, 2 * np.pi)
+
+
+def follow(
+    top: motion.Top, start: motion.State, time: Floats, drag: Any, tolerance: float
+) -> tuple[Floats, Floats]:
+    """Integrate the motion of n rods together, each for its own time [s].
+
+    Return the parts of the time [1], shape (m,), and e3, shape (3, n, m).
+    """
     from scipy.integrate import solve_ivp
 
-    # Time is measured in durations of each run, so that all runs end at 1.
-    rates = motion.vector_rates(rods.top, rods.top.inertia / rods.decay, rods.time)
-    first = rods.spin * np.exp(rods.time / rods.decay / 2)
-    rest = motion.released(rods.top, first, rods.pitch)
-    steady = motion.steady(rods.top, first, rods.pitch)
-    pushed = np.multiply(rods.push, (steady.momentum - rest.momentum).T)
-    start = np.stack([rest.axis.T, rest.momentum.T + pushed])
-
-    def slope(_: float, row: Floats) -> Any:
-        vectors = row.reshape(start.shape)
-        change = np.reshape(rates(*vectors.reshape(6, -1)), start.shape)
-        return (change - rods.time * (EARTH @ vectors)).ravel()
-
-    scale = np.repeat([1.0, float(np.abs(start[1]).max())], start[0].size)
+    rates = motion.vector_rates(top, drag, time)
+    rows = np.concatenate([start.axis.T, start.momentum.T])
     done = solve_ivp(
-        slope,
+        lambda _, row: np.ravel(rates(*row.reshape(rows.shape))),
         (0, 1),
-        start.ravel(),
+        rows.ravel(),
         "DOP853",
         rtol=tolerance,
-        atol=0.01 * tolerance * scale,
+        atol=1e-3 * tolerance,
     )
-    x, y, _ = done.y[:, -1].reshape(start.shape)[0]
-    # Add whole turns: the azimuth is near one turn.
-    return np.pi + np.mod(np.arctan2(y, x) - np.pi, 2 * np.pi)
+    return done.t, done.y.reshape(*rows.shape, -1)[:3]
 
 
 MODELS: Mapping[str, Callable[[Rods], Any]] = {
@@ -200,8 +194,8 @@ def compare(
 ) -> list[dict[str, Any]]:
     """Measure every model in one kind of lab; the full motion with relative tolerances.
 
-    The error of a row is the median of |error of I_zz| over the labs, over u, and "low"
-    and "high" are its quartiles.
+    The error of a row is the median of |error of I_zz| over the labs, over u, and "error_low"
+    and "error_high" are its quartiles.
     """
     true, known = draw_labs(scene, labs, seed)
     one_true, one_known = draw_labs(scene, 1, seed)
@@ -223,14 +217,14 @@ def compare(
         rows.append(
             {
                 "scene": scene.heading,
+                "method": method,
                 "chosen": chosen,
                 "u": u,
-                "method": method,
                 "rtol": setting,
                 "seconds": fastest(partial(model, lab)),
                 "error": middle,
-                "low": low,
-                "high": high,
+                "error_low": low,
+                "error_high": high,
                 "labs": labs,
             }
         )
@@ -242,7 +236,7 @@ def cheapest(panel: pd.DataFrame) -> str:
 
     A model that knows what no user knows does not count; "none" if there is no other.
     """
-    good = panel[(panel["high"] < changes.DROP_ALL) & (panel["method"] != KNOWN)]
+    good = panel[(panel["error_high"] < changes.DROP_ALL) & (panel["method"] != KNOWN)]
     return str(good.sort_values("seconds").iloc[0]["method"]) if len(good) else "none"
 
 
@@ -257,14 +251,12 @@ def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:
     log = simulate(Truth(), design, TYPICAL, None).log
     measured = measured_lab(log.replace("# motion: steady\n", start))
     chosen, _ = changes.choose_model(measured)
-    words = " × ".join(model.words for model in chosen.models) or chosen.words
-    return fit_as_usual(measured, bool(pitch)), words
-
-
-def fit_as_usual(measured: Measurements, tilted: bool) -> fitting.FitResult:
-    """Fit a log without errors, which has less scatter than a real one, as if it had."""
-    residual = fitting.fit(measured, tilted=tilted).widths.residual_torque
-    return fitting.fit(measured, fitting.Widths(1.0, residual), tilted=tilted)
+    words = " and ".join(model.words for model in chosen.models) or chosen.words
+    # A log without errors has less scatter than a real one; with the stated widths it
+    # is usual.
+    residual = fitting.fit(measured, tilted=chosen.tilted).widths.residual_torque
+    usual = fitting.Widths(1.0, residual)
+    return fitting.fit(measured, usual, tilted=chosen.tilted), words
 
 
 def fastest(task: Callable[[], object]) -> float:

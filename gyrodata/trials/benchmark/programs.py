@@ -14,9 +14,8 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from importlib import import_module
-from typing import Any, NamedTuple
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 
@@ -27,16 +26,6 @@ Answer = tuple[float, float, float]
 """I_zz and the ends of its 95 % interval [kg*m^2]."""
 
 Lab = Mapping[str, Any]
-
-
-class Program(NamedTuple):
-    """A way to fit a lab."""
-
-    module: str
-    """What must be installed."""
-    given: str
-    """What it knows about the errors."""
-    fit: Callable[[Lab], Answer]
 
 
 def product(lab: Lab) -> Any:
@@ -165,27 +154,24 @@ def kafe2(lab: Lab) -> Answer:
     return interval(fit.parameter_values[0], fit.parameter_errors[0])
 
 
-PROGRAMS = {
-    "mean of ratios": Program("numpy", "nothing", mean_of_ratios),
-    "line with intercept": Program("numpy", "nothing", line_with_intercept),
-    "scipy curve_fit": Program("scipy", "u of each time", curve_fit),
-    "lmfit": Program("lmfit", "u of each time", lmfit),
-    "odrpack": Program("odrpack", "u of each reading", odrpack),
-    "iminuit": Program("iminuit", "all covariances", iminuit),
-    "kafe2": Program("kafe2", "all covariances", kafe2),
+PROGRAMS: Mapping[str, tuple[str, Callable[[Lab], Answer]]] = {
+    "mean of ratios": ("numpy", mean_of_ratios),
+    "line with intercept": ("numpy", line_with_intercept),
+    "scipy curve_fit": ("scipy", curve_fit),
+    "lmfit": ("lmfit", lmfit),
+    "odrpack": ("odrpack", odrpack),
+    "iminuit": ("iminuit", iminuit),
+    "kafe2": ("kafe2", kafe2),
 }
-"""The programs by their names in the charts."""
+"""The package and the fit of each program, by its name in the charts."""
 
 
-def installed() -> list[str]:
-    """Import the other programs; return the names of those that are installed."""
-    names = []
-    for name, program in PROGRAMS.items():
-        with suppress(ImportError):
-            import_module(program.module)
-            names.append(name)
-    return names
+def installed() -> dict[str, Callable[[Lab], Answer]]:
+    """Return the fits of the programs that are installed, by name."""
+    return {
+        name: fit for name, (package, fit) in PROGRAMS.items() if find_spec(package)
+    }
 
 
 if __name__ == "__main__":
-    print(*PROGRAMS[sys.argv[1]].fit(json.load(sys.stdin)))
+    print(*installed()[sys.argv[1]](json.load(sys.stdin)))

@@ -21,12 +21,19 @@ from gyrodata.base.workers import Failed, in_workers
 from gyrodata.physics import RPM
 from gyrodata.reporting.data import templates
 from gyrodata.results import FittedLog
-from gyrodata.trials.benchmark import fits, integrators, labs, maps, motions
+from gyrodata.trials.benchmark import (
+    fits,
+    integrators,
+    labs,
+    maps,
+    motions,
+    programs,
+)
 from gyrodata.trials.benchmark.fits import Row
 from gyrodata.trials.benchmark.labs import LabScene
 from gyrodata.trials.benchmark.maps import GYRO, KINDS, MapKind
 from gyrodata.trials.benchmark.motions import MotionScene
-from gyrodata.trials.simulation import NOISE_KEYS, TYPICAL, Listed, Truth
+from gyrodata.trials.simulation import NOISE_KEYS, Listed, Truth
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,13 +80,8 @@ class Benchmark(Struct, frozen=True):
     """Processor and versions in one line."""
 
 
-class Scene(NamedTuple):
-    """The lab of a log: for the fits, for the motion, and its place in the maps."""
-
-    labs: LabScene
-    motion: MotionScene
-    places: Mapping[str, tuple[float, float]]
-    """Its x and y in each map, by name."""
+Scene = tuple[LabScene, MotionScene]
+"""A lab, for the fits and for the models of the motion."""
 
 
 class Job(NamedTuple):
@@ -93,16 +95,13 @@ class Job(NamedTuple):
 
 def list_jobs(effort: Effort, seed: int, own: Scene | None) -> Iterator[Job]:
     """List the jobs; the lab of a log takes the place of the usual one."""
-    usual = Scene(labs.SCENES[0], motions.SCENES[0], {})
-    lab, rods, _ = own or usual
-    # To import the programs before the processes start saves the time of each process.
-    names = fits.names()
+    lab, rods = own or (labs.SCENES[0], motions.SCENES[0])
     seeds = labs.seeds(effort.labs, seed)
     for scene, each in itertools.product((lab, *labs.SCENES[1:]), seeds):
         yield Job("fits", 0.3, partial(fits.fit_lab, scene, each))
     if effort.processes:
-        log = usual.labs.draw(seed)
-        for name in names:
+        log = labs.SCENES[0].draw(seed)
+        for name in (*programs.installed(), fits.GYRO):
             yield Job("process", 5.0, partial(fits.process_cost, name, log))
     for kind_of_rods in (rods, *motions.SCENES[1:]):
         settings = kind_of_rods, effort.tolerances, effort.labs, seed
@@ -166,7 +165,7 @@ def tables_of(answers: Iterable[tuple[str, list[Row]]]) -> dict[str, pd.DataFram
     tables = {name: pd.DataFrame(rows) for name, rows in rows_of.items()}
     tables["fits"] = fits.summary(tables["fits"], ["scene", "program"])
     if "process" in tables:
-        tables["fits"] = tables["fits"].merge(tables.pop("process"), on="program")
+        tables["fits"] = tables["fits"].merge(tables.pop("process"), "left")
     for kind in KINDS:
         if not kind.is_exact:
             tables[kind.name] = maps.number_cells(kind, tables[kind.name])
@@ -189,14 +188,9 @@ def do(task: tuple[Any, Callable[[], Any]]) -> Any:
 
 
 def describe_machine() -> str:
-    """Return the processor and versions in one line."""
-    import scipy
-
+    """Return the processor and the version of Python."""
     processor = platform.processor() or platform.machine()
-    return (
-        f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, "
-        f"scipy {scipy.__version__}"
-    )
+    return f"{processor}, Python {platform.python_version()}"
 
 
 def scene_of(log: FittedLog) -> Scene:
@@ -214,19 +208,8 @@ def scene_of(log: FittedLog) -> Scene:
     rpm = np.quantile(measured.spin / RPM, [0, 0.5, 1]).round().astype(int).tolist()
     tilt = math.degrees(float(np.mean(measured.pitch)))
     push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
-    torques = np.abs(measured.torque[measured.torque != 0])
-    spin = float(np.median(measured.spin))
-    spin_u = noise.get("u_spin", TYPICAL["u_spin"]).at(spin)
-    return Scene(
-        LabScene("your log", design, noise, truth=truth),
-        MotionScene("your log", tuple(rpm), tilt, push),
-        {
-            "tilt": (spin / RPM, tilt),
-            "released": (spin / RPM, tilt),
-            "torques": (float(torques.max() / torques.min()), len(measured.by_torque)),
-            "runs": (len(measured.time), 100 * spin_u / spin),
-        },
-    )
+    lab = LabScene("your log", design, noise, truth=truth)
+    return lab, MotionScene("your log", tuple(rpm), tilt, push)
 
 
 # --- titles, from the numbers ---
@@ -310,8 +293,8 @@ def page(done: Benchmark, own: str) -> str:
 
 
 def labs_text(done: Benchmark) -> str:
-    """Say how many labs are behind each point."""
-    text = f"{done.effort.labs} simulated labs behind each point"
+    """Say how many simulated labs are behind each point."""
+    text = f"{done.effort.labs} simulated labs behind each point that has random errors"
     return text if done.effort == FULL else f"Quick look: only {text}"
 
 

@@ -325,31 +325,18 @@ def refuse(name: str, /, **values: object) -> NoReturn:
 
 
 def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
-    """Show the progress of a long computation on a terminal."""
-    if not sys.stderr.isatty():
-        return None
-
-    def show(done: int) -> None:
-        typer.echo(
-            f"\r{what}{done} of {whole}\033[K" if done < whole else "\r\033[K",
-            err=True,
-            nl=False,
-        )
-
-    return show
-
-
-def time_left() -> Callable[[float], None] | None:
-    """Show on a terminal which part of a long computation is done, and the time left."""
+    """Show the progress of a long computation on a terminal, and the time left."""
     if not sys.stderr.isatty():
         return None
     begun = time.perf_counter()
 
-    def show(part: float) -> None:
-        left = (time.perf_counter() - begun) * (1 / part - 1)
-        minutes, seconds = divmod(round(left), 60)
-        words = f"{100 * part:.0f} %, about {minutes}:{seconds:02d} min left"
-        typer.echo(f"\r{words}\033[K" if part < 1 else "\r\033[K", err=True, nl=False)
+    def show(done: int) -> None:
+        words = ""
+        if 0 < done < whole:
+            left = (time.perf_counter() - begun) * (whole / done - 1)
+            minutes, seconds = divmod(round(left), 60)
+            words = f"{what}{done} of {whole}, about {minutes}:{seconds:02d} min left"
+        typer.echo(f"\r{words}\033[K", err=True, nl=False)
 
     return show
 

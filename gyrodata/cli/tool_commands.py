@@ -13,14 +13,7 @@ import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
-from gyrodata.cli.terminal import (
-    names_of,
-    progress_bar,
-    source_of,
-    tell,
-    time_left,
-    write_out,
-)
+from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
 
 if TYPE_CHECKING:
     from gyrodata.trials.benchmark.report import Scene
@@ -159,7 +152,7 @@ def benchmark(
         write_folder(out, {})
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
-    done = report.run(effort, workers, 1, own, time_left())
+    done = report.run(effort, workers, 1, own, progress_bar(100, "per cent: "))
     pictures = render(done, workers)
     files = {f"{name}.png": data for name, data in pictures.items()}
     for name, table in report.csv_tables(done).items():

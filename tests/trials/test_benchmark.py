@@ -306,6 +306,10 @@ def test_the_lab_of_a_log_is_a_scene() -> None:
     assert sorted(measured.turns) == sorted(analysis.measurements.turns)
     assert own.truth.inertia == analysis.fit.inertia.value
     assert rods.rpm[0] == pytest.approx(analysis.measurements.spin.min() / RPM, abs=1)
+    jobs = list(report.list_jobs(TINY, 1, (own, rods)))
+    assert {row["scene"] for row in jobs[0].work()} == {"your log"}
+    (motion_job,) = [job for job in jobs if "your log" in str(job.work.args)][-1:]
+    assert motion_job.work()[0]["scene"] == rods.heading
 
 
 def test_the_command_writes_a_page_with_every_chart(

@@ -102,16 +102,18 @@ def draw_labs(scene: MotionScene, count: int, seed: int) -> tuple[Rods, Rods]:
     # The phase of the nutation at the end of a run is random.
     spin = spin * random.uniform(0.95, 1.05, spin.shape)
     pitch = np.radians(scene.tilt) + random.uniform(-OFF_TILT, OFF_TILT, spin.shape)
-    push = random.uniform(*scene.push, spin.shape)
+    pushes = random.uniform(*scene.push, spin.shape)
     decay = DECAY_TIME * np.exp(DECAY_SPREAD * random.standard_normal(count))
     inertia = np.full(spin.shape, Truth().inertia)
     across = DEFAULT_TRANSVERSE_RATIO * inertia + mass * POSITION**2
     torque = physics.torque(mass, POSITION, physics.STANDARD_GRAVITY)
     rate = physics.precession_rate(torque, spin, inertia, across, pitch)
     top = motion.Top(inertia, across, torque)
-    true = Rods(top, spin, pitch, 2 * np.pi / rate, push, np.repeat(decay, len(load)))
+    true = Rods(top, spin, pitch, 2 * np.pi / rate, pushes, np.repeat(decay, len(load)))
     read = pitch + PITCH_U * random.standard_normal(spin.shape)
-    known = replace(true, pitch=read, push=models.PART_RELEASED, decay=DECAY_TIME)
+    # A log says if nobody pushed; the size of a push is unknown.
+    push = models.PART_RELEASED if any(scene.push) else 0.0
+    known = replace(true, pitch=read, push=push, decay=DECAY_TIME)
     return true, known
 
 

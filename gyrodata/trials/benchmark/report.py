@@ -38,7 +38,7 @@ from gyrodata.trials.simulation import NOISE_KEYS, Listed, Truth
 if TYPE_CHECKING:
     import pandas as pd
 
-LONG = 1.0
+LONG = 4.0
 """A job with a larger cost is long [s]."""
 
 LONGEST = 900.0
@@ -85,12 +85,13 @@ Scene = tuple[LabScene, MotionScene]
 
 
 class Job(NamedTuple):
-    """A part of the work, and the table of its rows."""
+    """A part of the work."""
 
     table: str
+    """The table of its rows."""
     cost: float
-    """CPU time [s]; a guess."""
-    work: Callable[[], Any]
+    """About its CPU time [s]."""
+    work: Callable[[], list[Row]]
 
 
 def list_jobs(effort: Effort, seed: int, own: Scene | None) -> Iterator[Job]:
@@ -135,9 +136,9 @@ def run(
     workers: int,
     seed: int = 1,
     own: Scene | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Benchmark:
-    """Do all jobs; `progress` is called with the part that is done [1]."""
+    """Do all jobs; `progress` is called with the part that is done [%]."""
     jobs = list(list_jobs(effort, seed, own))
     whole, done = sum(job.cost for job in jobs), 0.0
     answers: dict[int, list[Row]] = {}
@@ -150,7 +151,7 @@ def run(
             answers[number] = rows
             done += jobs[number].cost
             if progress is not None:
-                progress(done / whole)
+                progress(round(100 * done / whole))
     rows = [(job.table, answers[number]) for number, job in enumerate(jobs)]
     return Benchmark(effort, tables_of(rows), describe_machine())
 

@@ -173,46 +173,23 @@ def happen(truth: Truth, design: Design) -> Runs:
 
 def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
-    decay = truth.decay
-    values: dict[str, tuple[str, tuple[float, ...]]] = {
-        "inertia": ("transverse_inertia", (truth.inertia,)),
-        "transverse": (
-            "transverse_inertia",
-            () if truth.transverse_inertia is None else (truth.transverse_inertia,),
-        ),
-        "g": ("g", (truth.g,)),
-        "position": ("position", design.positions),
-        "weight": ("mass", design.masses),
-        "spin": ("spin", design.spins),
-        "pitch": ("pitch", design.pitches),
-        "turns": ("turns", design.turns),
-        "spin decay": (
-            "time",
-            ()
-            if decay is None or decay.time_constant is None
-            else (decay.time_constant,),
-        ),
-    }
-    for name, (role, numbers) in values.items():
-        for value in numbers:
-            insist_on_type(name, value, Real, "a number in SI")
-            fault, hint = check_value(role, value)
-            if fault or (role == "g" and value <= 0):
-                shown, unit = to_display(value, role)
-                told = {
-                    "value": f"{shown:.6g} {unit}".rstrip(),
-                    "fault": fault or "is not above zero",
-                    "hint": hint,
-                }
-                raise InputError.named("simulated_impossible", name=name, **told)
-    for kind, name, size in (
-        ("torque", "imbalance", truth.imbalance),
-        ("time", "timing bias", truth.timing_bias),
+    decay = truth.decay or Decay()
+    for name, role, values in (
+        ("inertia", "transverse_inertia", (truth.inertia,)),
+        ("transverse", "transverse_inertia", (truth.transverse_inertia,)),
+        ("g", "g", (truth.g,)),
+        ("position", "position", design.positions),
+        ("weight", "mass", design.masses),
+        ("spin", "spin", design.spins),
+        ("pitch", "pitch", design.pitches),
+        ("turns", "turns", design.turns),
+        ("spin decay", "time", (decay.time_constant,)),
     ):
-        if size is not None and not abs(size) <= LIMITS[kind][1]:
-            raise InputError.named(
-                "simulated_too_large", name=name, size=size, unit=SI[kind]
-            )
+        for value in values:
+            if value is not None:
+                _insist_on_possible(name, role, value)
+    _insist_on_small("torque", "imbalance", truth.imbalance)
+    _insist_on_small("time", "timing bias", truth.timing_bias)
     columns = (
         design.masses,
         design.positions,
@@ -224,13 +201,40 @@ def _check(truth: Truth, design: Design) -> None:
     if not 1 <= rows <= MAX_ROWS:
         raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
     insist_on_choice("motion", truth.motion, get_args(Motion))
-    if decay is None:
-        return
+    if truth.decay is not None:
+        _check_decay(truth.motion, truth.decay)
+
+
+def _insist_on_possible(name: str, role: str, value: float) -> None:
+    """Refuse a value that a log could not contain."""
+    insist_on_type(name, value, Real, "a number in SI")
+    fault, hint = check_value(role, value)
+    if fault or (role == "g" and value <= 0):
+        shown, unit = to_display(value, role)
+        raise InputError.named(
+            "simulated_impossible",
+            name=name,
+            value=f"{shown:.6g} {unit}".rstrip(),
+            fault=fault or "is not above zero",
+            hint=hint,
+        )
+
+
+def _insist_on_small(kind: str, name: str, size: float | None) -> None:
+    """Refuse an error that is larger than any reading of its kind."""
+    if size is not None and not abs(size) <= LIMITS[kind][1]:
+        raise InputError.named(
+            "simulated_too_large", name=name, size=size, unit=SI[kind]
+        )
+
+
+def _check_decay(motion: Motion, decay: Decay) -> None:
+    """Refuse an unclear or impossible decay."""
     if (decay.time_constant is None) == (decay.lost is None):
         raise InputError.named("simulated_decay_unclear")
     if decay.lost is not None and not 0 < decay.lost < 1:
         raise InputError.named("simulated_loss_impossible", percent=100 * decay.lost)
-    if truth.motion == "released":
+    if motion == "released":
         raise InputError.named("simulated_release_decays")
 
 

@@ -42,10 +42,11 @@ def draw(name: str, title: str, done: Benchmark) -> bytes:
     from matplotlib.figure import Figure
 
     with figures.own_style(*STYLES):
-        figure = Figure(figsize=(9.0, 7.2), dpi=90, layout="constrained")
-        note = report.labs_text(done)
-        figure.suptitle(f"{title}\n{note}", x=0.01, ha="left", fontsize=10)
-        DRAWINGS[name](figure, done.tables[name])
+        figure = Figure(figsize=(9.0, 7.2), dpi=80, layout="constrained")
+        table = done.tables[name]
+        note = report.labs_text(done) if "labs" in table else ""
+        figure.suptitle(f"{title}\n{note}".strip(), x=0.01, ha="left", fontsize=10)
+        DRAWINGS[name](figure, table)
         return figures.save(figure, "png", 9)
 
 
@@ -84,7 +85,7 @@ def draw_fits(figure: Figure, scores: pd.DataFrame) -> None:
         draw_points(upper, rows, "error", colours)
         draw_points(lower, rows, "coverage", colours)
         lower.axhline(STATED, color=INK, linewidth=1)
-        upper.set_title(textwrap.fill(str(scene), 28), fontsize=9.5)
+        upper.set_title(textwrap.fill(str(scene), 27), fontsize=9)
         upper.set(xscale="log", yscale="log", ylabel="error of I_zz, 68 % are closer")
         lower.set(
             xlabel="CPU time for one lab [s]", ylabel="intervals with the true I_zz"
@@ -92,6 +93,7 @@ def draw_fits(figure: Figure, scores: pd.DataFrame) -> None:
         upper.label_outer()
         lower.label_outer()
         if "process" in rows:
+            upper.plot(rows["process"], rows["error"], ",", color="red")
             for number, row in enumerate(rows.itertuples(), start=1):
                 upper.text(row.process, row.error, str(number), color="red", **CENTRE)
     figure.colorbar(coverage, ax=grid, label="coverage of the 95 % interval")
@@ -168,7 +170,7 @@ def draw_cells(
         ax.contour(limit, [1.0], colors=INK, linestyles="--")
     places = np.ndindex(shape)
     for (y, x), value, does in zip(places, values.flat, cells["does"], strict=True):
-        number = "" if np.isnan(value) else f"{value:.2f}"
+        number = "" if np.isnan(value) else f"{round(value, 2) + 0:.2f}"
         box = {"fill": False, "pad": 2} if value < low or value > high else None
         ax.text(x, y, f"{number} {does}".strip(), bbox=box, **CENTRE)
 

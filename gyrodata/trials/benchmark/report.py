@@ -263,7 +263,7 @@ def curves_title(curves: pd.DataFrame) -> str:
             fastest = good.loc[good["seconds"].idxmin(), "method"]
             words.append(f"{fastest} for an error below {aim:g}")
     return (
-        f"The fastest in time over {turns} turns: {', '.join(words)}.\n"
+        f"The fastest in time over {turns} turns:\n{', '.join(words)}.\n"
         f"Reference: elliptic integrals of the first and third kind (Carlson's forms)"
     )
 
@@ -272,10 +272,13 @@ def map_title(kind: MapKind, table: pd.DataFrame) -> str:
     """Say in how many cells each method fails, and in how many gyro gives no answer."""
     number = table[kind.number]
     fails = (number < kind.good[0]) | (number > kind.good[1])
-    counts = fails.groupby(table["program"], sort=False).sum()
     of_gyro = table[table["program"] == GYRO]
-    words = [f"{program} fails in {count}" for program, count in counts.items()]
-    title = f"{kind.title.capitalize()}: of {len(of_gyro)} cells, {' and '.join(words)}"
+    words = []
+    for program, rows in table[fails].groupby("program", sort=False):
+        where = f" (up to {rows['x'].max():g} rpm)" if kind.is_exact else ""
+        words.append(f"{program} fails in {len(rows)}{where}")
+    failures = " and ".join(words) or "no method fails"
+    title = f"{kind.title.capitalize()}: of {len(of_gyro)} cells, {failures}"
     missing = of_gyro["does"].eq("–").sum()
     return f"{title}; it refuses {missing}" if missing else title
 
@@ -295,7 +298,7 @@ def page(done: Benchmark, own: str) -> str:
 
 def labs_text(done: Benchmark) -> str:
     """Say how many simulated labs are behind each point."""
-    text = f"{done.effort.labs} simulated labs behind each point that has random errors"
+    text = f"{done.effort.labs} simulated labs behind each point"
     return text if done.effort == FULL else f"Quick look: only {text}"
 
 

@@ -278,7 +278,7 @@ def map_title(kind: MapKind, table: pd.DataFrame) -> str:
         where = f" (up to {rows['x'].max():g} rpm)" if kind.is_exact else ""
         words.append(f"{program} fails in {len(rows)}{where}")
     failures = " and ".join(words) or "no method fails"
-    title = f"{kind.title.capitalize()}: of {len(of_gyro)} cells, {failures}"
+    title = f"{kind.title.capitalize()}: of {len(of_gyro)} cells\n{failures}"
     missing = of_gyro["does"].eq("–").sum()
     return f"{title}; it refuses {missing}" if missing else title
 

@@ -28,6 +28,7 @@ from gyrodata.readings.names import (
     squeeze,
     squeezed_names,
 )
+from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import is_of_turns, turns_in
 
 Given = dict[str, tuple[str, int]]
@@ -53,7 +54,7 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _SIGNS_OF_TIME = "|".join(word for word in _NAMES_OF_TIME if word > "\u2e80")
-TIMED = rf"\b{vocabulary.pattern('timed')}|{_SIGNS_OF_TIME}"
+TIMED = rf"\b{vocabulary.pattern('timed')}\w*|{_SIGNS_OF_TIME}"
 """Verbs of a measurement, and words for a time in languages without blanks between
 words."""
 _SMALL = (
@@ -219,6 +220,8 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
         return False  # an uncertainty
     if role == "position":
         behind = "" if from_centre(behind) or origin_in(behind) else behind
+    if re.match(rf"\W*(?:{TIMED})", behind) and not altered_role(behind):
+        behind = ""  # "50 g (measured on the balance)"
     words = f"{re.sub(_NUMBERED, ' ', before)} {'' if turns_in(behind) else behind}"
     return all(map(_is_known, re.findall(r"\w+|\+", words)))
 

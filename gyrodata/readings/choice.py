@@ -11,12 +11,19 @@ from msgspec.structs import replace
 from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
-from gyrodata.readings.headers import are_turns, can_measure, may_number, unused_words
+from gyrodata.readings.headers import (
+    are_turns,
+    can_measure,
+    may_number,
+    parse_header,
+    unused_words,
+)
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of
 from gyrodata.readings.names import Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
+from gyrodata.readings.turns import DIVIDED
 
 _TIMES = ((), ("time",), ("precession_period",))
 """Roles of a header that may be a time of stated turns."""
@@ -37,7 +44,8 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    columns = columns_of(table)
+    legends = _legends_of(table)
+    columns = [_explained(column, legends) for column in columns_of(table)]
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
     columns = _with_counts(columns, choice)
@@ -113,6 +121,35 @@ def _unit_for(role: str, header: Header) -> str | None:
     ends = [end for end in parts[1:] if kind in kinds_of(end)]
     of_spread = header.spread.partition(" ")[2]
     return (ends[-1] if ends else unit or of_spread) or None
+
+
+# Legends
+
+_LEGEND = re.compile(
+    rf"\W*(\w{{1,8}})\s*[=:–-]\s*((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED}).*)"
+)
+"""A line such as "T = time of one turn"; but not "T = t/3"."""
+
+
+def _legends_of(table: layout.Layout) -> dict[str, Header]:
+    """Return what the sentences and the lines of a log say of symbols."""
+    texts = [sentence.text for sentence in table.sentences]
+    texts += [f"{key}: {text.text}" for key, text in table.grid.metadata]
+    clauses = [clause for text in texts for clause in re.split(r"[,;]\s+", text)]
+    matches = filter(None, map(_LEGEND.fullmatch, clauses))
+    return {squeeze(match[1]): parse_header(match[2]) for match in matches}
+
+
+def _explained(column: Chosen, legends: dict[str, Header]) -> Chosen:
+    """Return a column with the role or the turns that a legend gives its symbol."""
+    header = column.header
+    legend = legends.get(squeeze(header.name.partition(" ")[0]), Header(""))
+    if header.turns or legend.is_of_means:
+        return column
+    turns = legend.turns if "time" in header.roles else ""
+    names = tuple(role for role in header.roles if role in legend.roles)
+    names = ("time",) if turns else names or header.roles
+    return replace(column, header=replace(header, roles=names, turns=turns))
 
 
 # By name

@@ -301,7 +301,7 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
-        line = grid.lines[index]
+        line = grid.lines[index] = _without_lone_quotes(grid, index)
         cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
         if max(map(len, cells), default=0) > MAX_CELL:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))
@@ -313,6 +313,15 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             raise faults.refuse("too_many_columns", place, count=len(texts))
         if texts:
             yield Row(index + 1, texts)
+
+
+def _without_lone_quotes(grid: Grid, index: int) -> str:
+    """Return a line in which a lone quote, as a sign for "the same", quotes nothing."""
+    line = grid.lines[index]
+    mark = re.escape(grid.delimiter)
+    lone = rf'(?<![^{mark}])( *)"( *)(?![^{mark}])'
+    without, count = re.subn(lone, r"\1″\2", line)
+    return without if count == line.count('"') else line
 
 
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:

@@ -20,6 +20,7 @@ from gyrodata.readings.names import (
     MAX_HEADER,
     MEAN_WORDS,
     OF_TURNS,
+    SPHERE,
     THEORY_WORDS,
     TOKENS,
     Header,
@@ -200,7 +201,7 @@ def unused_words(header: Header) -> tuple[str, ...]:
 
 
 def _names_place(word: str) -> bool:
-    return _SPHERE.is_in(word) or _TIP.is_in(word)
+    return SPHERE.is_in(word) or _TIP.is_in(word)
 
 
 def _says_number(word: str) -> bool:
@@ -209,4 +210,4 @@ def _says_number(word: str) -> bool:
     return is_name or bool(re.search("[0-9]", word))
 
 
-_SPHERE, _TIP = map(Phrases, ("sphere", "tip"))
+_TIP = Phrases("tip")

@@ -441,8 +441,10 @@ def header_of(role: str, unit: str) -> str:
     return f"{role} [{unit}]" if unit else role
 
 
-UNKNOWN = frozenset({"n/a", "N/A", "n.a.", "#N/A", "NA", "?"})
-"""What students write for a value that they do not know."""
+UNKNOWN = frozenset(
+    {"n/a", "N/A", "n.a.", "#N/A", "NA", "?", "″", '"', "idem", "ditto"}
+)
+"""What students write for a value that they do not know, or for the one above."""
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UNKNOWN
 """What students write if nothing was measured."""
 

@@ -22,6 +22,7 @@ from gyrodata.readings.grid import (
     is_bare,
     is_head,
     is_number,
+    units_of_row,
 )
 from gyrodata.readings.headers import counts_weights, parse_header
 from gyrodata.readings.lablog import Faults, Text
@@ -80,7 +81,11 @@ def find_head(grid: Grid, faults: Faults) -> Row:
 
 
 def _first_of_usual_width(rows: list[Row]) -> Row:
-    """Return the first row that is as wide as most rows."""
+    """Return the first row that is as wide as most rows; or units without names."""
+    for before, row in pairwise(rows):
+        is_below_names = len(before.filled()) == len(row.filled())
+        if len(units_of_row(row.texts)) > 1 and not is_below_names:
+            return row
     widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1)
     usual = max(widths, key=widths.__getitem__, default=0)
     return next((row for row in rows if len(row.texts) == usual), rows[0])

@@ -131,11 +131,12 @@ MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = (
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT = _words("not_the_weight")
+NOT_THE_WEIGHT = _words("not_the_weight") | _words("diameter")
 """Words next to a quantity that is not an added weight, its position, or a spin."""
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = Phrases("spinning")
+SPHERE, DIAMETER = map(Phrases, ("sphere", "diameter"))
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

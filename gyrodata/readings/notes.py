@@ -14,10 +14,12 @@ from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
     BEHIND_FROM,
     CENTRE,
+    FIRST_SIGN,
     FROM,
     NAMES,
     OF_WEIGHT,
     ORIGINS,
+    TOKENS,
     Phrases,
     from_centre,
     known_roles,
@@ -26,7 +28,7 @@ from gyrodata.readings.names import (
     squeeze,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import TURN, words_of_turns
+from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
 
 ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
@@ -45,6 +47,15 @@ _HALF_TURN = (
     rf"(?:\w{{1,3}}\W+)?(?:{TURN}|{'|'.join(_TIMES)}))"
 )
 """A number of turns, which other rules read; or "half time", the middle of a run."""
+_PERIODS = [name for name, named in NAMES.items() if "precession_period" in named]
+_PERIODS = [name for name in _PERIODS if len(name) > 4 or name > FIRST_SIGN]
+_STEM = rf"(?:{'|'.join(name[:-1] for name in _PERIODS)})"
+_PARTS = [word for word, number in NUMBERS.items() if number != "1"]
+_PART_OF_PERIOD = (
+    rf"(?<![^\W\u2e80-\uffef])(?:(?:{'|'.join(map(re.escape, _PARTS))})"
+    rf"\W*(?:\w{{1,3}}\W+){{0,2}}\w?|[2-9] (?!(?:{'|'.join(_PERIODS)})\b)){_STEM}"
+)
+"""Another number of periods than one, such as "pół okresu"."""
 
 
 def altered_role(note: str) -> str:
@@ -55,6 +66,9 @@ def altered_role(note: str) -> str:
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
+    if not is_altered and not turns_in(note):
+        words = " ".join(map(squeeze, TOKENS.split(bare.lower())))
+        is_altered = re.search(_PART_OF_PERIOD, words) is not None
     if not is_altered and not re.search(_SIGNS, bare):
         return ""
     if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):
@@ -162,7 +176,8 @@ def read_notes(grid: Grid, faults: Faults) -> str:
         origin = "both"
     for note, cell in _remarks_in(grid):
         notes.setdefault(note, cell)
-    _warn_of_notes(notes, faults)
+    counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
+    _warn_of_notes(notes, counts, faults)
     return origin
 
 
@@ -188,10 +203,13 @@ def _has_words(text: str) -> bool:
     return (len(words) > 1 and has_long) or _NO_BLANKS.search(text) is not None
 
 
-def _warn_of_notes(notes: dict[str, Text], faults: Faults) -> None:
+def _warn_of_notes(notes: dict[str, Text], counts: set[str], faults: Faults) -> None:
+    """Warn of notes; one on the turns of each time is answered by a line with them."""
     for note, cell in notes.items():
-        if role := altered_role(note).replace("_", " "):
-            faults.add("note", cell, note=note, role=role)
+        role = altered_role(note)
+        is_answered = role in roles.TIMINGS and turns_in(note) in counts
+        if role and not is_answered:
+            faults.add("note", cell, note=note, role=role.replace("_", " "))
 
 
 def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:

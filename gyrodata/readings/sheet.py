@@ -50,8 +50,8 @@ from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
 
 _NOT_MEASURED = Phrases("not_measured")
-_TWO_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}")
-"""Of "2 reflective strips": it is not a number with its unit."""
+_WORDS = re.compile(r"[^\W\d_]{3}\W+[^\W\d_]{3}|_")
+"""Of "2 reflective strips" and "14_A": they are not numbers with their units."""
 _FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
 
 
@@ -165,7 +165,7 @@ class _Sheet:
             return
         if is_head(row) or row.texts == table.head.texts:
             self._begin_next(row)
-        elif table.is_new and (units := units_of_row(row.texts)):
+        elif units := self._units_of(row):
             self._take_units(units)
         elif _is_taken_out(row):
             self._leave_out("taken_out", row)
@@ -194,6 +194,12 @@ class _Sheet:
             return row
         self.left_out["title"].append((row, beyond[0]))
         return replace(row, texts=row.texts[:width])
+
+    def _units_of(self, row: Row) -> list[str]:
+        """Return the units of a row below the names; [] if it is another row."""
+        has_units = any(header.unit for header in self.table.headers)
+        is_below = self.table.is_new or not has_units
+        return units_of_row(row.texts) if is_below else []
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""
@@ -285,7 +291,7 @@ class _Sheet:
         if self.columns:
             self._check_columns(table)
         else:
-            self.columns = list(table.columns)
+            self.columns = table.columns
 
     def _why_skipped(self, means: bool) -> str:
         """Return the name of the note if the rows of a table are not runs; else ""."""
@@ -316,7 +322,7 @@ class _Sheet:
         The last ones, such as notes, may be missing.
         """
         names = [cell.text for cell, _ in self.columns]
-        row = self.grid.delimiter.strip().join(names)
+        row = self.grid.delimiter.join(names)
         for at, (cell, header) in enumerate(table.columns):
             old = self.columns[at] if at < len(names) else None
             is_same = old is not None and _are_same(old, (cell, header))
@@ -497,7 +503,7 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
 
 
 def _is_quantity(text: str) -> bool:
-    return is_number(text) and not _TWO_WORDS.search(text)
+    return is_number(text) and not _WORDS.search(text)
 
 
 def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:

@@ -11,9 +11,10 @@ from msgspec import Struct
 from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
 from gyrodata.readings.grid import is_bare
+from gyrodata.readings.headers import counts_weights
 from gyrodata.readings.lablog import header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.names import MAX_HEADER, PRECESSION
+from gyrodata.readings.names import DIAMETER, MAX_HEADER, PRECESSION
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.unnamed import suggest_role
 
@@ -51,6 +52,15 @@ class Lack(Struct, frozen=True, dict=True):
         fitting = [one for one in unplaced if kind_of_role(self.role) in one.kinds]
         nameless = list(filter(is_nameless, unplaced))
         return self._similar(named) or fitting or nameless
+
+    @cached_property
+    def instead(self) -> str:
+        """What to write instead of a diameter, or of numbers of weights; else ""."""
+        headers = [column.header for column in self.likely]
+        if self.role == "mass" and any(map(counts_weights, headers)):
+            return "the mass of all the weights that hang there"
+        is_diameter = any(DIAMETER.is_in(header.text) for header in headers)
+        return "half of it" if self.role == "position" and is_diameter else ""
 
     def _similar(self, named: list[Chosen]) -> list[Chosen]:
         """Return the columns whose name is nearly one of the role."""
@@ -100,6 +110,8 @@ def _guess(lack: Lack) -> str:
     [column] = lack.likely
     if lack.role == "turns":
         return _what_it_counts(column)
+    if lack.instead:
+        return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
     meaning = roles.BY_NAME[lack.role].meaning
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
@@ -176,7 +188,7 @@ def likely_headers(missing: list[str], choice: Choice) -> dict[int, str]:
     headers: dict[int, str] = dict(choice.corrected)
     for role in missing:
         lack = Lack(role, tuple(missing), choice)
-        if len(lack.likely) == 1:
+        if len(lack.likely) == 1 and not lack.instead:
             column = lack.likely[0]
             headers.setdefault(column.at, lack.named(column))
     return headers
@@ -194,8 +206,7 @@ def header_row(
     if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
         return ""
     headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
-    delimiter = table.grid.delimiter.strip() or ", "
-    return delimiter.join(map(_as_cell, [*headers, *added]))
+    return table.grid.delimiter.join(map(_as_cell, [*headers, *added]))
 
 
 def _as_cell(header: str) -> str:

@@ -44,7 +44,7 @@ _SIGNS = f"(?<!第)(?:{_SIGNS})"
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
 """Stands for a word for a turn, or for its beginning: a letter that no log contains."""
-_ONE_TURN, _DIVIDED = map(vocabulary.pattern, ("one_turn", "divided"))
+_ONE_TURN, DIVIDED = map(vocabulary.pattern, ("one_turn", "divided"))
 _FULL_TURN = rf"{MARK}\w*\s+{vocabulary.pattern('full')}"
 """In "vuelta completa"."""
 _PARTS_OF_ONE = {
@@ -156,7 +156,7 @@ def _count_of_turns(marked: str) -> str | None:
     """
     if re.search(_AND_A_HALF, marked):
         return ""  # nothing here reads a number from "1 tour et demi"
-    if re.search(_DIVIDED, marked) and re.search(
+    if re.search(DIVIDED, marked) and re.search(
         rf"[0-9]\s*(?:\w{{1,30}}+\s+)?{MARK}", marked
     ):
         return "1"  # "we timed 3 turns and divided"

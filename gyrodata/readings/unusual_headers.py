@@ -40,7 +40,7 @@ from gyrodata.readings.turns import (
     words_of_turns,
 )
 
-_WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
+_WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789", "${}")
 _SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
 _CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
@@ -184,7 +184,8 @@ def _is_set_apart(split: _Split) -> bool:
         kinds = kinds_of(split.unit)
         return split.mark == "bracket" or kinds in _KINDS_OF_BARE_UNITS
     if name_roles(split.name)[0]:
-        return squeeze(split.unit) not in SYMBOLS
+        is_name = not split.mark and kinds_of(split.unit) == OF_TURNS
+        return not is_name and squeeze(split.unit) not in SYMBOLS
     return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
 
 

@@ -15,6 +15,7 @@ from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings.grid import Row, filled_at
 from gyrodata.readings.headers import parse_header
+from gyrodata.readings.lablog import Text
 from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
@@ -61,8 +62,8 @@ _SMALL = (
     SMALL_WORDS | CENTRE_WORDS | TRIAL_WORDS | frozenset().union(*BESIDE.values())
 ) | set(squeezed_names(",".join(vocabulary.words("caption").split())))
 """Words next to a quantity of a run that do not say of what it is."""
-_NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])"
-"""The number of a weight or a run: "Weight 1:", "m1 ="."""
+_NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])|=\s*[0-9/]+(?=\s)"
+"""The number of a weight or a run: "Weight 1:", "m1 ="; and "turns=1"."""
 _ROD = Phrases("rod")
 _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "note"})
 
@@ -231,6 +232,21 @@ def _is_known(word: str) -> bool:
     if squeeze(word).lower() in _SMALL or re.fullmatch(TIMED, word):
         return not word.isdigit()
     return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
+
+
+def _kinds_in(sentence: str) -> Iterator[frozenset[str]]:
+    for match in QUANTITY.finditer(sentence):
+        yield kinds_of(match[2] or match[3])
+
+
+def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:
+    """Quote the sentences with a quantity of one of some kinds, for a hint."""
+    texts = [
+        f'"{sentence.text}"'
+        for sentence in sentences
+        if any(map(kinds.intersection, _kinds_in(sentence.text)))
+    ]
+    return f"; the log says {', '.join(texts[:3])}" if texts else ""
 
 
 # --- Turns ---

@@ -133,8 +133,7 @@ _LEGEND = re.compile(
 
 def _legends_of(table: layout.Layout) -> dict[str, Header]:
     """Return what the sentences and the lines of a log say of symbols."""
-    texts = [sentence.text for sentence in table.sentences]
-    texts += [f"{key}: {text.text}" for key, text in table.grid.metadata]
+    texts = [statement.text for statement in table.statements]
     clauses = [clause for text in texts for clause in re.split(r"[,;]\s+", text)]
     matches = filter(None, map(_LEGEND.fullmatch, clauses))
     return {squeeze(match[1]): parse_header(match[2]) for match in matches}

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from gyrodata.base import diagnostics
 from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import quoted
 from gyrodata.readings.compared import turns_of
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, header_of, listing
 from gyrodata.readings.layout import Choice
@@ -76,6 +77,7 @@ def _ask_for(
     added = [header for header in usual if header not in likely.values()]
     row = header_row(table, likely, added)
     message, hint = question_of(missing, choice, row)
+    message += quoted(set(map(kind_of_role, missing)), table.statements)
     faults.add("missing", message=message, hint=hint)
 
 

@@ -436,7 +436,7 @@ def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     return ", ".join(shown) + more
 
 
-def header_of(role: str, unit: str) -> str:
+def header_of(role: str, unit: str = "") -> str:
     """Return the header of a column: ``mass [g]``, ``turns``."""
     return f"{role} [{unit}]" if unit else role
 

@@ -25,7 +25,7 @@ from gyrodata.readings.grid import (
     units_of_row,
 )
 from gyrodata.readings.headers import counts_weights, parse_header
-from gyrodata.readings.lablog import Faults, Text
+from gyrodata.readings.lablog import Faults, Text, header_of
 from gyrodata.readings.names import (
     Header,
     Phrases,
@@ -57,6 +57,16 @@ class Layout(Struct, frozen=True):
     """The runs; each row has at least as many cells as the header."""
     sentences: list[Text]
     """The comments, and the rows of text above, between and below the runs."""
+
+    @property
+    def statements(self) -> list[Text]:
+        """The sentences, and the "key: value" lines with other keys than those of gyro."""
+        lines = [
+            replace(text, text=f"{key.replace('_', ' ')}: {text.text}")
+            for key, text in self.grid.metadata
+            if not roles.is_key(key)
+        ]
+        return [*self.sentences, *lines]
 
 
 # --- The header row ---
@@ -178,7 +188,7 @@ def layout_of(
     `words` are the rows of text around the runs.
     """
     if not rows:
-        raise faults.refuse("no_runs")
+        raise faults.refuse("no_runs", sample=_sample_of(grid))
     _check_header(columns, rows, faults)
     cells = [
         cell if cell.text else replace(cell, text=f"column {number}")
@@ -187,6 +197,21 @@ def layout_of(
     texts = [Text(" ".join(row.texts), grid.cell(row, 0).place) for row in words]
     headers = [header for _, header in columns]
     return Layout(grid, cells, headers, rows, [*grid.comments, *texts])
+
+
+def _sample_of(grid: Grid) -> str:
+    """Return a header and the first run that sentences give, as they should be typed."""
+    first: dict[str, str] = {}
+    for row in grid.rows:
+        said = captions.said_in(row, with_time=True)
+        first = {role: text for role, (text, _) in said.items()} | first
+        if first.keys() >= {"mass", "position", "spin", "time"}:
+            texts = {role: text.split(" ") for role, text in first.items()}
+            headers = "; ".join(header_of(one, *texts[one][1:]) for one in texts)
+            return (
+                f", such as\n{headers}\n{'; '.join(one[0] for one in texts.values())}"
+            )
+    return ""
 
 
 def _check_header(columns: list[HeaderCell], rows: list[Row], faults: Faults) -> None:

@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
-from gyrodata.readings.captions import said_in
+from gyrodata.readings.captions import quoted, said_in
 from gyrodata.readings.grid import Row
 from gyrodata.readings.lablog import Column, Faults, Text
-from gyrodata.readings.names import from_centre, origin_in
+from gyrodata.readings.names import SPHERE, from_centre, origin_in
 from gyrodata.readings.settings import Settings
 
 _ARM_DIFFERS = 0.05
@@ -43,7 +43,10 @@ def count_from_centre(
     length = settings.constants.get(key)
     if length is None:
         centre = '; if they count from the centre: "# position_from: centre"'
-        faults.add(unknown, position.place(0), otherwise="" if is_line else centre)
+        of_ball = [text for text in sentences if SPHERE.is_in(text.text)]
+        said = quoted({"length"}, of_ball)
+        otherwise = said if is_line else said + centre
+        faults.add(unknown, position.place(0), otherwise=otherwise)
         return 0.0
     columns["position"] = _moved(position, origin, share * length, faults)
     u = settings.uncertainties.get(f"u_{key}")

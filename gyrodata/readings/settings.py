@@ -27,7 +27,16 @@ from gyrodata.readings.lablog import (
     Text,
     listing,
 )
-from gyrodata.readings.names import from_centre, known_roles, name_roles, reported_key
+from gyrodata.readings.names import (
+    DIAMETER,
+    SPHERE,
+    UNSURE_WORDS,
+    from_centre,
+    known_roles,
+    name_roles,
+    reported_key,
+    squeezed_words,
+)
 from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
 
@@ -163,7 +172,7 @@ class _Lines:
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
-        known = key.lower()
+        known = _constant_of_ball(key, text.text) or key.lower()
         if _is_report(key, text.text):
             self.report(key, text)
         elif known in roles.KEYS and not _is_remark(known, text.text):
@@ -199,6 +208,15 @@ class _Lines:
         self.settings.reported[name] = read
         if read.problem:
             self.faults.add("reported_value", text, name=name, problem=read.problem)
+
+
+def _constant_of_ball(key: str, value: str) -> str:
+    """Return "ball_diameter" for "diamètre de la boule: 10,16 cm"; else ""."""
+    words = key.replace("_", " ")
+    is_length = re.match(r"[0-9]", value) and "length" in kinds_of(value.split()[-1])
+    names_it = SPHERE.is_in(words) and DIAMETER.is_in(words)
+    is_u = not UNSURE_WORDS.isdisjoint(squeezed_words(words))
+    return "ball_diameter" if is_length and names_it and not is_u else ""
 
 
 def _given_twice(before: Reported, line: int) -> Reported:

@@ -245,7 +245,7 @@ class TableReader:
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
         self._use_stated_turns(columns, runs)
-        sentences = self.table.sentences
+        sentences = self.table.statements
         origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
         others = self._read_others(rows) if self.choice.others else []
         if others:

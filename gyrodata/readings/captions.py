@@ -50,7 +50,7 @@ QUANTITY = re.compile(
     rf"(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 )
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
-SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
+SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin", "time": "time"}
 """Roles of the quantities in sentences, by their kind."""
 
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
@@ -71,7 +71,7 @@ _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "
 # --- Sentences ---
 
 
-def said_in(row: Row, with_time: bool = False) -> Given:
+def said_in(row: Row) -> Given:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
     filled = filled_at(row)
     if sum(len(row.texts[at]) for at in filled) > MAX_SENTENCES:
@@ -80,7 +80,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     found: dict[str, dict[str, int]] = {}
     for start, sentence in _sentences(whole):
-        for role, text, place in _statements(sentence, start, ends, with_time):
+        for role, text, place in _statements(sentence, start, ends):
             cell = filled[min(bisect(ends, start + place), len(filled) - 1)]
             found.setdefault(role, {}).setdefault(text, cell)
     # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
@@ -139,7 +139,7 @@ def _value_of(text: str) -> object:
 
 
 def _statements(
-    sentence: str, start: int, ends: list[int], with_time: bool
+    sentence: str, start: int, ends: list[int]
 ) -> Iterator[tuple[str, str, int]]:
     """Yield role, text and place of each quantity that a sentence gives for runs.
 
@@ -154,20 +154,16 @@ def _statements(
         Place of the sentence in the row.
     ends : list of int
         Places in the row at which its cells end.
-    with_time : bool
-        Whether times are read too.
     """
     if "?" in sentence:
         return
-    yield from _quantities(sentence, [end - start for end in ends], with_time)
+    yield from _quantities(sentence, [end - start for end in ends])
     turns = _turns_of_sentence(sentence)
     if turns:
         yield "turns", turns, len(sentence)
 
 
-def _quantities(
-    sentence: str, ends: list[int], with_time: bool
-) -> Iterator[tuple[str, str, int]]:
+def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]]:
     """Yield role, text and place of each quantity, up to the first that is of no run."""
     bare = _without_brackets(sentence)
     end = 0
@@ -175,7 +171,7 @@ def _quantities(
         number = match[1] or match[4]
         unit = match[2] or match[3]
         before = bare[end : match.start()]
-        role = _role_of(unit, with_time)
+        role = _role_of(unit)
         end = match.end() if kinds_of(unit) else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue
@@ -186,11 +182,10 @@ def _quantities(
         yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
 
 
-def _role_of(unit: str, with_time: bool) -> str:
+def _role_of(unit: str) -> str:
     """Return the role of a quantity in a sentence, by its unit; else ""."""
     kinds = kinds_of(unit)
-    role = next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
-    return role or ("time" if with_time and "time" in kinds else "")
+    return next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
 
 
 def _without_brackets(sentence: str) -> str:

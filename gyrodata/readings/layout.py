@@ -203,7 +203,7 @@ def _sample_of(grid: Grid) -> str:
     """Return a header and the first run that sentences give, as they should be typed."""
     first: dict[str, str] = {}
     for row in grid.rows:
-        said = captions.said_in(row, with_time=True)
+        said = captions.said_in(row)
         first = {role: text for role, (text, _) in said.items()} | first
         if first.keys() >= {"mass", "position", "spin", "time"}:
             texts = {role: text.split(" ") for role, text in first.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import cache
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -47,15 +48,20 @@ _HALF_TURN = (
     rf"(?:\w{{1,3}}\W+)?(?:{TURN}|{'|'.join(_TIMES)}))"
 )
 """A number of turns, which other rules read; or "half time", the middle of a run."""
-_PERIODS = [name for name, named in NAMES.items() if "precession_period" in named]
-_PERIODS = [name for name in _PERIODS if len(name) > 4 or name > FIRST_SIGN]
-_STEM = rf"(?:{'|'.join(name[:-1] for name in _PERIODS)})"
-_PARTS = [word for word, number in NUMBERS.items() if number != "1"]
-_PART_OF_PERIOD = (
-    rf"(?<![^\W\u2e80-\uffef])(?:(?:{'|'.join(map(re.escape, _PARTS))})"
-    rf"\W*(?:\w{{1,3}}\W+){{0,2}}\w?|[2-9] (?!(?:{'|'.join(_PERIODS)})\b)){_STEM}"
-)
-"""Another number of periods than one, such as "pół okresu"."""
+
+
+@cache
+def _part_of_period() -> str:
+    """Return a pattern of another number of periods than one, such as "pół okresu"."""
+    parts = "|".join(re.escape(word) for word in NUMBERS if NUMBERS[word] != "1")
+    periods = [name for name in NAMES if "precession_period" in NAMES[name]]
+    stems = "|".join(
+        name[:-1] for name in periods if len(name) > 4 or name > FIRST_SIGN
+    )
+    return (
+        rf"(?<![^\W\u2e80-\uffef])(?:(?:{parts})\W*(?:\w{{1,3}}\W+){{0,2}}\w?"
+        rf"|[2-9] (?!(?:{'|'.join(periods)})\b))(?:{stems})"
+    )
 
 
 def altered_role(note: str) -> str:
@@ -68,7 +74,7 @@ def altered_role(note: str) -> str:
     is_altered = ALTERED.is_in(bare)
     if not is_altered and not turns_in(note):
         words = " ".join(map(squeeze, TOKENS.split(bare.lower())))
-        is_altered = re.search(_PART_OF_PERIOD, words) is not None
+        is_altered = re.search(_part_of_period(), words) is not None
     if not is_altered and not re.search(_SIGNS, bare):
         return ""
     if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):
@@ -176,8 +182,7 @@ def read_notes(grid: Grid, faults: Faults) -> str:
         origin = "both"
     for note, cell in _remarks_in(grid):
         notes.setdefault(note, cell)
-    counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
-    _warn_of_notes(notes, counts, faults)
+    _warn_of_notes(notes, grid, faults)
     return origin
 
 
@@ -203,8 +208,9 @@ def _has_words(text: str) -> bool:
     return (len(words) > 1 and has_long) or _NO_BLANKS.search(text) is not None
 
 
-def _warn_of_notes(notes: dict[str, Text], counts: set[str], faults: Faults) -> None:
+def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
     """Warn of notes; one on the turns of each time is answered by a line with them."""
+    counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
     for note, cell in notes.items():
         role = altered_role(note)
         is_answered = role in roles.TIMINGS and turns_in(note) in counts

@@ -30,12 +30,10 @@ from gyrodata.readings.lablog import (
 from gyrodata.readings.names import (
     DIAMETER,
     SPHERE,
-    UNSURE_WORDS,
     from_centre,
     known_roles,
     name_roles,
     reported_key,
-    squeezed_words,
 )
 from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
@@ -172,7 +170,7 @@ class _Lines:
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
-        known = _constant_of_ball(key, text.text) or key.lower()
+        known = _known_key(key, text.text)
         if _is_report(key, text.text):
             self.report(key, text)
         elif known in roles.KEYS and not _is_remark(known, text.text):
@@ -210,13 +208,14 @@ class _Lines:
             self.faults.add("reported_value", text, name=name, problem=read.problem)
 
 
-def _constant_of_ball(key: str, value: str) -> str:
-    """Return "ball_diameter" for "diamètre de la boule: 10,16 cm"; else ""."""
+def _known_key(key: str, value: str) -> str:
+    """Return a key in small letters; ball_diameter for "diamètre de la boule: 10 cm"."""
     words = key.replace("_", " ")
-    is_length = re.match(r"[0-9]", value) and "length" in kinds_of(value.split()[-1])
-    names_it = SPHERE.is_in(words) and DIAMETER.is_in(words)
-    is_u = not UNSURE_WORDS.isdisjoint(squeezed_words(words))
-    return "ball_diameter" if is_length and names_it and not is_u else ""
+    is_diameter = SPHERE.is_in(words) and DIAMETER.is_in(words)
+    is_length = re.match("[0-9]", value) and "length" in kinds_of(value.split()[-1])
+    if is_diameter and is_length and key.lower() not in roles.KEYS:
+        return "ball_diameter"
+    return key.lower()
 
 
 def _given_twice(before: Reported, line: int) -> Reported:

@@ -126,16 +126,16 @@ def _unit_for(role: str, header: Header) -> str | None:
 # Legends
 
 _LEGEND = re.compile(
-    rf"\W*(\w{{1,8}})\s*[=:–-]\s*((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED}).*)"
+    r"(?m)(?:^|[,;]\s)\W*(\w{1,8})\s*[=:–-]\s*"
+    rf"((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED})(?:[^,;\n]|[,;](?!\s))*)"
 )
 """A line such as "T = time of one turn"; but not "T = t/3"."""
 
 
 def _legends_of(table: layout.Layout) -> dict[str, Header]:
     """Return what the sentences and the lines of a log say of symbols."""
-    texts = [statement.text for statement in table.statements]
-    clauses = [clause for text in texts for clause in re.split(r"[,;]\s+", text)]
-    matches = filter(None, map(_LEGEND.fullmatch, clauses))
+    text = "\n".join(statement.text for statement in table.statements)
+    matches = _LEGEND.finditer(text)
     return {squeeze(match[1]): parse_header(match[2]) for match in matches}
 
 

@@ -66,6 +66,17 @@ def test_note_on_another_number_of_periods_is_a_doubt(note: str) -> None:
     assert codes(f"{log(PERIOD)}# {note}\n", "warning") == ["G240"]
 
 
+@pytest.mark.parametrize(
+    "note",
+    [
+        "careful: mass and position columns are swapped",
+        "Achtung: Spalten Masse und Abstand vertauscht",
+    ],
+)
+def test_note_on_swapped_columns_is_a_doubt(note: str) -> None:
+    assert codes(f"{log(PERIOD)}# {note}\n", "warning") == ["G240"]
+
+
 @pytest.mark.parametrize("note", ["medimos un periodo", "run 3 has a long period"])
 def test_note_on_one_period_is_no_doubt(note: str) -> None:
     assert codes(f"{log(PERIOD)}# {note}\n", "warning") == []

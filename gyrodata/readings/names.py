@@ -136,7 +136,8 @@ NOT_THE_WEIGHT = _words("not_the_weight") | _words("diameter")
 MOTION_WORDS = _words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = Phrases("spinning")
-SPHERE, DIAMETER = map(Phrases, ("sphere", "diameter"))
+SPHERE = Phrases("sphere")
+DIAMETER = Phrases("diameter")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

@@ -344,7 +344,7 @@ ASKED = {
     "the turns as numbers": "G301",
     "ten turns of the disk in the header": "G301",
     "quotes of a word processor": "G202",
-    "ditto marks between tabs": "G209",
+    "ditto marks between tabs": "G203",
     "a legend in quotes": "G203",
     "a result below the table": "G205",
     "footnotes": "G205",

@@ -587,7 +587,7 @@ ASKED_FORMS = {
     "remarks behind %": "G301",
     "a remark on turns and a text about turns": "G301",
     "units in a sentence, with that of the spin in words": "G207",
-    "letters explained below": "G207",
+    "letters explained below": "G206",
     "turns behind time": "G306",
     "a legend": "G206",
     "a legend in German": "G206",

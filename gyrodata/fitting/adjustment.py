@@ -534,9 +534,7 @@ def adjust(
         plain[:, :3] = at.to_unknowns * scale
         plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
         weight = kept / np.sqrt(at.independent_variance)
-        np.multiply(plain, weight[:, None], out=rows[:count, :-1])
-        rows[:count, -1] = -at.misclosure * weight
-        rows[count:, -1] = -unknowns[1:]
+        _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
         whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
@@ -558,13 +556,12 @@ def adjust(
         chi2 = float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
         if not LOST < unknowns[0] < 1 / LOST:
             break
-        sizes = np.abs(step)
         last = moved
-        moved = float(sizes.max())
-        jumped = float(sizes[:2].max())
+        moved = float(np.abs(step).max())
+        jumped = float(np.abs(step[:2]).max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
-        converged = moved < 1e-11 or (turn > 0 and moved**2 < 1e-8 * min(last, 1.0))
-        converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
+        is_small = moved < 1e-11 or (turn > 0 and moved**2 < 1e-8 * min(last, 1.0))
+        converged = is_small or (turn > 3 and abs(before - chi2) <= 1e-13 * chi2)
         if converged:
             break
     inverse = np.linalg.inv(triangle)
@@ -572,8 +569,7 @@ def adjust(
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
-    own = at.independent_variance
-    outside = own + np.add.reduce((plain @ inverse) ** 2, axis=1)
+    outside = at.independent_variance + np.add.reduce((plain @ inverse) ** 2, axis=1)
     gain = q @ inverse[0] * scale[0]
     adjusted = Adjusted(
         problem=problem,
@@ -586,14 +582,26 @@ def adjust(
         rows=rows[:count, :-1],
         kept=kept,
         weighted=weighted,
-        independent_variance=own,
-        deviations=sense * closed / np.sqrt(np.where(kept > 0, own * rest, outside)),
+        independent_variance=at.independent_variance,
+        deviations=sense
+        * closed
+        / np.sqrt(np.where(kept > 0, at.independent_variance * rest, outside)),
         influence=gain[:count] * weighted / rest,
         chi2=chi2,
         converged=bool(converged),
     )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
+
+
+def _fill(
+    rows: Floats, plain: Floats, weight: Floats, misclosure: Floats, unknowns: Floats
+) -> None:
+    """Write the weighted conditions of n runs into their rows, and the targets."""
+    count = len(misclosure)
+    np.multiply(plain, weight[:, None], out=rows[:count, :-1])
+    rows[:count, -1] = -misclosure * weight
+    rows[count:, -1] = -unknowns[1:]
 
 
 def _onto_conditions(at: Linear, inertia: float) -> Floats:

@@ -387,7 +387,7 @@ def _draw_runs(
             label += f"\n{with_u(group.summary.product)} rad²/s²"
         if rank % _labelled(scene):
             label = "_"
-        _draw_marks(ax, scene, group, at_x, at_y, label)
+        _draw_marks(ax, scene, group, np.array([at_x, at_y]), label)
     if x_u.any() or y_u.any():
         of_bars: Any = list(colours[inside])
         ax.errorbar(
@@ -416,17 +416,19 @@ def _draw_runs(
 
 
 def _draw_marks(
-    ax: Axes, scene: Scene, group: Group, x: Floats, y: Floats, label: str
+    ax: Axes, scene: Scene, group: Group, points: Floats, label: str
 ) -> None:
-    """Draw the runs of one torque, full or hollow; the first ones are in the legend."""
+    """Draw the runs of one torque, full or hollow; the first ones are in the legend.
+
+    `points` contains x and y of all runs, shape (2, n).
+    """
     colour = group.look.colour
     for hollow in (False, True):
         members = [i for i in group.members if scene.hollow[i] == hollow]
         if not members:
             continue
         ax.plot(
-            x[members],
-            y[members],
+            *points[:, members],
             linestyle="none",
             marker=group.look.marker,
             color=colour,

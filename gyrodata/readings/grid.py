@@ -90,6 +90,14 @@ class Grid(Struct, frozen=True):
         """Return the place of a cell, by its number."""
         return find_place(self.lines, self.delimiter, spot)
 
+    def remarks(self) -> list[Text]:
+        """Return the "key: value" lines with other keys than those of gyro."""
+        return [
+            replace(text, text=f"{key.replace('_', ' ')}: {text.text}")
+            for key, text in self.metadata
+            if not roles.is_key(key)
+        ]
+
     def first_cell(self, row: Row) -> Text:
         """Return the first cell of a row that is not blank."""
         return self.cell(row, filled_at(row)[0])

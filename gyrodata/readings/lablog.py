@@ -383,6 +383,11 @@ class Faults:
         self.add(name, place, **values)
         return InputError(self.found)
 
+    def take_back(self, name: str, line: int) -> None:
+        """Remove the messages of one kind about a line."""
+        code = diagnostics.message(name).code
+        self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
+
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet and the row of a line; without a workbook, no sheet and the line."""
         sheets = [one for one in self.sheets if one[0] <= line]

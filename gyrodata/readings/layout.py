@@ -61,12 +61,7 @@ class Layout(Struct, frozen=True):
     @property
     def statements(self) -> list[Text]:
         """The sentences, and the "key: value" lines with other keys than those of gyro."""
-        lines = [
-            replace(text, text=f"{key.replace('_', ' ')}: {text.text}")
-            for key, text in self.grid.metadata
-            if not roles.is_key(key)
-        ]
-        return [*self.sentences, *lines]
+        return [*self.sentences, *self.grid.remarks()]
 
 
 # --- The header row ---

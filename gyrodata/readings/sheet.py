@@ -79,7 +79,8 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
     lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
     if not lacking:
         return grid
-    rows = [Row(text.place.line, [f"# {text.text}"]) for text in grid.comments]
+    lines = [*grid.comments, *grid.remarks()]
+    rows = [Row(text.place.line, [f"# {text.text}"]) for text in lines]
     added = [row for row in rows if lacking.intersection(said_in(row))]
     return replace(grid, rows=[*added, *grid.rows])
 
@@ -374,8 +375,9 @@ class _Sheet:
                 self._leave_out("summary", part.pop())
         self._note_left_out()
         for cell, said in self.captions:
-            line = [cell.place.line]
-            self.faults.add("caption", cell, line=line, said=said)
+            line = cell.place.line
+            self.faults.add("caption", cell, line=[line], said=said)
+            self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = [row for part in parts for row in part]
         return layout_of(self.grid, self.columns, rows, self.sentences, self.faults)

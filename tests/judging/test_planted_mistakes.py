@@ -141,13 +141,13 @@ PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]
         list,
         {},
         ["# g: 981 m/s^2"],
-        r"g is between 9\.7 and 9\.9",
+        r"usual are 9\.7 to 9\.9",
     ),
     "17 g in cm/s^2 that is in m/s^2": (
         list,
         {},
         ["# g: 9.81 cm/s^2"],
-        r"g is between 9\.7 and 9\.9",
+        r"usual are 9\.7 to 9\.9",
     ),
     "18 a hanger of 5 g forgotten": (
         changed(MASS, lambda v: v - 5.0),

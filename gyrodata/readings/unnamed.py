@@ -50,6 +50,10 @@ _NUMBERED = r"[^\[^]*[0-9]|[σε]\w"
 its unit."""
 
 
+OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
+"""Beginnings of the names of differences and of uncertainties, in small letters."""
+
+
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
     if not choice.gives_turns() and not any(time.turns for time in choice.times()):
@@ -132,6 +136,8 @@ def _fitting(role: str, choice: Choice) -> list[Chosen]:
 
 
 def _unit_suffices(role: str, header: Header) -> bool:
+    if header.text.lower().startswith(OF_DIFFERENCES):
+        return False
     return not _says_little(header) or suggest_role(header.text) == role
 
 

@@ -252,3 +252,31 @@ def test_runs_in_sentences_are_shown_as_rows(lines: str) -> None:
     typed = read_log(f"# turns: 1\n{asked.hint.partition('such as')[2]}\n")
     assert typed.ok
     assert set(typed.columns) == {"mass", "position", "spin", "time", "turns"}
+
+
+LACKS_POSITION = (
+    "mass [g],spin [rpm],time [s],turns\n20.1,400,41.1,1\n40.3,200,10.3,1\n"
+)
+
+
+@pytest.mark.parametrize(
+    "line", ["# x = 14.8 cm", "# arm: 14.8 cm", "# r = 14.8 cm from the centre"]
+)
+@pytest.mark.parametrize("is_above", [True, False])
+def test_a_line_with_a_key_in_other_words_gives_what_lacks(
+    line: str, is_above: bool
+) -> None:
+    parts = [f"{line}\n", LACKS_POSITION]
+    log = read_log("".join(parts if is_above else parts[::-1]).encode())
+    assert log.columns["position"].values == pytest.approx((0.148, 0.148))
+    assert "G305" not in [each.code for each in log.diagnostics]
+
+
+@pytest.mark.parametrize("name", ["Δx (cm)", "± (cm)", "δ (cm)", "delta x (cm)"])
+def test_a_column_of_differences_is_never_the_reading(name: str) -> None:
+    table = f"mass [g],{name},spin [rpm],time [s],turns\n20.1,0.1,400,41.1,1\n"
+    log = read_log((table + "40.3,0.1,200,10.3,1\n").encode())
+    assert "position" not in log.columns
+    assert [each.code for each in log.diagnostics if each.severity == "error"] == [
+        "G301"
+    ]

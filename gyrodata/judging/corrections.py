@@ -416,7 +416,7 @@ def _like(number: str, text: str) -> str:
 
 
 class Prediction:
-    """What the fit of some runs predicts for the times of the others."""
+    """Predictions of the fit of some runs for the times of the others."""
 
     def __init__(self, measured: Measurements, others: fitting.FitResult) -> None:
         """`others` is a fit of `measured` without some runs."""

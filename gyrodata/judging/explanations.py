@@ -109,7 +109,7 @@ class Hypothesis(Struct, frozen=True):
 
 
 class Diagnosis(Struct, frozen=True):
-    """What explains that the runs of a log do not agree."""
+    """Explanations of a log whose runs do not agree."""
 
     explanations: tuple[Explanation, ...] = ()
     """The probable ones, the most probable first; empty if there is none."""

@@ -54,7 +54,7 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> 
 @pytest.mark.slow
 def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     log = write(draw(Bench(repeats=3, hand=0.5), 3), "# u_time: 0.14 s")
-    found = json.loads(selfcheck(log, 200, "--format", "json"))
+    found = json.loads(selfcheck(log, 80, "--format", "json"))
     assert found["scatter"] == pytest.approx(0.5 / 0.14, rel=0.4)
     stated, own = (
         found[table][0] for table in ("estimators", "estimators_with_scatter")

@@ -200,7 +200,7 @@ def _of_bench(lines: Mapping[str, str]) -> dict[str, Uncertainty]:
         for key, text in lines.items()
         if key.startswith("u_")
     ]
-    return read_settings([], given, Faults(""), True).uncertainties
+    return read_settings([], [], given, Faults(""), True).uncertainties
 
 
 def _stated_by_bench(role: str, bench: Mapping[str, Uncertainty]) -> Uncertainty | None:

@@ -633,6 +633,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
         try:
             read_settings(
                 [],
+                [],
                 [Given(key, text, key, None)] if key != "from" else [],
                 Faults(""),
                 True,

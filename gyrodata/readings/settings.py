@@ -137,6 +137,7 @@ def _did_you_mean(name: str, known: list[str]) -> str:
 
 def read_settings(
     metadata: Sequence[tuple[str, Text]],
+    comments: Sequence[Text],
     options: Sequence[Given],
     faults: Faults,
     ask: bool,
@@ -151,6 +152,8 @@ def read_settings(
     lines = _Lines(Settings(), faults, ask)
     for key, text in metadata:
         lines.take(key, text)
+    for comment in comments:
+        _look_at_comment(comment, faults)
     for item in options:
         # The log itself knows its lab better than the file of the bench.
         if item.key not in lines.texts or not item.label.startswith("--config"):
@@ -262,6 +265,12 @@ def _readings_named(key: str) -> list[str]:
     bare = re.sub(r"_?[0-9]{1,2}$", "", key)
     named = name_roles(key)[0] if "_" in key else known_roles(bare)
     return [role for role in named if roles.kind_of_role(role) != "text"]
+
+
+def _look_at_comment(comment: Text, faults: Faults) -> None:
+    """Warn of "# spin 400 rpm" without a colon."""
+    if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):
+        _warn_of_remark(match[1], match[2], comment, faults)
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:

@@ -131,7 +131,7 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
 def _read_given(grid: Grid, options: list[Given], faults: Faults) -> Settings:
     """Read the values for the whole log, from its lines, its notes and the options."""
     ask = decimal_signs(grid) != {","}
-    given = read_settings(grid.metadata, options, faults, ask)
+    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
     given.origin = read_notes(grid, faults)
     return given
 

@@ -428,8 +428,9 @@ def _reconsider_one(
 ) -> Grade:
     """Look for a mistake in one log."""
     grade, submission, typed = doubt
-    copy = replace(submission)
-    return reconsider(grade, copy, rubric, references, scatters, typed)
+    return reconsider(
+        grade, _unread_copy(submission), rubric, references, scatters, typed
+    )
 
 
 # --- the journal: a line for each grade, with its inputs ---
@@ -663,10 +664,18 @@ class _Answer(NamedTuple):
     lost: str = ""  # why nothing is graded: the worker stopped, or no file opens
 
 
+def _unread_copy(submission: Submission) -> Submission:
+    """Return a copy that keeps none of the texts that were read.
+
+    Its digest is that of the texts that are graded, but for a log of a partner.
+    """
+    digest = submission.known_digest if submission.log_of else ""
+    return replace(submission, known_digest=digest)
+
+
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
     """Grade one submission, in a worker."""
-    # A copy, because a submission keeps the texts that it reads.
-    submission = replace(task[0])
+    submission = _unread_copy(task[0])
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:

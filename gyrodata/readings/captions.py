@@ -124,11 +124,11 @@ def _named_turns(parts: Iterable[str]) -> str:
     """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there are none."""
     named = ""
     for part in parts:
-        name, *value = re.split(r"\s*[:=：]\s*", part[:MAX_HEADER], maxsplit=1)
+        name, *value = re.split("[:=：]", part[:MAX_HEADER], maxsplit=1)
         if not value:
             name, *value = part.rsplit(maxsplit=1) or [""]
-        if value and parse_header(name.lstrip("# ")).roles == ("turns",):
-            named = turns_in(f"{value[0]} turns") or named
+        if value and parse_header(name.strip("# ")).roles == ("turns",):
+            named = turns_in(f"{value[0].strip()} turns") or named
     return named
 
 

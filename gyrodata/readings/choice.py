@@ -126,7 +126,7 @@ def _unit_for(role: str, header: Header) -> str | None:
 # Legends
 
 _LEGEND = re.compile(
-    r"(?m)(?:^|[,;]\s)\W*(\w{1,8})\s*[=:–-]\s*"
+    r"(?m)(?:^|[,;]\s)[^\w\n]*(\w{1,8})[^\S\n]*[=:–-][^\S\n]*"
     rf"((?!.*[^\W\d_]\s*/\s*[0-9]|.*{DIVIDED})(?:[^,;\n]|[,;](?!\s))*)"
 )
 """A line such as "T = time of one turn"; but not "T = t/3"."""

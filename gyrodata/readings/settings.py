@@ -269,7 +269,7 @@ def _readings_named(key: str) -> list[str]:
 
 def _look_at_comment(comment: Text, faults: Faults) -> None:
     """Warn of "# spin 400 rpm" without a colon."""
-    if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):
+    if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9]\S*(?:\s\S+)?)", comment.text):
         _warn_of_remark(match[1], match[2], comment, faults)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -42,13 +41,18 @@ class LabScene(Struct, frozen=True):
             residual = self.imbalance * lightest * random.standard_normal()
             truth = replace(truth, imbalance=residual)
         log = simulate(truth, design, {**TYPICAL, **self.noise}, seed).log
-        for key, value in self.stated.items():
-            log = re.sub(rf"^# {key}: .*$", f"# {key}: {value}", log, flags=re.M)
+        lines = [self._as_stated(line) for line in log.splitlines(keepends=True)]
+        log = "".join(lines)
         if random.random() < self.miscounted:
             # The last two cells of a run are its turns and its number.
             run = random.integers(1, log.count(",1,"))
             log = log.replace(f",1,{run}\n", f",1/2,{run}\n")
         return log
+
+    def _as_stated(self, line: str) -> str:
+        """Return a line of a log with the uncertainty that the log states instead."""
+        key = line.removeprefix("# ").partition(":")[0]
+        return f"# {key}: {self.stated[key]}\n" if key in self.stated else line
 
 
 SCENES = (

@@ -213,12 +213,14 @@ class _Lines:
 
 def _known_key(key: str, value: str) -> str:
     """Return a key in small letters; ball_diameter for "diamètre de la boule: 10 cm"."""
+    small = key.lower()
+    if small in roles.KEYS or not value[:1].isdigit():
+        return small
     words = key.replace("_", " ")
-    is_diameter = SPHERE.is_in(words) and DIAMETER.is_in(words)
-    is_length = re.match("[0-9]", value) and "length" in kinds_of(value.split()[-1])
-    if is_diameter and is_length and key.lower() not in roles.KEYS:
+    is_length = "length" in kinds_of(value.split()[-1])
+    if is_length and DIAMETER.is_in(words) and SPHERE.is_in(words):
         return "ball_diameter"
-    return key.lower()
+    return small
 
 
 def _given_twice(before: Reported, line: int) -> Reported:

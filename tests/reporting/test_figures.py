@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import warnings
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -111,17 +112,15 @@ def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
     return found
 
 
-@pytest.fixture(scope="module")
-def analyses() -> dict[str, Analysis]:
-    return {name: analyze(data, name="log.csv") for name, data in LOGS.items()}
+@cache
+def analysis_of(name: str) -> Analysis:
+    return analyze(LOGS[name], name="log.csv")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "medium"), SEEN)
-def test_texts_of_any_log_are_inside_and_apart(
-    name: str, medium: str, analyses: dict[str, Analysis]
-) -> None:
-    for which, svg in drawn(analyses[name], medium).items():
+def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str) -> None:
+    for which, svg in drawn(analysis_of(name), medium).items():
         size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
         assert size
         wide, tall = map(float, size.groups())
@@ -171,8 +170,8 @@ def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
 
 
 @pytest.mark.slow
-def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> None:
-    analysis = analyses["two odd runs"]
+def test_a_flagged_run_is_hollow_and_named() -> None:
+    analysis = analysis_of("two odd runs")
     assert [run.run for run in analysis.run_table if run.flagged] == ["5", "8"]
     for which in FIGURES:
         ax, lines = on_axes(analysis, which)
@@ -185,10 +184,8 @@ def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> Non
 
 
 @pytest.mark.slow
-def test_figures_show_the_numbers_of_the_analysis(
-    analyses: dict[str, Analysis],
-) -> None:
-    analysis = analyses["3 x 3"]
+def test_figures_show_the_numbers_of_the_analysis() -> None:
+    analysis = analysis_of("3 x 3")
     spins, torques = 30 / np.pi * analysis.runs["spin"], 1e3 * analysis.runs["torque"]
     columns = {
         **analysis.runs,

@@ -136,7 +136,8 @@ def draw_integrators(figure: Figure, curves: pd.DataFrame) -> None:
 
 def draw_map(kind: MapKind, figure: Figure, table: pd.DataFrame) -> None:
     """Draw the number of each method in each cell; failures have a frame."""
-    xs, ys = table["x"].unique(), table["y"].unique()
+    xs = table["x"].unique()
+    ys = table["y"].unique()
     figure.set_size_inches(9.0, 2.6 + 0.35 * len(ys))
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     methods = table.groupby("program", sort=False)

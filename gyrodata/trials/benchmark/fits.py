@@ -175,9 +175,11 @@ def wilson(part: float, count: int) -> tuple[float, float]:
 def process_cost(name: str, log: str) -> list[Row]:
     """Measure the CPU time of a process that fits one lab [s], the median of some."""
     measured = measured_lab(log)
-    words, given = [programs.__file__, name], json.dumps(lab_of(measured))
+    words = [programs.__file__, name]
+    given = json.dumps(lab_of(measured))
     if name == GYRO:
-        words, given = ["-m", "gyrodata", "analyze", "--no-report", "-"], log
+        words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
+        given = log
     path = os.pathsep.join(filter(None, sys.path))
     costs = []
     for _ in range(REPEATS):

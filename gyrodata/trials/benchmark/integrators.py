@@ -119,7 +119,8 @@ def reference(turns: int) -> tuple[float, Floats]:
     half_period = 2 * scale * float(ellipk(parameter))
     half_azimuth = spin * scale * (third_kind(sunk) - third_kind(-sunk))
     halves = 2 * round(math.pi * turns / half_azimuth) + 1
-    azimuth, level = halves * half_azimuth, math.sqrt(1 - sunk**2)
+    azimuth = halves * half_azimuth
+    level = math.sqrt(1 - sunk**2)
     axis = [level * math.cos(azimuth), level * math.sin(azimuth), -sunk]
     return halves * half_period, np.array(axis)
 

@@ -35,7 +35,8 @@ class LabScene(Struct, frozen=True):
     def draw(self, seed: int) -> str:
         """Simulate a lab, and return its log."""
         random = np.random.default_rng([seed, 1])
-        truth, design = self.truth, self.design
+        truth = self.truth
+        design = self.design
         if truth.imbalance is None:
             lightest = min(design.masses) * min(design.positions) * truth.g
             residual = self.imbalance * lightest * random.standard_normal()

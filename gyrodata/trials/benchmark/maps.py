@@ -165,7 +165,8 @@ def fit_tilted(
     "error" is that of I_zz over its stated u; NaN without an answer.
     """
     spin = np.tile([0.95, 1.0, 1.05], 3) * rpm * RPM
-    mass, pitch = np.repeat(MASSES, 3), math.radians(degrees)
+    mass = np.repeat(MASSES, 3)
+    pitch = math.radians(degrees)
     top = motion.Top(
         np.full(mass.shape, Truth().inertia),
         DEFAULT_TRANSVERSE_RATIO * Truth().inertia + mass * POSITION**2,
@@ -174,9 +175,11 @@ def fit_tilted(
     if start == "released":
         time, read, is_possible = follow_released(top, spin, pitch)
     else:
-        time, read = 2 * np.pi / steady_rate(top, spin, pitch), spin
+        time = 2 * np.pi / steady_rate(top, spin, pitch)
+        read = spin
         is_possible = bool(np.isfinite(time).all())
-    log, rows = write_log(start, mass, read, time, degrees), []
+    log = write_log(start, mass, read, time, degrees)
+    rows = []
     # gyro does not know of the cup, which a falling rod hits.
     is_timed = bool(np.isfinite(time).all())
     methods = {
@@ -256,14 +259,16 @@ def steady_rate(top: motion.Top, spin: Floats, pitch: Any) -> Floats:
     rates = np.geomspace(1e-3, 1e2, 400)
     rises = lift(top, rates[:, None], spin, pitch) > 0
     first = rises.argmax(axis=0)
-    low, high = rates[np.maximum(first - 1, 0)], rates[first]
+    low = rates[np.maximum(first - 1, 0)]
+    high = rates[first]
     rate = motion.find_crossing(lambda rate: lift(top, rate, spin, pitch), low, high)
     return np.where(rises.any(axis=0), rate, np.nan)
 
 
 def lift(top: motion.Top, rate: Floats, spin: Floats, pitch: Any) -> Floats:
     """Compute I z̈ of e3 [N*m] for a rod that moves horizontally at a rate."""
-    x, z = np.cos(pitch), np.sin(pitch)
+    x = np.cos(pitch)
+    z = np.sin(pitch)
     about_vertical = top.transverse_inertia * rate
     along = top.inertia * (spin + rate * z) - about_vertical * z
     momentum = along * x, 0.0, along * z + about_vertical
@@ -272,70 +277,77 @@ def lift(top: motion.Top, rate: Floats, spin: Floats, pitch: Any) -> Floats:
     return np.asarray(momentum[0] * dy - torque * x)
 
 
+ERROR = "error of I_zz over its stated u"
+HARMLESS = (-changes.DROP_ALL, changes.DROP_ALL)
+SPIN_LABEL, PITCH_LABEL = "spin [rpm]", "pitch of the rod [degrees]"
+
 KINDS = (
     MapKind(
-        "tilt",
-        "guided rods",
-        "spin [rpm]",
-        "pitch of the rod [degrees]",
-        "error",
-        "error of I_zz over its stated u",
-        (-changes.DROP_ALL, changes.DROP_ALL),
-        SPINS,
-        PITCHES,
-        partial(fit_tilted, "steady"),
-        "gyro changes from eq. (9) to eq. (8)",
-        "9, 8: gyro uses eq. (9) or (8). x: no steady precession.",
+        name="tilt",
+        title="guided rods",
+        x_label=SPIN_LABEL,
+        y_label=PITCH_LABEL,
+        number="error",
+        number_label=ERROR,
+        good=HARMLESS,
+        x=SPINS,
+        y=PITCHES,
+        fit=partial(fit_tilted, "steady"),
+        limit_label="gyro changes from eq. (9) to eq. (8)",
+        letters="9, 8: gyro uses eq. (9) or (8). x: no steady precession.",
     ),
     MapKind(
-        "released",
-        "rods that are released from rest",
-        "spin [rpm]",
-        "pitch of the rod [degrees]",
-        "error",
-        "error of I_zz over its stated u",
-        (-changes.DROP_ALL, changes.DROP_ALL),
-        SPINS,
-        PITCHES,
-        partial(fit_tilted, "released"),
-        "gyro refuses a rod that falls so far",
-        "9, R: gyro uses eq. (9) or the mean rate of a release. –: refused. x: hits the cup.",
+        name="released",
+        title="rods that are released from rest",
+        x_label=SPIN_LABEL,
+        y_label=PITCH_LABEL,
+        number="error",
+        number_label=ERROR,
+        good=HARMLESS,
+        x=SPINS,
+        y=PITCHES,
+        fit=partial(fit_tilted, "released"),
+        limit_label="gyro refuses a rod that falls so far",
+        letters=(
+            "9, R: gyro uses eq. (9) or the mean rate of a release. –: refused. "
+            "x: hits the cup."
+        ),
     ),
     MapKind(
-        "balance",
-        "M0 differs between the weights",
-        "difference of M0 between weights [% of a torque]",
-        "number of weights",
-        "coverage",
-        "coverage of the 95 % interval",
-        (0.9, 1),
-        (0, 2, 5, 10, 20),
-        (2, 3, 4),
-        partial(fit_labs, of_balance),
+        name="balance",
+        title="M0 differs between the weights",
+        x_label="difference of M0 between weights [% of a torque]",
+        y_label="number of weights",
+        number="coverage",
+        number_label="coverage of the 95 % interval",
+        good=(0.9, 1),
+        x=(0, 2, 5, 10, 20),
+        y=(2, 3, 4),
+        fit=partial(fit_labs, of_balance),
     ),
     MapKind(
-        "torques",
-        "torques that are similar",
-        "largest torque over smallest torque",
-        "number of torques",
-        "length",
-        "stated 95 % interval over the needed one",
-        (0.5, 2),
-        (1, 1.02, 1.1, 1.5, 2, 4),
-        (2, 3, 9),
-        partial(fit_labs, of_torques),
+        name="torques",
+        title="torques that are similar",
+        x_label="largest torque over smallest torque",
+        y_label="number of torques",
+        number="length",
+        number_label="stated 95 % interval over the needed one",
+        good=(0.5, 2),
+        x=(1, 1.02, 1.1, 1.5, 2, 4),
+        y=(2, 3, 9),
+        fit=partial(fit_labs, of_torques),
     ),
     MapKind(
-        "runs",
-        "many runs",
-        "number of runs",
-        "error of the spin [%]",
-        "bias",
-        "mean error over the stated u",
-        (-1, 1),
-        (9, 90, 900),
-        (0.5, 2, 5),
-        fit_many_runs,
-        'right of it gyro asks no "what would I_zz be if …?"',
+        name="runs",
+        title="many runs",
+        x_label="number of runs",
+        y_label="error of the spin [%]",
+        number="bias",
+        number_label="mean error over the stated u",
+        good=(-1, 1),
+        x=(9, 90, 900),
+        y=(0.5, 2, 5),
+        fit=fit_many_runs,
+        limit_label='right of it gyro asks no "what would I_zz be if …?"',
     ),
 )

@@ -98,7 +98,8 @@ def draw_labs(scene: MotionScene, count: int, seed: int) -> tuple[Rods, Rods]:
     """Simulate labs of nine runs; return the truth, and what a user knows and assumes."""
     random = np.random.default_rng(seed)
     load, rpm = (part.ravel() for part in np.meshgrid(MASSES, scene.rpm, indexing="ij"))
-    mass, spin = np.tile(load, count), np.tile(RPM * rpm, count)
+    mass = np.tile(load, count)
+    spin = np.tile(RPM * rpm, count)
     # The phase of the nutation at the end of a run is random.
     spin = spin * random.uniform(0.95, 1.05, spin.shape)
     pitch = np.radians(scene.tilt) + random.uniform(-OFF_TILT, OFF_TILT, spin.shape)
@@ -208,7 +209,8 @@ def compare(
         (name, "", model, known, one_known) for name, model in MODELS.items()
     ]
     for tolerance in tolerances:
-        setting, model = f"{tolerance:.0e}", partial(full_motion, tolerance=tolerance)
+        setting = f"{tolerance:.0e}"
+        model = partial(full_motion, tolerance=tolerance)
         tasks.append((FULL, setting, model, known, one_known))
         tasks.append((KNOWN, setting, model, true, one_true))
     rows = []
@@ -247,7 +249,8 @@ def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:
 
     The log does not say how the rods were started, unless nobody pushed them.
     """
-    spins, pitch = tuple(RPM * rpm for rpm in scene.rpm), math.radians(scene.tilt)
+    spins = tuple(RPM * rpm for rpm in scene.rpm)
+    pitch = math.radians(scene.tilt)
     design = Design(masses=MASSES, positions=(POSITION,), spins=spins, pitches=(pitch,))
     start = "" if any(scene.push) else "# motion: released\n"
     log = simulate(Truth(), design, TYPICAL, None).log

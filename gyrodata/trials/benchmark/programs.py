@@ -104,10 +104,12 @@ def lmfit(lab: Lab) -> Answer:
     """Fit the times with u, scaled by the scatter, as is the default."""
     from lmfit import Parameters, minimize
 
-    model, parameters = predicted_time(lab), Parameters()
+    model = predicted_time(lab)
+    parameters = Parameters()
     parameters.add("inertia", value=start(lab))
     parameters.add("residual", value=0.0)
-    observed, u = np.array(lab["time"]), np.array(lab["time_u"])
+    observed = np.array(lab["time"])
+    u = np.array(lab["time_u"])
     found = minimize(
         lambda at: (model(at["inertia"].value, at["residual"].value) - observed) / u,
         parameters,
@@ -120,7 +122,8 @@ def iminuit(lab: Lab) -> Answer:
     """Minimise chi-square of the times with all covariances, and use MINOS."""
     from iminuit import Minuit
 
-    model, observed = predicted_time(lab), np.array(lab["time"])
+    model = predicted_time(lab)
+    observed = np.array(lab["time"])
     # Relative errors of φ̇ψ̇ and of M are relative errors of the time.
     relative = np.array(lab["product_cov"]) / np.outer(product(lab), product(lab))
     relative += np.array(lab["torque_cov"]) / np.outer(lab["torque"], lab["torque"])
@@ -134,7 +137,8 @@ def iminuit(lab: Lab) -> Answer:
     minuit.errordef = Minuit.LEAST_SQUARES
     minuit.migrad()
     minuit.minos("inertia", cl=0.95)
-    value, errors = minuit.values["inertia"], minuit.merrors["inertia"]
+    value = minuit.values["inertia"]
+    errors = minuit.merrors["inertia"]
     return value, value + errors.lower, value + errors.upper
 
 

@@ -140,7 +140,8 @@ def run(
 ) -> Benchmark:
     """Do all jobs; `progress` is called with the part that is done [%]."""
     jobs = list(list_jobs(effort, seed, own))
-    whole, done = sum(job.cost for job in jobs), 0.0
+    whole = sum(job.cost for job in jobs)
+    done = 0.0
     answers: dict[int, list[Row]] = {}
     # Long jobs begin first, so that no process waits for one at the end.
     for is_long in (True, False):
@@ -196,7 +197,8 @@ def describe_machine() -> str:
 
 def scene_of(log: FittedLog) -> Scene:
     """Return the lab of a log as a scene: its runs, its fitted values, its stated u."""
-    measured, fit = log.measurements, log.fit
+    measured = log.measurements
+    fit = log.fit
     # A weight with the same torque, also if the log contains forces or torques.
     position = np.copysign(motions.POSITION, measured.torque)
     mass = measured.torque / position / measured.g
@@ -234,7 +236,8 @@ def fits_title(scores: pd.DataFrame) -> str:
     counts = is_correct.groupby(scores["program"], sort=False).sum()
     costs = scores.groupby("program", sort=False)["seconds"].mean()
     best = counts[counts == counts.max()].index
-    cheapest, cost = str(costs[best].idxmin()), float(costs[best].min())
+    cheapest = str(costs[best].idxmin())
+    cost = float(costs[best].min())
     factor = float(f"{cost / costs.min():.1g}")
     return (
         f"The 95 % interval is correct in {counts.max()} of "

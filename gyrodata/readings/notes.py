@@ -51,17 +51,29 @@ _HALF_TURN = (
 
 
 @cache
+def _stems() -> tuple[str, ...]:
+    """Return the names of a period without their last letter, which can be inflected."""
+    periods = [name for name in NAMES if "precession_period" in NAMES[name]]
+    return tuple([name[:-1] for name in periods if len(name) > 4 or name > FIRST_SIGN])
+
+
+@cache
 def _part_of_period() -> str:
     """Return a pattern of another number of periods than one, such as "pół okresu"."""
     parts = "|".join(re.escape(word) for word in NUMBERS if NUMBERS[word] != "1")
-    periods = [name for name in NAMES if "precession_period" in NAMES[name]]
-    stems = "|".join(
-        name[:-1] for name in periods if len(name) > 4 or name > FIRST_SIGN
-    )
+    periods = "|".join(name for name in NAMES if "precession_period" in NAMES[name])
     return (
         rf"(?<![^\W\u2e80-\uffef])(?:(?:{parts})\W*(?:\w{{1,3}}\W+){{0,2}}\w?"
-        rf"|[2-9] (?!(?:{'|'.join(periods)})\b))(?:{stems})"
+        rf"|[2-9] (?!(?:{periods})\b))(?:{'|'.join(_stems())})"
     )
+
+
+def _names_part_of_period(note: str) -> bool:
+    """Return whether a note names another number of periods than one."""
+    words = " ".join(map(squeeze, TOKENS.split(note.lower())))
+    # The pattern is long, and most notes name no period.
+    is_of_period = any(stem in words for stem in _stems())
+    return is_of_period and re.search(_part_of_period(), words) is not None
 
 
 def altered_role(note: str) -> str:
@@ -73,8 +85,7 @@ def altered_role(note: str) -> str:
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
     if not is_altered and not turns_in(note):
-        words = " ".join(map(squeeze, TOKENS.split(bare.lower())))
-        is_altered = re.search(_part_of_period(), words) is not None
+        is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return ""
     if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):

@@ -148,7 +148,7 @@ def meant_texts(
     texts = list(column.texts)
     if column.role in roles.TIMINGS:
         texts = _without_words(texts)
-    elif column.role == "mass":
+    elif column.role == "mass" and not _DASHES.isdisjoint(texts):
         texts = _with_zero_for_dashes(texts, positions)
     if column.header.unit == "s" and ":" in fold_number(" ".join(texts)):
         _ask_for_colons(column, texts, table, faults)
@@ -248,7 +248,10 @@ class CellReader:
         is_count = self.role in roles.COUNTS or self.role == "spin_turns"
         if is_count and self.read and (part := part_counted(self.column.header)):
             self._count_parts(part)
-        self._ask_for_likelier_unit()
+        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
+        large = self._bare_above(most)
+        if large and large[0] not in self.wrong:
+            self._ask_for_likelier_unit(large, likely)
         for one in self.read.values():
             if one.step is not None:
                 finest = self.finest.get(one.unit, math.inf)
@@ -310,26 +313,23 @@ class CellReader:
         self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
         self.read |= counted
 
-    def _ask_for_likelier_unit(self) -> None:
+    def _ask_for_likelier_unit(self, large: list[str], likely: str) -> None:
         """Ask for the unit of seconds below "min", degrees below "rad", or percent.
 
         Turns such as 120 may be degrees, too. A header that names turns itself needs no
         other unit.
         """
-        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
-        large = self._bare_above(most)
         are_angles = self.role == "turns" and all(map(_may_be_degrees, large))
         if self.column.header.roles == ("turns",) and not are_angles:
             return
-        if large and large[0] not in self.wrong:
-            values = {"role": self.role, "likely": likely, "text": large[0]}
-            unit = self.unit or self.role
-            # Other parts of a turn give an answer that looks possible: ask.
-            name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
-            if are_angles:
-                name = "turns_or_degrees"
-                values["part"] = str(Fraction(int(large[0]), 360))
-            self.faults.add(name, self.column.cell, unit=unit, **values)
+        values = {"role": self.role, "likely": likely, "text": large[0]}
+        unit = self.unit or self.role
+        # Other parts of a turn give an answer that looks possible: ask.
+        name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
+        if are_angles:
+            name = "turns_or_degrees"
+            values["part"] = str(Fraction(int(large[0]), 360))
+        self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def _bare_above(self, most: float) -> list[str]:
         """Return the numbers without a unit of their own that are above a value [SI]."""

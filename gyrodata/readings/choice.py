@@ -21,6 +21,7 @@ from gyrodata.readings.headers import (
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of
 from gyrodata.readings.names import Header, squeeze
+from gyrodata.readings.notes import ALTERED
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import DIVIDED
@@ -44,8 +45,12 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
+    columns = columns_of(table)
     legends = _legends_of(table)
-    columns = [_explained(column, legends) for column in columns_of(table)]
+    for at, column in enumerate(columns):
+        symbol = squeeze(column.header.name.partition(" ")[0])
+        if symbol in legends:
+            columns[at] = _explained(column, legends[symbol])
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
     columns = _with_counts(columns, choice)
@@ -57,7 +62,10 @@ def choose(
         _eliminate(several, choice, faults)
     if choice.unplaced:
         unnamed.place_columns(choice, faults)
-    _decide_moments(columns, choice, faults)
+    if "spin" in choice.used and (choice.others or choice.unplaced):
+        _ask_for_moments(choice, faults)
+    if choice.there & {"spin_start", "spin_end"}:
+        _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
     if choice.unplaced and "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
@@ -132,21 +140,20 @@ _LEGEND = re.compile(
 """A line such as "T = time of one turn"; but not "T = t/3"."""
 
 
-def _legends_of(table: layout.Layout) -> dict[str, Header]:
+def _legends_of(table: layout.Layout) -> dict[str, str]:
     """Return what the sentences and the lines of a log say of symbols."""
     text = "\n".join(statement.text for statement in table.statements)
-    matches = _LEGEND.finditer(text)
-    return {squeeze(match[1]): parse_header(match[2]) for match in matches}
+    return {squeeze(match[1]): match[2] for match in _LEGEND.finditer(text)}
 
 
-def _explained(column: Chosen, legends: dict[str, Header]) -> Chosen:
+def _explained(column: Chosen, legend: str) -> Chosen:
     """Return a column with the role or the turns that a legend gives its symbol."""
     header = column.header
-    legend = legends.get(squeeze(header.name.partition(" ")[0]), Header(""))
-    if header.turns or legend.is_of_means:
+    meaning = parse_header(legend)
+    if header.turns or meaning.is_of_means:
         return column
-    turns = legend.turns if "time" in header.roles else ""
-    names = tuple(role for role in header.roles if role in legend.roles)
+    turns = meaning.turns if "time" in header.roles else ""
+    names = tuple(role for role in header.roles if role in meaning.roles)
     names = ("time",) if turns else names or header.roles
     return replace(column, header=replace(header, roles=names, turns=turns))
 
@@ -216,7 +223,7 @@ def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
         header = column.header
         if _states_turns(column):
             continue
-        if unit_says_otherwise(column, choice):
+        if not can_measure(header) and _unit_says_otherwise(column, choice):
             choice.unplaced.append(column)
         elif len(header.roles) == 1:
             choice.serve(replace(column, role=header.roles[0], number=header.number))
@@ -409,14 +416,6 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 # Readings of the spin
 
 
-def _decide_moments(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
-    """Decide at which moment of a run each spin was read."""
-    if "spin" in choice.used and (choice.others or choice.unplaced):
-        _ask_for_moments(choice, faults)
-    if choice.there & {"spin_start", "spin_end"}:
-        _name_moment_of_spin(choice, faults)
-
-
 def _ask_for_moments(choice: Choice, faults: Faults) -> None:
     """Ask about "rpm 1" and "rpm 2", which may be readings before and after each run."""
     first = choice.used["spin"][0]
@@ -458,10 +457,18 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
+            if role == "position" and not column.header.origin:
+                _warn_of_altered_position(column, faults)
             words = " ".join(unused_words(column.header))
             if words and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
                 faults.add("words_not_used", column.cell, words=words, named=named)
+
+
+def _warn_of_altered_position(column: Chosen, faults: Faults) -> None:
+    """Warn of "centre to inner face (cm)", which is not the middle of the weight."""
+    if ALTERED.is_in(column.text):
+        faults.add("note", column.cell, note=column.text, role="position")
 
 
 def _uses_words(column: Chosen) -> bool:
@@ -471,13 +478,12 @@ def _uses_words(column: Chosen) -> bool:
     return column.role in roles.COUNTS and part_counted(column.header) != ""
 
 
-def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
+def _unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
     """Return whether a column has the unit of a role that is missing, and not of its name.
 
     The unit says more than the word: "Masa (s)" is a time in Malay.
     """
-    header = column.header
-    if len(header.roles) != 1 or not column.kinds or can_measure(header):
+    if len(column.header.roles) != 1 or not column.kinds:
         return False
     return any(
         kind_of_role(role.name) in column.kinds

@@ -309,7 +309,9 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
-        line = grid.lines[index] = _without_lone_quotes(grid, index)
+        line = grid.lines[index]
+        if '"' in line:
+            line = grid.lines[index] = _without_lone_quotes(grid, index)
         cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
         if max(map(len, cells), default=0) > MAX_CELL:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))

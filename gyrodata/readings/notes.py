@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
 from functools import cache
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.grid import Grid, Row, has_numbers, is_head
+from gyrodata.readings.grid import Grid, has_numbers, is_head
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
@@ -182,17 +181,18 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     """
     notes = _notes_of(grid)
     rows = [
-        row
-        for row in grid.rows
-        if any(map(_has_words, row.texts)) and not has_numbers(row)
+        row for row in grid.rows if any(map(_has_words, row.texts)) and not is_head(row)
     ]
-    titles = [", ".join(row.texts) for row in rows]
+    titles = [", ".join(row.texts) for row in rows if not has_numbers(row)]
     origins = map(noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
-    if origin == "surface" and _name_centre(notes, rows):
+    if origin == "surface" and any(map(noted_centre, [*notes, *titles])):
         origin = "both"
-    for note, cell in _remarks_in(grid):
-        notes.setdefault(note, cell)
+    for row in rows:
+        places = [at for at, text in enumerate(row.texts) if _is_remark(text)]
+        if places:
+            note = ", ".join(row.texts[at] for at in places)
+            notes.setdefault(note, grid.cell(row, places[0]))
     _warn_of_notes(notes, grid, faults)
     return origin
 
@@ -204,12 +204,6 @@ def _notes_of(grid: Grid) -> dict[str, Text]:
         if key.lower() in roles.TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
     return notes
-
-
-def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
-    """Return whether a note, or a row of text, names the centre as origin."""
-    others = [", ".join(row.texts) for row in rows if not is_head(row)]
-    return any(map(noted_centre, [*notes, *others]))
 
 
 def _has_words(text: str) -> bool:
@@ -229,26 +223,8 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
             faults.add("note", cell, note=note, role=role.replace("_", " "))
 
 
-def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
-    """Yield the notes that are in rows, with the first cell of each."""
-    for row in grid.rows:
-        is_header = is_head(row)
-        texts = {
-            at: text
-            for at, text in enumerate(row.texts)
-            if _has_words(text) and _is_remark(text, is_header)
-        }
-        if texts:
-            yield ", ".join(texts.values()), grid.cell(row, min(texts))
-
-
-def _is_remark(text: str, is_header: bool) -> bool:
-    """Return whether a cell with words may be a note, and not the name of a reading.
-
-    The header "centre to inner face (cm)" is a position, and not that of the middle of
-    the weight.
-    """
-    names = parse_header(text).roles
-    if not names:
-        return not is_header and not words_of_turns(text, whole=True)
-    return "position" in names and ALTERED.is_in(text) and not origin_in(text)
+def _is_remark(text: str) -> bool:
+    """Return whether a cell may be a note, and not the name of a reading."""
+    if not _has_words(text) or parse_header(text).roles:
+        return False
+    return not words_of_turns(text, whole=True)

@@ -392,7 +392,9 @@ def _enter_constant(
     bare = written is not None and not written.unit
     unit = "m/s^2" if bare else None
     cell = notation.read_cell(text, roles.kind_of_role(key), unit, ask)
-    _check_usual(key, cell.value)
+    low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
+    if not (low <= cell.value <= high and cell.value > 0):
+        raise _unusual(key, cell.value, low, high, sample)
     _check(key, cell.value)
     if bare:
         faults.add("g_without_unit", item.place, text=item.text)
@@ -410,18 +412,15 @@ _USUAL = {
 """Ranges of constants [SI unit], with a sample; other values are errors."""
 
 
-def _check_usual(key: str, value: float) -> None:
-    """Raise an error for a value of g, or for a ball, that no lab has."""
-    low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
-    if low <= value <= high and value > 0:
-        return
+def _unusual(key: str, value: float, low: float, high: float, sample: str) -> UnitError:
+    """Return the error for a value of g, or for a ball, that no lab has."""
     if not sample:
-        raise UnitError("is not above zero")
+        return UnitError("is not above zero")
     unit = units.SI[roles.kind_of_role(key)]
     likely = [value * factor for factor in (1000, 0.001)]
     fitting = [f"{other:.6g} {unit}" for other in likely if low <= other <= high]
     fault = f"is {value:.4g} {unit}; usual are {low:g} to {high:g} {unit}"
-    raise UnitError(
+    return UnitError(
         fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
     )
 

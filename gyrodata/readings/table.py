@@ -46,6 +46,7 @@ from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
 from gyrodata.readings.suggestions import header_row
+from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
 
 LOADS = ("mass", "force", "torque")
@@ -534,11 +535,13 @@ class TableReader:
         u = roles.stated_u("turns", self.settings.uncertainties)
         if any(time.turns for time in times):
             compared.use_turns_of_headers(columns, times, self.table, u, faults)
-        compared.compare_turns_with_texts(columns, self.table, faults)
+        if any(turns_in(sentence.text) for sentence in sentences):
+            compared.compare_turns_with_texts(columns, self.table, faults)
         turns = columns.get("turns")
         if turns is None:
             return
-        compared.warn_of_rounded_turns(turns, faults)
+        if any(re.search("[.,]", reading.text) for reading in turns.readings):
+            compared.warn_of_rounded_turns(turns, faults)
         if "angle" in columns:
             compared.compare_turns_with_angle(turns, columns["angle"], faults)
         if "turns" not in self.choice.mapped and compared.may_number_runs(turns):

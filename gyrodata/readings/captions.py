@@ -88,17 +88,12 @@ def said_in(row: Row) -> Given:
         found.pop("turns", None)
     if turns := _named_turns((*row.texts, *_clauses(whole))):
         found["turns"] = {turns: filled[-1]}
-    return dict(_without_contradictions(found))
-
-
-def _without_contradictions(
-    found: dict[str, dict[str, int]],
-) -> Iterator[tuple[str, tuple[str, int]]]:
-    """Yield the longest text of each role, with its cell, if all its texts are equal."""
-    for role, texts in found.items():
-        if len(set(map(_value_of, texts))) == 1:
-            longest = max(texts, key=len)
-            yield role, (longest, texts[longest])
+    longest = {
+        role: max(texts, key=len)
+        for role, texts in found.items()
+        if len(set(map(_value_of, texts))) == 1
+    }
+    return {role: (text, found[role][text]) for role, text in longest.items()}
 
 
 def _joined(cells: list[str]) -> str:
@@ -171,8 +166,9 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         number = match[1] or match[4]
         unit = match[2] or match[3]
         before = bare[end : match.start()]
-        role = _role_of(unit)
-        end = match.end() if kinds_of(unit) else end
+        kinds = kinds_of(unit)
+        role = next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
+        end = match.end() if kinds else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue
         cell = bare[end : next((at for at in ends if at > end), None)]
@@ -180,12 +176,6 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         if not _is_of_run(role, before, behind):
             break  # what follows may be of the ball too
         yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
-
-
-def _role_of(unit: str) -> str:
-    """Return the role of a quantity in a sentence, by its unit; else ""."""
-    kinds = kinds_of(unit)
-    return next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
 
 
 def _without_brackets(sentence: str) -> str:
@@ -229,18 +219,13 @@ def _is_known(word: str) -> bool:
     return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
 
 
-def _kinds_in(sentence: str) -> Iterator[frozenset[str]]:
-    for match in QUANTITY.finditer(sentence):
-        yield kinds_of(match[2] or match[3])
-
-
 def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:
     """Quote the sentences with a quantity of one of some kinds, for a hint."""
-    texts = [
-        f'"{sentence.text}"'
-        for sentence in sentences
-        if any(map(kinds.intersection, _kinds_in(sentence.text)))
-    ]
+    texts = []
+    for sentence in sentences:
+        units = [match[2] or match[3] for match in QUANTITY.finditer(sentence.text)]
+        if any(map(kinds.intersection, map(kinds_of, units))):
+            texts.append(f'"{sentence.text}"')
     return f"; the log says {', '.join(texts[:3])}" if texts else ""
 
 

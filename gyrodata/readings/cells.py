@@ -147,19 +147,14 @@ def meant_texts(
     """Return the texts of a column, as the quantities that they mean."""
     texts = list(column.texts)
     if column.role in roles.TIMINGS:
-        texts = _without_words(texts)
+        if any(map(is_number, texts)):
+            # Words between numbers, such as "aborted", are left out.
+            texts = [text if re.search("[0-9]", text) else "" for text in texts]
     elif column.role == "mass" and not _DASHES.isdisjoint(texts):
         texts = _with_zero_for_dashes(texts, positions)
     if column.header.unit == "s" and ":" in fold_number(" ".join(texts)):
         _ask_for_colons(column, texts, table, faults)
     return texts
-
-
-def _without_words(texts: list[str]) -> list[str]:
-    """Leave out words between numbers, such as "aborted"."""
-    if not any(map(is_number, texts)):
-        return texts
-    return [text if re.search("[0-9]", text) else "" for text in texts]
 
 
 def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[str]:
@@ -262,7 +257,10 @@ class CellReader:
             quantity = self._quantity(text)
         except UnitError as error:
             self.lacks_unit = error.code == diagnostics.UNIT_MISSING
-            self.wrong[text] = Wrong(error.code, error, error.hint + _missed(text))
+            is_word = not any(letter.isdigit() for letter in text)
+            missed = "; or put # before the line of a run that was not measured"
+            hint = error.hint + missed * is_word
+            self.wrong[text] = Wrong(error.code, error, hint)
             return
         self.read[text] = quantity
         fault, hint = roles.check_value(self.role, quantity.value)
@@ -357,13 +355,6 @@ def _times(part: str, count: float) -> str:
     )
 
 
-def _missed(text: str) -> str:
-    """Return what to do with a cell without a digit."""
-    if any(letter.isdigit() for letter in text):
-        return ""
-    return "; or put # before the line of a run that was not measured"
-
-
 class Uncertainties(Struct, frozen=True):
     """The ``u_…`` columns of a table, and the ``u_…`` of the log."""
 
@@ -388,7 +379,8 @@ class Uncertainties(Struct, frozen=True):
         keys = [key for key in roles.u_keys(role) if key in self.columns]
         if keys:
             own = self.columns[keys[0]][0]
-            unit = _own_unit(own, role, unit)
+            is_same_kind = kind_of_role(own.role) == kind_of_role(role)
+            unit = own.header.unit or (unit if is_same_kind else None)
             self._read_column(own, role, unit, spreads, faults)
         return spreads
 
@@ -415,12 +407,6 @@ class Uncertainties(Struct, frozen=True):
             typed = text if "%" in text else text + percent
             u = _read(column, typed, unit, faults, cell)
             spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
-
-
-def _own_unit(column: Chosen, role: str, unit: str | None) -> str | None:
-    """Return the unit of a ``u_…`` column: its own, or else that of its readings."""
-    is_same_kind = kind_of_role(column.role) == kind_of_role(role)
-    return column.header.unit or (unit if is_same_kind else None)
 
 
 def _read(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping
 from operator import attrgetter
@@ -198,21 +199,15 @@ def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
 
 def _states_turns(column: Chosen) -> bool:
     """Return whether a column contains times of turns that its header states."""
-    return _is_time(column) and column.header.turns != ""
-
-
-def _is_time(column: Chosen) -> bool:
     header = column.header
+    if not header.turns:
+        return False
     if header.unit is not None:
         return header.roles in _TIMES and "time" in column.kinds
     if header.roles:
         return header.roles == ("time",)
-    return _are_times(column.texts)
-
-
-def _are_times(texts: tuple[str, ...]) -> bool:
-    """Return whether each cell has a unit of time: "1 turn takes" above "20.3 s"."""
-    units = [text.lstrip("0123456789., ") for text in texts if text]
+    # "1 turn takes" above "20.3 s"
+    units = [text.lstrip("0123456789., ") for text in column.texts if text]
     return bool(units) and all("time" in kinds_of(unit) for unit in units)
 
 
@@ -269,25 +264,14 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns
-        is_of_ball = not spin_is_known and _may_be_of_ball(turns)
-        if column.header.is_of_the_spin or is_of_ball:
+        is_of_ball = turns.isdigit() and int(turns) >= _BALL_TURNS
+        if column.header.is_of_the_spin or (is_of_ball and not spin_is_known):
             choice.unplaced.append(column)
-        else:
-            _serve_time(column, turns, choice)
-
-
-def _may_be_of_ball(turns: str) -> bool:
-    return turns.isdigit() and int(turns) >= _BALL_TURNS
-
-
-def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
-    """Use a column for the time, as a repeat of the columns before it."""
-    taken = {time.number for time in choice.times()}
-    number = 1
-    while number in taken:
-        number += 1
-    repeat = None if column.header.is_of_means else number
-    choice.serve(replace(column, role="time", number=repeat, turns=turns))
+            continue
+        taken = {time.number for time in choice.times()}
+        free = next(number for number in itertools.count(1) if number not in taken)
+        repeat = None if column.header.is_of_means else free
+        choice.serve(replace(column, role="time", number=repeat, turns=turns))
 
 
 # By elimination
@@ -331,7 +315,10 @@ def _ask_or_leave_out(
 ) -> None:
     """Ask for the role of a column if it may be needed; else say that it is not used."""
     left = _left(column, choice)
-    if not any(_is_needed(role, lacking) for role in left):
+    is_needed = any(
+        role.startswith("u_") or roles.BY_NAME[role].part in lacking for role in left
+    )
+    if not is_needed:
         fits = " and ".join(column.header.roles)
         faults.add("not_used", column.cell, why=f"is not used: it fits {fits}")
         return
@@ -339,7 +326,9 @@ def _ask_or_leave_out(
     without = f' (and take "{counts[0].text}" out)' if counts else ""
     ends = {role: without if role in roles.ONE_TURN else "" for role in left}
     ways = [f'--map {role}="{column.text}"{ends[role]}' for role in left]
-    headers = [f'"{_header_for(role, column)}"{ends[role]}' for role in left]
+    unit = column.header.unit
+    usual = {role: unit or DISPLAY[kind_of_role(role)] for role in left}
+    headers = [f'"{header_of(role, usual[role])}"{ends[role]}' for role in left]
     choice.asked.update(left)
     faults.add(
         "two_roles",
@@ -350,48 +339,26 @@ def _ask_or_leave_out(
     )
 
 
-def _is_needed(role: str, lacking: set[str]) -> bool:
-    return role.startswith("u_") or roles.BY_NAME[role].part in lacking
-
-
-def _header_for(role: str, column: Chosen) -> str:
-    return header_of(role, column.header.unit or DISPLAY[kind_of_role(role)])
-
-
 def _left(column: Chosen, choice: Choice) -> list[str]:
     """Return the roles that a header may still have."""
     there = set(choice.there)
     if any(time.turns for time in choice.times()):
         there.add("turns")
-    if _may_be_mean_time(column, there, choice):
-        return []
+    names = column.header.roles
+    is_period = names == ("time", "precession_period")
+    if is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS):
+        return []  # it may be the mean of the times
     if key := _uncertainty_of_symbol(column, choice):
         return [key]
-    left = [role for role in column.header.roles if _is_open(role, there, choice)]
-    left = _without_second_motion(left, there, choice)
+    left = [role for role in names if _is_open(role, there, choice)]
+    # "rotation" next to "period" is the spin; next to "before" and "after" it is not.
+    if "spin" in left and not there.isdisjoint(roles.TIMINGS):
+        closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
+        left = [role for role in left if role not in closed]
     # A quantity that follows from the readings is not needed, if the header can be
     # another one.
     derived = roles.derived_roles(there)
     return [role for role in left if role not in derived] or left
-
-
-def _without_second_motion(
-    left: list[str], there: set[str], choice: Choice
-) -> list[str]:
-    """Decide between the spin and the precession, if only one of them is left.
-
-    "rotation" next to "period" is the spin; next to "before" and "after" it is not.
-    """
-    if "spin" not in left or there.isdisjoint(roles.TIMINGS):
-        return left
-    closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
-    return [role for role in left if role not in closed]
-
-
-def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
-    """Return whether "T" may be the mean of times, next to times without turns."""
-    is_period = column.header.roles == ("time", "precession_period")
-    return is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS)
 
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:

@@ -134,7 +134,7 @@ def count_of_numbers(texts: Sequence[str]) -> int:
 def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
     filled = row.filled()
-    if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
+    if len(list(itertools.filterfalse(_SIGNS.issuperset, filled))) < 2:
         return False  # the rows of a long log
     return _are_names(row.texts, filled)
 
@@ -143,7 +143,10 @@ def _are_names(texts: list[str], filled: list[str]) -> bool:
     named = list(filter(None, (parse_header(text).roles for text in filled)))
     if not any(map(roles.TEXTS.isdisjoint, named)):
         return False
-    several = len(set(named)) > 1 or _are_repeats(len(named), texts)
+    # "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
+    # "distance from the centre" gives a value.
+    explain = any(map(turns_in, texts)) or any(map(is_bare, texts))
+    several = len(set(named)) > 1 or (len(named) > 1 and not explain)
     if not several or count_of_numbers(texts) * 2 >= len(filled):
         return False
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
@@ -152,19 +155,6 @@ def _are_names(texts: list[str], filled: list[str]) -> bool:
 
 _SIGNS = frozenset("0123456789.,/+-− ")
 """The signs of a number, a blank included."""
-
-
-def _has_digits_alone(text: str) -> bool:
-    return _SIGNS.issuperset(text)
-
-
-def _are_repeats(count: int, texts: Sequence[str]) -> bool:
-    """Return whether several cells name one quantity.
-
-    "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
-    "distance from the centre" gives a value.
-    """
-    return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
 
 
 def units_of_row(texts: Sequence[str]) -> list[str]:

@@ -89,7 +89,8 @@ def _fitting_roles(
         return tuple(role for role in roles if measures(unit, role))
     if kinds_of(name) not in _NOT_APART:
         return ()
-    return tuple(filter(_needs_no_unit, roles)) or roles
+    bare = tuple(role for role in roles if kind_of_role(role) in _WITHOUT_UNIT)
+    return bare or roles
 
 
 _USUAL = re.compile(
@@ -101,8 +102,7 @@ _NOT_APART = (frozenset[str](), OF_TURNS)
 """Kinds of a word that is no unit, or that is a name too: "turns"."""
 
 
-def _needs_no_unit(role: str) -> bool:
-    return kind_of_role(role) in ("number", "text", "sign")
+_WITHOUT_UNIT = ("number", "text", "sign")
 
 
 # --- Questions about a header ---
@@ -196,12 +196,8 @@ def unused_words(header: Header) -> tuple[str, ...]:
         word
         for word in TOKENS.split(header.name)
         if (_says_number(word) and not uses_number)
-        or (_names_place(word) and not uses_place)
+        or (not uses_place and (SPHERE.is_in(word) or _TIP.is_in(word)))
     )
-
-
-def _names_place(word: str) -> bool:
-    return SPHERE.is_in(word) or _TIP.is_in(word)
 
 
 def _says_number(word: str) -> bool:

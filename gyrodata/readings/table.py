@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec import Struct
@@ -96,7 +96,9 @@ def read_log(
     texts = {key: value_text(value) for key, value in settings.items()}
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
-    given = _read_given(grid, options, faults)
+    ask = decimal_signs(grid) != {","}
+    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
+    given.origin = read_notes(grid, faults)
     log = _without_runs(grid, given, faults)
     table: layout.Layout | None
     if layout.is_plain(grid):
@@ -127,14 +129,6 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
                 "a key of settings or mapping, or a header, cannot be "
                 f"{type(text).__name__}"
             )
-
-
-def _read_given(grid: Grid, options: list[Given], faults: Faults) -> Settings:
-    """Read the values for the whole log, from its lines, its notes and the options."""
-    ask = decimal_signs(grid) != {","}
-    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = read_notes(grid, faults)
-    return given
 
 
 def _without_runs(grid: Grid, given: Settings, faults: Faults) -> Readings:
@@ -240,8 +234,14 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = _runs_of(times, len(self.rows))
-        rows = [run.row for run in runs] if times else _at(True, is_run)
+        runs = [
+            _Run(i, time, column)
+            for i in range(len(self.rows))
+            for time, column in times
+            if column.readings[i].text
+        ]
+        timed = [i for i, value in enumerate(is_run) if value]
+        rows = [run.row for run in runs] if times else timed
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
@@ -278,12 +278,13 @@ class TableReader:
         is_noted = any(note.at == width - 1 for note in notes[:1])
         for row in self.rows:
             count = len(row.texts)
+            last = row.texts[-1]
             if count > width:
                 is_split = self.grid.delimiter == "," and "." not in "".join(row.texts)
                 name = "row_too_long" if is_split else "row_without_header"
                 cell = self.grid.cell(row, width)
                 self.faults.add(name, cell, count=count, width=width)
-            elif is_noted and _is_number_alone(row.texts[-1]):
+            elif is_noted and is_number(last) and last.upper() == last.lower():
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1))
 
     def _read_times(self) -> list[tuple[Chosen, Column]]:
@@ -320,11 +321,12 @@ class TableReader:
         if not timed:
             return [True] * len(self.rows)
         is_run = [
-            any(map(_has_digit, texts))
+            any(map(str.isdigit, "".join(texts)))
             for texts in zip(*(column.texts for column in timed), strict=True)
         ]
         if any(is_run) and not all(is_run):
-            lines = [self.rows[i].line for i in _at(False, is_run)]
+            pairs = zip(self.rows, is_run, strict=True)
+            lines = [row.line for row, is_timed in pairs if not is_timed]
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return is_run
 
@@ -336,7 +338,7 @@ class TableReader:
         The loads are the first: they show which cells are filled down, and whether the
         rod may rest.
         """
-        for role in _loads_first(self.choice.used):
+        for role in sorted(self.choice.used, key=lambda role: role not in LOADS):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
             chosen = self.choice.used[role][0]
@@ -507,7 +509,9 @@ class TableReader:
         columns = self.columns
         if rows != [*range(len(self.rows))]:
             columns = {role: column.select(rows) for role, column in columns.items()}
-        columns = {role: one for role, one in columns.items() if _has_value(one)}
+        columns = {
+            role: one for role, one in columns.items() if set(one.values) - {None}
+        }
         if not times:
             return columns
         return {"time": _time_of(times[0][1], runs), **columns}
@@ -571,28 +575,22 @@ class TableReader:
         """Return header and cells of the columns that were not read."""
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
-        used = self._places_read({*columns, *TEXTS})
+        # A second column of a role is only compared, but a second text says something
+        # else than the first.
+        read = {*columns, *TEXTS}
+        used = self.replaced.union(
+            column.at
+            for role, chosen in self.choice.used.items()
+            if role in read or role.startswith("u_")
+            for column in chosen
+        )
+        used |= {one.at for one in self.choice.others if one.role in columns}
         unread = [
             (cell.text, tuple(self.rows[i].texts[at] for i in rows))
             for at, cell in enumerate(self.table.cells)
             if at not in used
         ]
         return tuple((header, texts) for header, texts in unread if any(texts))
-
-    def _places_read(self, read: set[str]) -> set[int]:
-        """Return the numbers of the columns that were read, compared or replaced.
-
-        A second column of a role is only compared, but a second text says something
-        else than the first.
-        """
-        chosen = [
-            one
-            for role, columns in self.choice.used.items()
-            if role in read or role.startswith("u_")
-            for one in columns
-        ]
-        compared = [one for one in self.choice.others if one.role in read - TEXTS]
-        return self.replaced.union(one.at for one in (*chosen, *compared))
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
@@ -617,29 +615,6 @@ class TableReader:
         return tuple(labels)
 
 
-def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
-    """Return the timed runs: one for each time in a row."""
-    return [
-        _Run(i, time, column)
-        for i in range(rows)
-        for time, column in times
-        if column.readings[i].text
-    ]
-
-
-def _has_digit(text: str) -> bool:
-    return any(map(str.isdigit, text))
-
-
-def _at(wanted: bool, values: list[bool]) -> list[int]:
-    return [i for i, value in enumerate(values) if value is wanted]
-
-
-def _loads_first(names: Collection[str]) -> list[str]:
-    loads = [role for role in names if role in LOADS]
-    return [*loads, *(role for role in names if role not in LOADS)]
-
-
 def _unit_of(column: Chosen) -> str | None:
     """Return the unit of a column, in a spelling that this tool reads.
 
@@ -652,10 +627,6 @@ def _unit_of(column: Chosen) -> str | None:
     if unit:
         return units.parse_unit(unit, kind).text
     return "" if kind in ("number", "sign") else None
-
-
-def _is_number_alone(text: str) -> bool:
-    return is_number(text) and not re.search(r"[^\W\d]", text)
 
 
 def _are_laps(times: tuple[float | None, ...]) -> bool:
@@ -672,10 +643,6 @@ def _is_complete(column: Column, loads: Loads) -> bool:
         return False
     is_load = column.role in roles.LOADS
     return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
-
-
-def _has_value(column: Column) -> bool:
-    return any(value is not None for value in column.values)
 
 
 def _time_of(time: Column, runs: list[_Run]) -> Column:

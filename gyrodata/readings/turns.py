@@ -87,14 +87,21 @@ def turns_in(text: str) -> str:
     if len(text) > MAX_HEADER or _states_no_turns(text):
         return ""
     plain = _in_plain_words(text)
-    marked = _without_joined_words(mark_turns(plain))
+    marked = mark_turns(plain)
     names_turn = MARK in marked
+    if names_turn:
+        # "1/4 turn" for "Vierteldrehung"
+        marked = re.sub(
+            _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
+        )
     counted = _count_of_turns(marked) if names_turn else None
     if counted is not None:
         return counted
     number = _number_of_turns(marked) if names_turn else ""
     degrees = _part_in_degrees(plain)
-    return degrees or number or _one_turn(plain, marked)
+    is_full = names_turn and re.search(_FULL_TURN, marked)
+    is_one = is_full or re.search(_ONE_TURN, plain)
+    return degrees or number or ("1" if is_one else "")
 
 
 def _states_no_turns(text: str) -> bool:
@@ -123,12 +130,6 @@ def _may_contain_number(text: str) -> bool:
     )
 
 
-def _one_turn(plain: str, marked: str) -> str:
-    """Return "1" for "full turn" in one word or in another order; else ""."""
-    is_full = MARK in marked and re.search(_FULL_TURN, marked)
-    return "1" if is_full or re.search(_ONE_TURN, plain) else ""
-
-
 def _in_plain_words(header: str) -> str:
     """Write a header in the usual words and numbers, without signs such as "⅓"."""
     plain = "".join(
@@ -138,15 +139,6 @@ def _in_plain_words(header: str) -> str:
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
     return plain
-
-
-def _without_joined_words(marked: str) -> str:
-    """Write "1/4 turn" for "Vierteldrehung"."""
-    if MARK not in marked:
-        return marked
-    return re.sub(
-        _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", marked
-    )
 
 
 def _count_of_turns(marked: str) -> str | None:
@@ -165,11 +157,9 @@ def _count_of_turns(marked: str) -> str | None:
         is_number = not mixed[1] or mixed[1].lower() in _FOR
         return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
     counted = re.search(_COUNTED, marked)
-    return _in_digits(counted[1]) if counted else None
-
-
-def _in_digits(number: str) -> str:
-    return number.replace(" ", "").replace(",", ".").replace("⁄", "/")
+    if counted is None:
+        return None
+    return counted[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
 
 
 def _part_in_degrees(plain: str) -> str:

@@ -338,28 +338,14 @@ class Faults:
             return Diagnostic(
                 code, about.severity, words, hint, self.name, doubt=about.doubt
             )
-        excerpt = (
-            self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
-        )
-        sheet, row = self._row(where.line)
-        high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
-        cell = (
-            f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
-            if sheet and row
-            else sheet
-        )
-        return Diagnostic(
-            code,
-            about.severity,
-            words,
-            hint,
-            self.name,
-            *where,
-            excerpt,
-            max(1, len(text)),
-            about.doubt,
-            cell,
-        )
+        is_inside = 0 < where.line <= len(self.lines)
+        excerpt = self.lines[where.line - 1] if is_inside else ""
+        cell, row = self._row(where.line)
+        if cell and row:
+            high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
+            cell += f"!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+        about_place = (*where, excerpt, max(1, len(text)), about.doubt, cell)
+        return Diagnostic(code, about.severity, words, hint, self.name, *about_place)
 
     def add(
         self, name: str, place: Text | Place | None = None, /, **values: Any

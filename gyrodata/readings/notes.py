@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -28,7 +27,7 @@ from gyrodata.readings.names import (
     squeeze,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
 
 ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
@@ -49,30 +48,23 @@ _HALF_TURN = (
 """A number of turns, which other rules read; or "half time", the middle of a run."""
 
 
-@cache
-def _stems() -> tuple[str, ...]:
-    """Return the names of a period without their last letter, which can be inflected."""
-    periods = [name for name in NAMES if "precession_period" in NAMES[name]]
-    return tuple([name[:-1] for name in periods if len(name) > 4 or name > FIRST_SIGN])
-
-
-@cache
-def _part_of_period() -> str:
-    """Return a pattern of another number of periods than one, such as "pół okresu"."""
-    parts = "|".join(re.escape(word) for word in NUMBERS if NUMBERS[word] != "1")
-    periods = "|".join(name for name in NAMES if "precession_period" in NAMES[name])
-    return (
-        rf"(?<![^\W\u2e80-\uffef])(?:(?:{parts})\W*(?:\w{{1,3}}\W+){{0,2}}\w?"
-        rf"|[2-9] (?!(?:{periods})\b))(?:{'|'.join(_stems())})"
-    )
+_PERIODS = tuple([name for name in NAMES if "precession_period" in NAMES[name]])
+_STEMS = tuple([name[:-1] for name in _PERIODS if len(name) > 4 or name > FIRST_SIGN])
+"""Names of a period without their last letter, which can be inflected."""
 
 
 def _names_part_of_period(note: str) -> bool:
-    """Return whether a note names another number of periods than one."""
-    words = " ".join(map(squeeze, TOKENS.split(note.lower())))
-    # The pattern is long, and most notes name no period.
-    is_of_period = any(stem in words for stem in _stems())
-    return is_of_period and re.search(_part_of_period(), words) is not None
+    """Return whether a note names another number of periods than one, as "pół okresu"."""
+    spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
+    words = list(map(squeeze, TOKENS.split(spaced)))
+    for at, word in enumerate(words):
+        if not word.startswith(_STEMS):
+            continue
+        numbers = [NUMBERS.get(before, "1") for before in words[max(0, at - 3) : at]]
+        are_several = words[at - 1 : at] < ["9"] and words[at - 1 : at] > ["2"]
+        if set(numbers) != {"1"} or (are_several and word not in _PERIODS):
+            return True
+    return False
 
 
 def altered_role(note: str) -> str:

@@ -34,12 +34,12 @@ NUMBERS = {
     for word in squeezed_names(",".join(vocabulary.words(number).split()))
 }
 """The number that a word says: "2", "1/2", or the denominator "/3"."""
-_SIGNS = "|".join(
+SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
         ::-1
     ]
 )
-_SIGNS = f"(?<!第)(?:{_SIGNS})"
+SIGNS = f"(?<!第)(?:{SIGNS})"
 """Numbers in languages without blanks between words."""
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
@@ -220,7 +220,7 @@ def _joined(count: str, part: str, is_sum: bool) -> str:
 
 def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
-    spaced = re.sub(_SIGNS, r" \g<0> ", text.lower())
+    spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
     words = [
         word if re.search("[0-9]", word) else squeeze(word).lower()
         for word in TOKENS.split(spaced)

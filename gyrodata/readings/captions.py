@@ -20,9 +20,9 @@ from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
     MAX_HEADER,
+    ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
-    Phrases,
     from_centre,
     name_roles,
     origin_in,
@@ -64,7 +64,6 @@ _SMALL = (
 """Words next to a quantity of a run that do not say of what it is."""
 _NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])|=\s*[0-9/]+(?=\s)"
 """The number of a weight or a run: "Weight 1:", "m1 ="; and "turns=1"."""
-_ROD = Phrases("rod")
 _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "note"})
 
 
@@ -247,7 +246,7 @@ def _turns_of_sentence(sentence: str) -> str:
         if turns := turns_in(clause):
             words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
             if all(
-                _is_known(one) or is_of_turns(one) or _ROD.is_in(one) for one in words
+                _is_known(one) or is_of_turns(one) or ROD.is_in(one) for one in words
             ):
                 return turns
     return ""

@@ -53,14 +53,23 @@ def parse_header(text: str) -> Header:
         from gyrodata.readings.unusual_headers import unusual_header
 
         header = unusual_header(text)
+    turns = turns_in(text) or turns_in(header.name)
+    if not turns and (match := _WITH_FRACTION.fullmatch(text)):
+        symbol = parse_header(match[1] + match[3])
+        if "time" in symbol.roles:
+            # "t_1/3 (s)" is the time of a third of a turn.
+            return replace(symbol, text=text, roles=("time",), turns=match[2])
     return replace(
         header,
-        turns=turns_in(text) or turns_in(header.name),
+        turns=turns,
         origin=origin_in(text) or ("centre" if from_centre(text) else ""),
         moment=moment_in(text),
         is_of_means=contains_word(text, MEAN_WORDS),
         is_of_the_spin=is_of_the_spin(text),
     )
+
+
+_WITH_FRACTION = re.compile(r"([^\W\d_])_?[{(]?(1/[2-9]|2/3|3/4)[)}]?(\W.*)")
 
 
 def _usual_header(text: str) -> Header | None:

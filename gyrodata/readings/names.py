@@ -135,6 +135,7 @@ MOTION_WORDS = _words("motion")
 SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
 DIAMETER = Phrases("diameter")
+ROD = Phrases("rod")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS

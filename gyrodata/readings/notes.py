@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 from gyrodata.quantities import numerals, vocabulary
@@ -13,11 +14,14 @@ from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
     BEHIND_FROM,
     CENTRE,
+    DIAMETER,
     FIRST_SIGN,
     FROM,
     NAMES,
     OF_WEIGHT,
     ORIGINS,
+    ROD,
+    SPHERE,
     TOKENS,
     Phrases,
     from_centre,
@@ -53,6 +57,9 @@ _STEMS = tuple([name[:-1] for name in _PERIODS if len(name) > 4 or name > FIRST_
 """Names of a period without their last letter, which can be inflected."""
 
 
+_DIGITS = frozenset("23456789")
+
+
 def _names_part_of_period(note: str) -> bool:
     """Return whether a note names another number of periods than one, as "pół okresu"."""
     spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
@@ -61,8 +68,8 @@ def _names_part_of_period(note: str) -> bool:
         if not word.startswith(_STEMS):
             continue
         numbers = [NUMBERS.get(before, "1") for before in words[max(0, at - 3) : at]]
-        are_several = words[at - 1 : at] < ["9"] and words[at - 1 : at] > ["2"]
-        if set(numbers) != {"1"} or (are_several and word not in _PERIODS):
+        are_several = "".join(words[at - 1 : at]) in _DIGITS and word not in _PERIODS
+        if are_several or any(number != "1" for number in numbers):
             return True
     return False
 
@@ -161,6 +168,19 @@ def _names_position(note: str) -> bool:
     )
 
 
+def _calls_position_diameter(note: str, grid: Grid) -> bool:
+    """Return whether a note says such as "r is really the diameter" of a column r."""
+    clauses = [
+        clause
+        for clause in re.split(r"[,;.]\s", note)
+        if DIAMETER.is_in(clause) and not (SPHERE.is_in(clause) or ROD.is_in(clause))
+    ]
+    texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
+    headers = [one for one in map(parse_header, texts) if "position" in one.roles]
+    names = "|".join(re.escape(header.name) for header in headers) or "$."
+    return any(re.search(rf"(?<!\w)(?:{names})(?![\w'’])", one) for one in clauses)
+
+
 _LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
 """A word of three letters; signs of a language without blanks between words."""
 
@@ -210,6 +230,8 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
     counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
     for note, cell in notes.items():
         role = altered_role(note)
+        if not role and DIAMETER.is_in(note) and _calls_position_diameter(note, grid):
+            role = "position"
         is_answered = role in roles.TIMINGS and turns_in(note) in counts
         if role and not is_answered:
             faults.add("note", cell, note=note, role=role.replace("_", " "))

@@ -87,12 +87,17 @@ def said_in(row: Row) -> Given:
         found.pop("turns", None)
     if turns := _named_turns((*row.texts, *_clauses(whole))):
         found["turns"] = {turns: filled[-1]}
-    longest = {
-        role: max(texts, key=len)
-        for role, texts in found.items()
-        if len(set(map(_value_of, texts))) == 1
-    }
-    return {role: (text, found[role][text]) for role, text in longest.items()}
+    return dict(_without_contradictions(found))
+
+
+def _without_contradictions(
+    found: dict[str, dict[str, int]],
+) -> Iterator[tuple[str, tuple[str, int]]]:
+    """Yield the longest text of each role, with its cell, if all its texts are equal."""
+    for role, texts in found.items():
+        if len(set(map(_value_of, texts))) == 1:
+            longest = max(texts, key=len)
+            yield role, (longest, texts[longest])
 
 
 def _joined(cells: list[str]) -> str:
@@ -166,7 +171,7 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         unit = match[2] or match[3]
         before = bare[end : match.start()]
         kinds = kinds_of(unit)
-        role = next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
+        role = SAID_KINDS.get(min(kinds, default=""), "")
         end = match.end() if kinds else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue

@@ -43,6 +43,7 @@ _TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
     ("turns", ""): (MOST_TURNS, "%"),
 }
 """Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
+_COUNTED = (*roles.COUNTS, "spin_turns")
 _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 """Roles whose numbers may be written in words."""
 
@@ -240,8 +241,7 @@ class CellReader:
         for text in dict.fromkeys(texts):
             if text not in BLANKS and not self.lacks_unit:
                 self._read_one(text)
-        is_count = self.role in roles.COUNTS or self.role == "spin_turns"
-        if is_count and self.read and (part := part_counted(self.column.header)):
+        if self.role in _COUNTED and (part := part_counted(self.column.header)):
             self._count_parts(part)
         most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
         large = self._bare_above(most)
@@ -301,7 +301,7 @@ class CellReader:
             are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:
             are_counts = all(one.value.is_integer() for one in self.read.values())
-        if not are_counts:
+        if not are_counts or not self.read:
             return
         counted = {
             text: read_cell(_times(part, one.value), "number", "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Mapping
 from operator import attrgetter
@@ -46,12 +45,7 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    columns = columns_of(table)
-    legends = _legends_of(table)
-    for at, column in enumerate(columns):
-        symbol = squeeze(column.header.name.partition(" ")[0])
-        if symbol in legends:
-            columns[at] = _explained(column, legends[symbol])
+    columns = _explained_columns(table)
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
     columns = _with_counts(columns, choice)
@@ -63,7 +57,7 @@ def choose(
         _eliminate(several, choice, faults)
     if choice.unplaced:
         unnamed.place_columns(choice, faults)
-    if "spin" in choice.used and (choice.others or choice.unplaced):
+    if "spin" in choice.used:
         _ask_for_moments(choice, faults)
     if choice.there & {"spin_start", "spin_end"}:
         _name_moment_of_spin(choice, faults)
@@ -141,10 +135,16 @@ _LEGEND = re.compile(
 """A line such as "T = time of one turn"; but not "T = t/3"."""
 
 
-def _legends_of(table: layout.Layout) -> dict[str, str]:
-    """Return what the sentences and the lines of a log say of symbols."""
+def _explained_columns(table: layout.Layout) -> list[Chosen]:
+    """Return the columns, with what sentences and lines of the log say of symbols."""
     text = "\n".join(statement.text for statement in table.statements)
-    return {squeeze(match[1]): match[2] for match in _LEGEND.finditer(text)}
+    legends = {squeeze(match[1]): match[2] for match in _LEGEND.finditer(text)}
+    columns = columns_of(table)
+    for at, column in enumerate(columns):
+        symbol = squeeze(column.header.name.partition(" ")[0])
+        if symbol in legends:
+            columns[at] = _explained(column, legends[symbol])
+    return columns
 
 
 def _explained(column: Chosen, legend: str) -> Chosen:
@@ -268,10 +268,8 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
         if column.header.is_of_the_spin or (is_of_ball and not spin_is_known):
             choice.unplaced.append(column)
             continue
-        taken = {time.number for time in choice.times()}
-        free = next(number for number in itertools.count(1) if number not in taken)
-        repeat = None if column.header.is_of_means else free
-        choice.serve(replace(column, role="time", number=repeat, turns=turns))
+        number = None if column.header.is_of_means else choice.next_repeat()
+        choice.serve(replace(column, role="time", number=number, turns=turns))
 
 
 # By elimination
@@ -345,20 +343,35 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     if any(time.turns for time in choice.times()):
         there.add("turns")
     names = column.header.roles
-    is_period = names == ("time", "precession_period")
-    if is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS):
-        return []  # it may be the mean of the times
+    if _may_be_mean_time(column, there, choice):
+        return []
     if key := _uncertainty_of_symbol(column, choice):
         return [key]
     left = [role for role in names if _is_open(role, there, choice)]
-    # "rotation" next to "period" is the spin; next to "before" and "after" it is not.
-    if "spin" in left and not there.isdisjoint(roles.TIMINGS):
-        closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
-        left = [role for role in left if role not in closed]
+    left = _without_second_motion(left, there, choice)
     # A quantity that follows from the readings is not needed, if the header can be
     # another one.
     derived = roles.derived_roles(there)
     return [role for role in left if role not in derived] or left
+
+
+def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
+    """Return whether "T" may be the mean of times, next to times without turns."""
+    is_period = column.header.roles == ("time", "precession_period")
+    return is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS)
+
+
+def _without_second_motion(
+    left: list[str], there: set[str], choice: Choice
+) -> list[str]:
+    """Decide between the spin and the precession, if only one of them is left.
+
+    "rotation" next to "period" is the spin; next to "before" and "after" it is not.
+    """
+    if "spin" not in left or there.isdisjoint(roles.TIMINGS):
+        return left
+    closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
+    return [role for role in left if role not in closed]
 
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:

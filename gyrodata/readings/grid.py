@@ -143,14 +143,20 @@ def _are_names(texts: list[str], filled: list[str]) -> bool:
     named = list(filter(None, (parse_header(text).roles for text in filled)))
     if not any(map(roles.TEXTS.isdisjoint, named)):
         return False
-    # "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
-    # "distance from the centre" gives a value.
-    explain = any(map(turns_in, texts)) or any(map(is_bare, texts))
-    several = len(set(named)) > 1 or (len(named) > 1 and not explain)
+    several = len(set(named)) > 1 or _are_repeats(len(named), texts)
     if not several or count_of_numbers(texts) * 2 >= len(filled):
         return False
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     return 2 < len(filled) == len(named) or not units_of_row(texts)
+
+
+def _are_repeats(count: int, texts: Sequence[str]) -> bool:
+    """Return whether several cells name one quantity.
+
+    "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
+    "distance from the centre" gives a value.
+    """
+    return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
 
 
 _SIGNS = frozenset("0123456789.,/+-− ")
@@ -302,8 +308,7 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         line = grid.lines[index]
         if '"' in line:
             line = grid.lines[index] = _without_lone_quotes(grid, index)
-        cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
-        if max(map(len, cells), default=0) > MAX_CELL:
+        if len(line) > MAX_CELL < max(map(len, line.split(grid.delimiter))):
             raise faults.refuse("cell_too_long", Place(index + 1, 1))
         texts, until = _split_line(grid, index, faults)
         while texts and not texts[-1]:

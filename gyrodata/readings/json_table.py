@@ -35,17 +35,16 @@ def table_of(text: str) -> str:
     )
     named = data if isinstance(data, dict) else {"runs": data}
     given = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
-    table = _table_in(
-        {key: value for key, value in named.items() if not _is_cell(value)}
-    )
     try:
-        frame = pd.DataFrame(table, dtype=object)
+        frame = pd.DataFrame(_table_in(named), dtype=object)
+    except NoTableError:
+        raise
     except (ValueError, TypeError, AttributeError):
         raise NoTableError("its columns do not have the same length") from None
     nested = [name for name in frame if not all(map(_is_cell, frame[name]))]
     if nested:
         raise NoTableError(f'"{nested[0]:.60}" contains more than one value')
-    if frame.empty or len(frame.columns) < 2:
+    if min(len(frame), len(frame.columns) - 1) < 1:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
@@ -68,6 +67,7 @@ def _is_cell(value: Any) -> bool:
 
 def _table_in(named: dict[str, Any]) -> Any:
     """Return the records or the columns of JSON."""
+    named = {key: value for key, value in named.items() if not _is_cell(value)}
     tables = [name for name, value in named.items() if _are_records(value)]
     if len(tables) > 1:
         several = ", ".join(tables[:5])

@@ -388,6 +388,14 @@ class Choice(Struct):
         """Return the columns of the stopwatch."""
         return self.used.get("time", [])
 
+    def next_repeat(self) -> int:
+        """Return the first number that no column of the stopwatch has."""
+        taken = {time.number for time in self.times()}
+        number = 1
+        while number in taken:
+            number += 1
+        return number
+
     def gives_spin(self) -> bool:
         """Return whether the spin is known."""
         return any(self.there.issuperset(names) for names in roles.SPIN_SETS)

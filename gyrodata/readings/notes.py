@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Iterator
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.grid import Grid, has_numbers, is_head
+from gyrodata.readings.grid import Grid, Row, has_numbers, is_head
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
@@ -170,15 +171,21 @@ def _names_position(note: str) -> bool:
 
 def _calls_position_diameter(note: str, grid: Grid) -> bool:
     """Return whether a note says such as "r is really the diameter" of a column r."""
+    others = (SPHERE, ROD)
     clauses = [
         clause
-        for clause in re.split(r"[,;.]\s", note)
-        if DIAMETER.is_in(clause) and not (SPHERE.is_in(clause) or ROD.is_in(clause))
+        for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note))
+        if not any(words.is_in(clause) for words in others)
     ]
-    texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
-    headers = [one for one in map(parse_header, texts) if "position" in one.roles]
-    names = "|".join(re.escape(header.name) for header in headers) or "$."
+    names = "|".join(map(re.escape, _names_of_position(grid))) or "$."
     return any(re.search(rf"(?<!\w)(?:{names})(?![\w'’])", one) for one in clauses)
+
+
+def _names_of_position(grid: Grid) -> list[str]:
+    """Return the names of positions in the headers of all tables."""
+    texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
+    headers = map(parse_header, texts)
+    return [header.name for header in headers if "position" in header.roles]
 
 
 _LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
@@ -192,19 +199,14 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     such as "twice the real rpm".
     """
     notes = _notes_of(grid)
-    rows = [
-        row for row in grid.rows if any(map(_has_words, row.texts)) and not is_head(row)
-    ]
+    rows = list(filter(_is_text, grid.rows))
     titles = [", ".join(row.texts) for row in rows if not has_numbers(row)]
     origins = map(noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
     if origin == "surface" and any(map(noted_centre, [*notes, *titles])):
         origin = "both"
-    for row in rows:
-        places = [at for at, text in enumerate(row.texts) if _is_remark(text)]
-        if places:
-            note = ", ".join(row.texts[at] for at in places)
-            notes.setdefault(note, grid.cell(row, places[0]))
+    for note, cell in _remarks_in(rows, grid):
+        notes.setdefault(note, cell)
     _warn_of_notes(notes, grid, faults)
     return origin
 
@@ -235,6 +237,20 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
         is_answered = role in roles.TIMINGS and turns_in(note) in counts
         if role and not is_answered:
             faults.add("note", cell, note=note, role=role.replace("_", " "))
+
+
+def _is_text(row: Row) -> bool:
+    """Return whether a row contains words, and is not a header."""
+    return any(map(_has_words, row.texts)) and not is_head(row)
+
+
+def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:
+    """Yield the notes that are in rows, with the first cell of each."""
+    for row in rows:
+        places = [at for at, text in enumerate(row.texts) if _is_remark(text)]
+        if places:
+            note = ", ".join(row.texts[at] for at in places)
+            yield note, grid.cell(row, places[0])
 
 
 def _is_remark(text: str) -> bool:

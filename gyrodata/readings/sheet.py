@@ -295,11 +295,15 @@ class _Sheet:
         """Return the name of the note if the rows of a table are not runs; else ""."""
         if self.any_timed and not any(map(_is_timing, self.table.headers)):
             return "untimed_table"
-        titles = [text for row in self.words for text in row.texts if len(text) < 60]
-        is_one_of_several = sum(map(is_head, self.grid.rows)) > 1
-        if is_one_of_several and any(map(_NOT_MEASURED.is_in, titles)):
+        if self._is_not_measured():
             return "table_not_measured"
         return "table_of_means" if means and self.runs and not self.only_means else ""
+
+    def _is_not_measured(self) -> bool:
+        """Return whether the title of one of several tables says that it is not measured."""
+        titles = [text for row in self.words for text in row.texts if len(text) < 60]
+        is_unused = any(map(_NOT_MEASURED.is_in, titles))
+        return is_unused and sum(map(is_head, self.grid.rows)) > 1
 
     def _are_means(self) -> bool:
         """Return whether a table contains means, by its title or its headers."""

@@ -14,7 +14,7 @@ from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights
 from gyrodata.readings.lablog import header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.names import DIAMETER, MAX_HEADER, PRECESSION
+from gyrodata.readings.names import DIAMETER, PRECESSION
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.unnamed import suggest_role
 
@@ -47,9 +47,7 @@ class Lack(Struct, frozen=True, dict=True):
         """Columns without a role that may contain it, by their name or else their unit."""
         # The start of a clock is not a reading.
         unplaced = [
-            column
-            for column in self.choice.unplaced
-            if len(column.text) <= MAX_HEADER and not column.header.moment
+            column for column in self.choice.unplaced if not column.header.moment
         ]
         named = [one for one in unplaced if not is_nameless(one)]
         if self._is_only_gap(named):

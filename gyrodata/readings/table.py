@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
@@ -234,14 +235,10 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = [
-            _Run(i, time, column)
-            for i in range(len(self.rows))
-            for time, column in times
-            if column.readings[i].text
-        ]
-        timed = [i for i, value in enumerate(is_run) if value]
-        rows = [run.row for run in runs] if times else timed
+        runs = _runs_of(times, len(self.rows))
+        rows = [run.row for run in runs]
+        if not times:
+            rows = list(itertools.compress(range(len(self.rows)), is_run))
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
@@ -324,7 +321,7 @@ class TableReader:
             any(map(str.isdigit, "".join(texts)))
             for texts in zip(*(column.texts for column in timed), strict=True)
         ]
-        if any(is_run) and not all(is_run):
+        if set(is_run) == {True, False}:
             pairs = zip(self.rows, is_run, strict=True)
             lines = [row.line for row, is_timed in pairs if not is_timed]
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
@@ -541,15 +538,18 @@ class TableReader:
             compared.use_turns_of_headers(columns, times, self.table, u, faults)
         if any(turns_in(sentence.text) for sentence in sentences):
             compared.compare_turns_with_texts(columns, self.table, faults)
-        turns = columns.get("turns")
-        if turns is None:
-            return
+        if "turns" in columns:
+            self._compare_turns(columns["turns"], columns)
+
+    def _compare_turns(self, turns: Column, columns: dict[str, Column]) -> None:
+        """Compare the turns with what is usual, with the angle and with the runs."""
+        faults = self.faults
         if any(re.search("[.,]", reading.text) for reading in turns.readings):
             compared.warn_of_rounded_turns(turns, faults)
         if "angle" in columns:
             compared.compare_turns_with_angle(turns, columns["angle"], faults)
-        if "turns" not in self.choice.mapped and compared.may_number_runs(turns):
-            compared.ask_if_runs_are_counted(turns, sentences, faults)
+        if turns.values[:1] == (1.0,) and "turns" not in self.choice.mapped:
+            compared.ask_if_runs_are_counted(turns, self.table.sentences, faults)
 
     def _read_others(self, rows: list[int]) -> list[Column]:
         """Read the further columns of a role for comparison."""
@@ -575,22 +575,28 @@ class TableReader:
         """Return header and cells of the columns that were not read."""
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
-        # A second column of a role is only compared, but a second text says something
-        # else than the first.
-        read = {*columns, *TEXTS}
-        used = self.replaced.union(
-            column.at
-            for role, chosen in self.choice.used.items()
-            if role in read or role.startswith("u_")
-            for column in chosen
-        )
-        used |= {one.at for one in self.choice.others if one.role in columns}
+        used = self._places_read({*columns, *TEXTS})
         unread = [
             (cell.text, tuple(self.rows[i].texts[at] for i in rows))
             for at, cell in enumerate(self.table.cells)
             if at not in used
         ]
         return tuple((header, texts) for header, texts in unread if any(texts))
+
+    def _places_read(self, read: set[str]) -> set[int]:
+        """Return the numbers of the columns that were read, compared or replaced.
+
+        A second column of a role is only compared, but a second text says something
+        else than the first.
+        """
+        chosen = [
+            one
+            for role, columns in self.choice.used.items()
+            if role in read or role.startswith("u_")
+            for one in columns
+        ]
+        compared = [one for one in self.choice.others if one.role in read - TEXTS]
+        return self.replaced.union(one.at for one in (*chosen, *compared))
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
@@ -613,6 +619,16 @@ class TableReader:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
+
+
+def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
+    """Return the timed runs: one for each time in a row."""
+    return [
+        _Run(i, time, column)
+        for i in range(rows)
+        for time, column in times
+        if column.readings[i].text
+    ]
 
 
 def _unit_of(column: Chosen) -> str | None:

@@ -99,9 +99,7 @@ def turns_in(text: str) -> str:
         return counted
     number = _number_of_turns(marked) if names_turn else ""
     degrees = _part_in_degrees(plain)
-    is_full = names_turn and re.search(_FULL_TURN, marked)
-    is_one = is_full or re.search(_ONE_TURN, plain)
-    return degrees or number or ("1" if is_one else "")
+    return degrees or number or _one_turn(plain, marked)
 
 
 def _states_no_turns(text: str) -> bool:
@@ -128,6 +126,12 @@ def _may_contain_number(text: str) -> bool:
     return is_word or any(
         part in small for part in (*_PARTS_OF_ONE, "voll", "once", "twice")
     )
+
+
+def _one_turn(plain: str, marked: str) -> str:
+    """Return "1" for "full turn" in one word or in another order; else ""."""
+    is_full = MARK in marked and re.search(_FULL_TURN, marked)
+    return "1" if is_full or re.search(_ONE_TURN, plain) else ""
 
 
 def _in_plain_words(header: str) -> str:

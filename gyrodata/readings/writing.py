@@ -210,18 +210,19 @@ def _head(readings: Readings) -> list[str]:
         lines[key] = f"{value!r} {SI[kind_of_role(key)]}"
     for key, u in readings.uncertainties.items():
         lines[key] = uncertainty_text(u, kind_of_role(key))
-    for key in ("balance_tilt", "balance_drift", "falling_mass"):
-        lines[key] = _several(getattr(readings, key), key)
+    lines["balance_tilt"] = _several(readings.balance_tilt, "balance_tilt")
+    lines["balance_drift"] = _several(readings.balance_drift, "balance_drift")
+    lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
     falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
     lines["spin_down"] = "; ".join(falls) or None
     words = {True: "yes", False: "no"}
     for key in ("tachometer", "motion", "balanced", "balance", *_PLACES):
         value = getattr(readings, key)
         lines[key] = words.get(value, value)
-    if readings.origin_u and readings.position_from:
+    if readings.origin_u:
         # The digits with which the length is written say how well it is known, and they
         # are lost above.
-        key, share, _ = ORIGIN_LENGTHS[readings.position_from]
+        key, share, _ = ORIGIN_LENGTHS[str(readings.position_from)]
         lines.setdefault(f"u_{key}", f"{readings.origin_u / share!r} m")
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 

@@ -56,7 +56,7 @@ def parse_header(text: str) -> Header:
     turns = turns_in(text) or turns_in(header.name)
     if not turns and (match := _WITH_FRACTION.fullmatch(text)):
         symbol = parse_header(match[1] + match[3])
-        if "time" in symbol.roles:
+        if not {"time", "precession_period"}.isdisjoint(symbol.roles):
             # "t_1/3 (s)" is the time of a third of a turn.
             return replace(symbol, text=text, roles=("time",), turns=match[2])
     return replace(

@@ -64,7 +64,9 @@ _DIGITS = frozenset("23456789")
 def _names_part_of_period(note: str) -> bool:
     """Return whether a note names another number of periods than one, as "pół okresu"."""
     spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
-    words = list(map(squeeze, TOKENS.split(spaced)))
+    squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
+    # "halvperioder" is "halv perioder".
+    words = re.sub("|".join(_STEMS), r" \g<0>", squeezed).split()
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue

@@ -20,9 +20,9 @@ from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
     MAX_HEADER,
+    ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
-    Phrases,
     from_centre,
     name_roles,
     origin_in,
@@ -64,7 +64,6 @@ _SMALL = (
 """Words next to a quantity of a run that do not say of what it is."""
 _NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])|=\s*[0-9/]+(?=\s)"
 """The number of a weight or a run: "Weight 1:", "m1 ="; and "turns=1"."""
-_ROD = Phrases("rod")
 _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "note"})
 
 
@@ -171,8 +170,9 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         number = match[1] or match[4]
         unit = match[2] or match[3]
         before = bare[end : match.start()]
-        role = _role_of(unit)
-        end = match.end() if kinds_of(unit) else end
+        kinds = kinds_of(unit)
+        role = SAID_KINDS.get(min(kinds, default=""), "")
+        end = match.end() if kinds else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue
         cell = bare[end : next((at for at in ends if at > end), None)]
@@ -180,12 +180,6 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         if not _is_of_run(role, before, behind):
             break  # what follows may be of the ball too
         yield role, f"{number} {unit}", match.start(1 if match[1] else 4)
-
-
-def _role_of(unit: str) -> str:
-    """Return the role of a quantity in a sentence, by its unit; else ""."""
-    kinds = kinds_of(unit)
-    return next((SAID_KINDS[kind] for kind in SAID_KINDS if kind in kinds), "")
 
 
 def _without_brackets(sentence: str) -> str:
@@ -229,18 +223,13 @@ def _is_known(word: str) -> bool:
     return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
 
 
-def _kinds_in(sentence: str) -> Iterator[frozenset[str]]:
-    for match in QUANTITY.finditer(sentence):
-        yield kinds_of(match[2] or match[3])
-
-
 def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:
     """Quote the sentences with a quantity of one of some kinds, for a hint."""
-    texts = [
-        f'"{sentence.text}"'
-        for sentence in sentences
-        if any(map(kinds.intersection, _kinds_in(sentence.text)))
-    ]
+    texts = []
+    for sentence in sentences:
+        units = [match[2] or match[3] for match in QUANTITY.finditer(sentence.text)]
+        if any(map(kinds.intersection, map(kinds_of, units))):
+            texts.append(f'"{sentence.text}"')
     return f"; the log says {', '.join(texts[:3])}" if texts else ""
 
 
@@ -262,7 +251,7 @@ def _turns_of_sentence(sentence: str) -> str:
         if turns := turns_in(clause):
             words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
             if all(
-                _is_known(one) or is_of_turns(one) or _ROD.is_in(one) for one in words
+                _is_known(one) or is_of_turns(one) or ROD.is_in(one) for one in words
             ):
                 return turns
     return ""

@@ -43,6 +43,7 @@ _TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
     ("turns", ""): (MOST_TURNS, "%"),
 }
 """Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
+_COUNTED = (*roles.COUNTS, "spin_turns")
 _IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
 """Roles whose numbers may be written in words."""
 
@@ -147,19 +148,14 @@ def meant_texts(
     """Return the texts of a column, as the quantities that they mean."""
     texts = list(column.texts)
     if column.role in roles.TIMINGS:
-        texts = _without_words(texts)
-    elif column.role == "mass":
+        if any(map(is_number, texts)):
+            # Words between numbers, such as "aborted", are left out.
+            texts = [text if re.search("[0-9]", text) else "" for text in texts]
+    elif column.role == "mass" and not _DASHES.isdisjoint(texts):
         texts = _with_zero_for_dashes(texts, positions)
     if column.header.unit == "s" and ":" in fold_number(" ".join(texts)):
         _ask_for_colons(column, texts, table, faults)
     return texts
-
-
-def _without_words(texts: list[str]) -> list[str]:
-    """Leave out words between numbers, such as "aborted"."""
-    if not any(map(is_number, texts)):
-        return texts
-    return [text if re.search("[0-9]", text) else "" for text in texts]
 
 
 def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[str]:
@@ -245,10 +241,12 @@ class CellReader:
         for text in dict.fromkeys(texts):
             if text not in BLANKS and not self.lacks_unit:
                 self._read_one(text)
-        is_count = self.role in roles.COUNTS or self.role == "spin_turns"
-        if is_count and self.read and (part := part_counted(self.column.header)):
+        if self.role in _COUNTED and (part := part_counted(self.column.header)):
             self._count_parts(part)
-        self._ask_for_likelier_unit()
+        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
+        large = self._bare_above(most)
+        if large and large[0] not in self.wrong:
+            self._ask_for_likelier_unit(large, likely)
         for one in self.read.values():
             if one.step is not None:
                 finest = self.finest.get(one.unit, math.inf)
@@ -259,7 +257,10 @@ class CellReader:
             quantity = self._quantity(text)
         except UnitError as error:
             self.lacks_unit = error.code == diagnostics.UNIT_MISSING
-            self.wrong[text] = Wrong(error.code, error, error.hint + _missed(text))
+            is_word = not any(letter.isdigit() for letter in text)
+            missed = "; or put # before the line of a run that was not measured"
+            hint = error.hint + missed * is_word
+            self.wrong[text] = Wrong(error.code, error, hint)
             return
         self.read[text] = quantity
         fault, hint = roles.check_value(self.role, quantity.value)
@@ -300,7 +301,7 @@ class CellReader:
             are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:
             are_counts = all(one.value.is_integer() for one in self.read.values())
-        if not are_counts:
+        if not are_counts or not self.read:
             return
         counted = {
             text: read_cell(_times(part, one.value), "number", "")
@@ -310,26 +311,23 @@ class CellReader:
         self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
         self.read |= counted
 
-    def _ask_for_likelier_unit(self) -> None:
+    def _ask_for_likelier_unit(self, large: list[str], likely: str) -> None:
         """Ask for the unit of seconds below "min", degrees below "rad", or percent.
 
         Turns such as 120 may be degrees, too. A header that names turns itself needs no
         other unit.
         """
-        most, likely = _TOO_LARGE.get((self.role, self.unit), (math.inf, ""))
-        large = self._bare_above(most)
         are_angles = self.role == "turns" and all(map(_may_be_degrees, large))
         if self.column.header.roles == ("turns",) and not are_angles:
             return
-        if large and large[0] not in self.wrong:
-            values = {"role": self.role, "likely": likely, "text": large[0]}
-            unit = self.unit or self.role
-            # Other parts of a turn give an answer that looks possible: ask.
-            name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
-            if are_angles:
-                name = "turns_or_degrees"
-                values["part"] = str(Fraction(int(large[0]), 360))
-            self.faults.add(name, self.column.cell, unit=unit, **values)
+        values = {"role": self.role, "likely": likely, "text": large[0]}
+        unit = self.unit or self.role
+        # Other parts of a turn give an answer that looks possible: ask.
+        name = "turns_unlikely" if self.role == "turns" else "unit_unlikely"
+        if are_angles:
+            name = "turns_or_degrees"
+            values["part"] = str(Fraction(int(large[0]), 360))
+        self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def _bare_above(self, most: float) -> list[str]:
         """Return the numbers without a unit of their own that are above a value [SI]."""
@@ -357,13 +355,6 @@ def _times(part: str, count: float) -> str:
     )
 
 
-def _missed(text: str) -> str:
-    """Return what to do with a cell without a digit."""
-    if any(letter.isdigit() for letter in text):
-        return ""
-    return "; or put # before the line of a run that was not measured"
-
-
 class Uncertainties(Struct, frozen=True):
     """The ``u_…`` columns of a table, and the ``u_…`` of the log."""
 
@@ -388,7 +379,8 @@ class Uncertainties(Struct, frozen=True):
         keys = [key for key in roles.u_keys(role) if key in self.columns]
         if keys:
             own = self.columns[keys[0]][0]
-            unit = _own_unit(own, role, unit)
+            is_same_kind = kind_of_role(own.role) == kind_of_role(role)
+            unit = own.header.unit or (unit if is_same_kind else None)
             self._read_column(own, role, unit, spreads, faults)
         return spreads
 
@@ -415,12 +407,6 @@ class Uncertainties(Struct, frozen=True):
             typed = text if "%" in text else text + percent
             u = _read(column, typed, unit, faults, cell)
             spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
-
-
-def _own_unit(column: Chosen, role: str, unit: str | None) -> str | None:
-    """Return the unit of a ``u_…`` column: its own, or else that of its readings."""
-    is_same_kind = kind_of_role(column.role) == kind_of_role(role)
-    return column.header.unit or (unit if is_same_kind else None)
 
 
 def _read(

@@ -21,6 +21,7 @@ from gyrodata.readings.headers import (
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of
 from gyrodata.readings.names import Header, squeeze
+from gyrodata.readings.notes import ALTERED
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import DIVIDED
@@ -44,8 +45,7 @@ def choose(
     reading of the spin gets the moment that the other columns leave to it.
     """
     choice = Choice({*settings.roles}, mapped={*mapping})
-    legends = _legends_of(table)
-    columns = [_explained(column, legends) for column in columns_of(table)]
+    columns = _explained_columns(table)
     if mapping:
         columns = _serve_mapped(columns, mapping, choice, faults)
     columns = _with_counts(columns, choice)
@@ -57,7 +57,10 @@ def choose(
         _eliminate(several, choice, faults)
     if choice.unplaced:
         unnamed.place_columns(choice, faults)
-    _decide_moments(columns, choice, faults)
+    if "spin" in choice.used:
+        _ask_for_moments(choice, faults)
+    if choice.there & {"spin_start", "spin_end"}:
+        _name_moment_of_spin(choice, faults)
     _ask_about_unused_words(choice, faults)
     if choice.unplaced and "mass" in choice.there:
         unnamed.warn_of_unused_masses(choice, faults)
@@ -132,21 +135,26 @@ _LEGEND = re.compile(
 """A line such as "T = time of one turn"; but not "T = t/3"."""
 
 
-def _legends_of(table: layout.Layout) -> dict[str, Header]:
-    """Return what the sentences and the lines of a log say of symbols."""
+def _explained_columns(table: layout.Layout) -> list[Chosen]:
+    """Return the columns, with what sentences and lines of the log say of symbols."""
     text = "\n".join(statement.text for statement in table.statements)
-    matches = _LEGEND.finditer(text)
-    return {squeeze(match[1]): parse_header(match[2]) for match in matches}
+    legends = {squeeze(match[1]): match[2] for match in _LEGEND.finditer(text)}
+    columns = columns_of(table)
+    for at, column in enumerate(columns):
+        symbol = squeeze(column.header.name.partition(" ")[0])
+        if symbol in legends:
+            columns[at] = _explained(column, legends[symbol])
+    return columns
 
 
-def _explained(column: Chosen, legends: dict[str, Header]) -> Chosen:
+def _explained(column: Chosen, legend: str) -> Chosen:
     """Return a column with the role or the turns that a legend gives its symbol."""
     header = column.header
-    legend = legends.get(squeeze(header.name.partition(" ")[0]), Header(""))
-    if header.turns or legend.is_of_means:
+    meaning = parse_header(legend)
+    if header.turns or meaning.is_of_means:
         return column
-    turns = legend.turns if "time" in header.roles else ""
-    names = tuple(role for role in header.roles if role in legend.roles)
+    turns = meaning.turns if "time" in header.roles else ""
+    names = tuple(role for role in header.roles if role in meaning.roles)
     names = ("time",) if turns else names or header.roles
     return replace(column, header=replace(header, roles=names, turns=turns))
 
@@ -191,21 +199,15 @@ def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
 
 def _states_turns(column: Chosen) -> bool:
     """Return whether a column contains times of turns that its header states."""
-    return _is_time(column) and column.header.turns != ""
-
-
-def _is_time(column: Chosen) -> bool:
     header = column.header
+    if not header.turns:
+        return False
     if header.unit is not None:
         return header.roles in _TIMES and "time" in column.kinds
     if header.roles:
         return header.roles == ("time",)
-    return _are_times(column.texts)
-
-
-def _are_times(texts: tuple[str, ...]) -> bool:
-    """Return whether each cell has a unit of time: "1 turn takes" above "20.3 s"."""
-    units = [text.lstrip("0123456789., ") for text in texts if text]
+    # "1 turn takes" above "20.3 s"
+    units = [text.lstrip("0123456789., ") for text in column.texts if text]
     return bool(units) and all("time" in kinds_of(unit) for unit in units)
 
 
@@ -216,7 +218,7 @@ def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
         header = column.header
         if _states_turns(column):
             continue
-        if unit_says_otherwise(column, choice):
+        if not can_measure(header) and _unit_says_otherwise(column, choice):
             choice.unplaced.append(column)
         elif len(header.roles) == 1:
             choice.serve(replace(column, role=header.roles[0], number=header.number))
@@ -262,25 +264,12 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns
-        is_of_ball = not spin_is_known and _may_be_of_ball(turns)
-        if column.header.is_of_the_spin or is_of_ball:
+        is_of_ball = turns.isdigit() and int(turns) >= _BALL_TURNS
+        if column.header.is_of_the_spin or (is_of_ball and not spin_is_known):
             choice.unplaced.append(column)
-        else:
-            _serve_time(column, turns, choice)
-
-
-def _may_be_of_ball(turns: str) -> bool:
-    return turns.isdigit() and int(turns) >= _BALL_TURNS
-
-
-def _serve_time(column: Chosen, turns: str, choice: Choice) -> None:
-    """Use a column for the time, as a repeat of the columns before it."""
-    taken = {time.number for time in choice.times()}
-    number = 1
-    while number in taken:
-        number += 1
-    repeat = None if column.header.is_of_means else number
-    choice.serve(replace(column, role="time", number=repeat, turns=turns))
+            continue
+        number = None if column.header.is_of_means else choice.next_repeat()
+        choice.serve(replace(column, role="time", number=number, turns=turns))
 
 
 # By elimination
@@ -324,7 +313,10 @@ def _ask_or_leave_out(
 ) -> None:
     """Ask for the role of a column if it may be needed; else say that it is not used."""
     left = _left(column, choice)
-    if not any(_is_needed(role, lacking) for role in left):
+    is_needed = any(
+        role.startswith("u_") or roles.BY_NAME[role].part in lacking for role in left
+    )
+    if not is_needed:
         fits = " and ".join(column.header.roles)
         faults.add("not_used", column.cell, why=f"is not used: it fits {fits}")
         return
@@ -332,7 +324,9 @@ def _ask_or_leave_out(
     without = f' (and take "{counts[0].text}" out)' if counts else ""
     ends = {role: without if role in roles.ONE_TURN else "" for role in left}
     ways = [f'--map {role}="{column.text}"{ends[role]}' for role in left]
-    headers = [f'"{_header_for(role, column)}"{ends[role]}' for role in left]
+    unit = column.header.unit
+    usual = {role: unit or DISPLAY[kind_of_role(role)] for role in left}
+    headers = [f'"{header_of(role, usual[role])}"{ends[role]}' for role in left]
     choice.asked.update(left)
     faults.add(
         "two_roles",
@@ -343,29 +337,28 @@ def _ask_or_leave_out(
     )
 
 
-def _is_needed(role: str, lacking: set[str]) -> bool:
-    return role.startswith("u_") or roles.BY_NAME[role].part in lacking
-
-
-def _header_for(role: str, column: Chosen) -> str:
-    return header_of(role, column.header.unit or DISPLAY[kind_of_role(role)])
-
-
 def _left(column: Chosen, choice: Choice) -> list[str]:
     """Return the roles that a header may still have."""
     there = set(choice.there)
     if any(time.turns for time in choice.times()):
         there.add("turns")
+    names = column.header.roles
     if _may_be_mean_time(column, there, choice):
         return []
     if key := _uncertainty_of_symbol(column, choice):
         return [key]
-    left = [role for role in column.header.roles if _is_open(role, there, choice)]
+    left = [role for role in names if _is_open(role, there, choice)]
     left = _without_second_motion(left, there, choice)
     # A quantity that follows from the readings is not needed, if the header can be
     # another one.
     derived = roles.derived_roles(there)
     return [role for role in left if role not in derived] or left
+
+
+def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
+    """Return whether "T" may be the mean of times, next to times without turns."""
+    is_period = column.header.roles == ("time", "precession_period")
+    return is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS)
 
 
 def _without_second_motion(
@@ -379,12 +372,6 @@ def _without_second_motion(
         return left
     closed = ("spin",) if choice.gives_spin() else roles.TIMINGS
     return [role for role in left if role not in closed]
-
-
-def _may_be_mean_time(column: Chosen, there: set[str], choice: Choice) -> bool:
-    """Return whether "T" may be the mean of times, next to times without turns."""
-    is_period = column.header.roles == ("time", "precession_period")
-    return is_period and "time" in choice.used and there.isdisjoint(roles.COUNTS)
 
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
@@ -407,14 +394,6 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 # Readings of the spin
-
-
-def _decide_moments(columns: list[Chosen], choice: Choice, faults: Faults) -> None:
-    """Decide at which moment of a run each spin was read."""
-    if "spin" in choice.used and (choice.others or choice.unplaced):
-        _ask_for_moments(choice, faults)
-    if choice.there & {"spin_start", "spin_end"}:
-        _name_moment_of_spin(choice, faults)
 
 
 def _ask_for_moments(choice: Choice, faults: Faults) -> None:
@@ -458,10 +437,18 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
+            if role == "position" and not column.header.origin:
+                _warn_of_altered_position(column, faults)
             words = " ".join(unused_words(column.header))
             if words and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
                 faults.add("words_not_used", column.cell, words=words, named=named)
+
+
+def _warn_of_altered_position(column: Chosen, faults: Faults) -> None:
+    """Warn of "centre to inner face (cm)", which is not the middle of the weight."""
+    if ALTERED.is_in(column.text):
+        faults.add("note", column.cell, note=column.text, role="position")
 
 
 def _uses_words(column: Chosen) -> bool:
@@ -471,13 +458,12 @@ def _uses_words(column: Chosen) -> bool:
     return column.role in roles.COUNTS and part_counted(column.header) != ""
 
 
-def unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
+def _unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
     """Return whether a column has the unit of a role that is missing, and not of its name.
 
     The unit says more than the word: "Masa (s)" is a time in Malay.
     """
-    header = column.header
-    if len(header.roles) != 1 or not column.kinds or can_measure(header):
+    if len(column.header.roles) != 1 or not column.kinds:
         return False
     return any(
         kind_of_role(role.name) in column.kinds

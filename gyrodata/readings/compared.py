@@ -221,7 +221,7 @@ def _report_sentence(
     place = counted.place(0)
     lines = {row.line for row in table.rows}
     is_typed = place is None or place.line in lines or counted.header[:1] == "#"
-    if not is_typed or may_number_runs(counted):
+    if not is_typed or _may_number_runs(counted):
         values = {"header": counted.header, "turns": counted.readings[0].text}
         values |= {"other": sentence.text, "says": turns_in(sentence.text)}
         faults.add("turns_contradict_header", sentence, **values)
@@ -230,7 +230,7 @@ def _report_sentence(
     faults.add("note", sentence, note=sentence.text, role=role)
 
 
-def may_number_runs(turns: Column) -> bool:
+def _may_number_runs(turns: Column) -> bool:
     """Return whether a column of turns has a name such as "Lap", "N" or "count"."""
     is_counter = squeeze(turns.header).lower() in COUNTER_WORDS
     return is_counter or may_number(parse_header(turns.header))
@@ -243,7 +243,9 @@ def ask_if_runs_are_counted(
 
     It may begin again at 1 if a sentence states turns.
     """
-    counts = [int(value) for value in turns.values if value and value.is_integer()]
+    if not _may_number_runs(turns):
+        return
+    counts = [value for value in turns.values if value]
     steps = [after in (1, before + 1) for before, after in pairwise([0, *counts])]
     if len(counts) < max(4, len(turns.values)) or not all(steps) or max(counts) == 1:
         return

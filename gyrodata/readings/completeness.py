@@ -93,31 +93,18 @@ def _is_uncertain(unread: set[str], faults: Faults) -> bool:
 def _report_runs_that_lack(log: Readings, faults: Faults) -> None:
     """Report the runs without a quantity that the log has for others."""
     lines: dict[str, list[int]] = {}
-    for run in _runs_with_blanks(log):
-        for role in _missing_from_run(log, run):
-            lines.setdefault(role, []).append(log.lines[run])
+    columns = log.columns
+    mass = columns.get("mass")
+    for run, line in enumerate(log.lines):
+        typed = {role for role, column in columns.items() if column.readings[run].text}
+        loaded = mass is None or mass.values[run] != 0
+        if len(typed) < len(columns):
+            for role in missing_roles(typed, columns, loaded):
+                lines.setdefault(role, []).append(line)
     for role, of_role in lines.items():
         name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
         unique = list(dict.fromkeys(of_role))
         faults.add(name, Place(unique[0], 1), lines=unique, role=role)
-
-
-def _runs_with_blanks(log: Readings) -> list[int]:
-    """Return the runs with a blank cell: others lack nothing.
-
-    A cell that could not be read is reported already.
-    """
-    readings = [column.readings for column in log.columns.values()]
-    runs = range(len(log.runs))
-    return [run for run in runs if not all(cells[run].text for cells in readings)]
-
-
-def _missing_from_run(log: Readings, run: int) -> list[str]:
-    columns = log.columns
-    mass = log.columns.get("mass")
-    typed = {role for role, column in columns.items() if column.readings[run].text}
-    loaded = mass is None or mass.values[run] != 0
-    return missing_roles(typed, columns, loaded)
 
 
 def without_wrong_runs(log: Readings) -> Readings | None:

@@ -134,7 +134,7 @@ def count_of_numbers(texts: Sequence[str]) -> int:
 def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
     filled = row.filled()
-    if len(list(itertools.filterfalse(_has_digits_alone, filled))) < 2:
+    if len(list(itertools.filterfalse(_SIGNS.issuperset, filled))) < 2:
         return False  # the rows of a long log
     return _are_names(row.texts, filled)
 
@@ -150,14 +150,6 @@ def _are_names(texts: list[str], filled: list[str]) -> bool:
     return 2 < len(filled) == len(named) or not units_of_row(texts)
 
 
-_SIGNS = frozenset("0123456789.,/+-− ")
-"""The signs of a number, a blank included."""
-
-
-def _has_digits_alone(text: str) -> bool:
-    return _SIGNS.issuperset(text)
-
-
 def _are_repeats(count: int, texts: Sequence[str]) -> bool:
     """Return whether several cells name one quantity.
 
@@ -165,6 +157,10 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
     "distance from the centre" gives a value.
     """
     return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
+
+
+_SIGNS = frozenset("0123456789.,/+-− ")
+"""The signs of a number, a blank included."""
 
 
 def units_of_row(texts: Sequence[str]) -> list[str]:
@@ -309,9 +305,10 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
-        line = grid.lines[index] = _without_lone_quotes(grid, index)
-        cells = line.split(grid.delimiter) if len(line) > MAX_CELL else []
-        if max(map(len, cells), default=0) > MAX_CELL:
+        line = grid.lines[index]
+        if '"' in line:
+            line = grid.lines[index] = _without_lone_quotes(grid, index)
+        if len(line) > MAX_CELL < max(map(len, line.split(grid.delimiter))):
             raise faults.refuse("cell_too_long", Place(index + 1, 1))
         texts, until = _split_line(grid, index, faults)
         while texts and not texts[-1]:

@@ -53,14 +53,23 @@ def parse_header(text: str) -> Header:
         from gyrodata.readings.unusual_headers import unusual_header
 
         header = unusual_header(text)
+    turns = turns_in(text) or turns_in(header.name)
+    if not turns and (match := _WITH_FRACTION.fullmatch(text)):
+        symbol = parse_header(match[1] + match[3])
+        if not {"time", "precession_period"}.isdisjoint(symbol.roles):
+            # "t_1/3 (s)" is the time of a third of a turn.
+            return replace(symbol, text=text, roles=("time",), turns=match[2])
     return replace(
         header,
-        turns=turns_in(text) or turns_in(header.name),
+        turns=turns,
         origin=origin_in(text) or ("centre" if from_centre(text) else ""),
         moment=moment_in(text),
         is_of_means=contains_word(text, MEAN_WORDS),
         is_of_the_spin=is_of_the_spin(text),
     )
+
+
+_WITH_FRACTION = re.compile(r"([^\W\d_])_?[{(]?(1/[2-9]|2/3|3/4)[)}]?(\W.*)")
 
 
 def _usual_header(text: str) -> Header | None:
@@ -89,7 +98,8 @@ def _fitting_roles(
         return tuple(role for role in roles if measures(unit, role))
     if kinds_of(name) not in _NOT_APART:
         return ()
-    return tuple(filter(_needs_no_unit, roles)) or roles
+    bare = tuple(role for role in roles if kind_of_role(role) in _WITHOUT_UNIT)
+    return bare or roles
 
 
 _USUAL = re.compile(
@@ -101,8 +111,7 @@ _NOT_APART = (frozenset[str](), OF_TURNS)
 """Kinds of a word that is no unit, or that is a name too: "turns"."""
 
 
-def _needs_no_unit(role: str) -> bool:
-    return kind_of_role(role) in ("number", "text", "sign")
+_WITHOUT_UNIT = ("number", "text", "sign")
 
 
 # --- Questions about a header ---
@@ -196,12 +205,8 @@ def unused_words(header: Header) -> tuple[str, ...]:
         word
         for word in TOKENS.split(header.name)
         if (_says_number(word) and not uses_number)
-        or (_names_place(word) and not uses_place)
+        or (not uses_place and (SPHERE.is_in(word) or _TIP.is_in(word)))
     )
-
-
-def _names_place(word: str) -> bool:
-    return SPHERE.is_in(word) or _TIP.is_in(word)
 
 
 def _says_number(word: str) -> bool:

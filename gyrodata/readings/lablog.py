@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import groupby
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -24,6 +24,7 @@ from gyrodata.base.errors import Diagnostic, InputError
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import roles
 
+_T = TypeVar("_T")
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many
 faults as rows."""
@@ -110,25 +111,21 @@ class Column(Struct, frozen=True, dict=True):
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
-        readings = tuple([self.readings[i] for i in rows])
-        spots = tuple([self.spots[i] for i in rows])
-        return replace(self, readings=readings, spots=spots)
+        readings = _at(self.readings, rows)
+        return replace(self, readings=readings, spots=_at(self.spots, rows))
 
     def place(self, run: int) -> Place | None:
         """Return the place of a reading; None for a value from an option or a simulation."""
         if self.spots[run] < 0:
             return self.given
-        return (
-            self.find(self.spots[run])
-            if self.find is not None and self.readings[run].text
-            else None
-        )
+        if self.find is None or not self.readings[run].text:
+            return None
+        return self.find(self.spots[run])
 
     def cell(self, run: int) -> Text | None:
         """Return the cell of a reading; None for a value from an option or a simulation."""
-        return (
-            Text(self.readings[run].text, place) if (place := self.place(run)) else None
-        )
+        place = self.place(run)
+        return Text(self.readings[run].text, place) if place else None
 
 
 Fall = tuple[float, float, float]
@@ -253,22 +250,15 @@ class Readings(Struct, frozen=True, dict=True):
         """Return a log with some of the runs."""
         columns = {role: column.select(runs) for role, column in self.columns.items()}
         others = tuple(column.select(runs) for column in self.others)
-        unread = tuple(
-            (header, tuple(texts[i] for i in runs)) for header, texts in self.unread
-        )
-        labels, lines, notes, screws = (
-            tuple(texts[i] for i in runs)
-            for texts in (self.runs, self.lines, self.notes, self.screws)
-        )
         return replace(
             self,
-            runs=labels,
-            lines=lines,
-            notes=notes,
-            screws=screws,
+            runs=_at(self.runs, runs),
+            lines=_at(self.lines, runs),
+            notes=_at(self.notes, runs),
+            screws=_at(self.screws, runs),
             columns=columns,
             others=others,
-            unread=unread,
+            unread=tuple((header, _at(texts, runs)) for header, texts in self.unread),
         )
 
     @property
@@ -293,6 +283,10 @@ class Readings(Struct, frozen=True, dict=True):
     @cached_property
     def _faults(self) -> Faults:
         return Faults(self.name, self.source_text, self.sheets)
+
+
+def _at(values: tuple[_T, ...], runs: Sequence[int]) -> tuple[_T, ...]:
+    return tuple([values[run] for run in runs])
 
 
 def split_lines(text: str) -> list[str]:
@@ -338,28 +332,14 @@ class Faults:
             return Diagnostic(
                 code, about.severity, words, hint, self.name, doubt=about.doubt
             )
-        excerpt = (
-            self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
-        )
-        sheet, row = self._row(where.line)
-        high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
-        cell = (
-            f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
-            if sheet and row
-            else sheet
-        )
-        return Diagnostic(
-            code,
-            about.severity,
-            words,
-            hint,
-            self.name,
-            *where,
-            excerpt,
-            max(1, len(text)),
-            about.doubt,
-            cell,
-        )
+        is_inside = 0 < where.line <= len(self.lines)
+        excerpt = self.lines[where.line - 1] if is_inside else ""
+        cell, row = self._row(where.line)
+        if cell and row:
+            high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
+            cell += f"!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+        about_place = (*where, excerpt, max(1, len(text)), about.doubt, cell)
+        return Diagnostic(code, about.severity, words, hint, self.name, *about_place)
 
     def add(
         self, name: str, place: Text | Place | None = None, /, **values: Any

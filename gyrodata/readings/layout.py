@@ -339,15 +339,11 @@ class Chosen(Struct, frozen=True):
 
 def columns_of(table: Layout) -> list[Chosen]:
     """Return all columns of a table, still without a role."""
+    columns = zip(*(row.texts for row in table.rows), strict=False)
     return [
-        Chosen(at, table.cells[at], header, "", texts=cells_of(table, at))
-        for at, header in enumerate(table.headers)
+        Chosen(at, table.cells[at], header, "", texts=texts)
+        for at, (header, texts) in enumerate(zip(table.headers, columns, strict=False))
     ]
-
-
-def cells_of(table: Layout, at: int) -> tuple[str, ...]:
-    """Return the texts of one column of a table."""
-    return tuple([row.texts[at] for row in table.rows])
 
 
 class Choice(Struct):
@@ -391,6 +387,14 @@ class Choice(Struct):
     def times(self) -> list[Chosen]:
         """Return the columns of the stopwatch."""
         return self.used.get("time", [])
+
+    def next_repeat(self) -> int:
+        """Return the first number that no column of the stopwatch has."""
+        taken = {time.number for time in self.times()}
+        number = 1
+        while number in taken:
+            number += 1
+        return number
 
     def gives_spin(self) -> bool:
         """Return whether the spin is known."""

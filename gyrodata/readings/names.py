@@ -75,7 +75,10 @@ class Phrases:
         self._by_first_word: dict[str, list[str]] = {}
         self._single_words: dict[str, str] = {}
         for phrase in vocabulary.phrases(key):
-            first = _first_letters(phrase.lower().split()[0])
+            # The beginning of a word, without signs such as those in "don't"
+            first = phrase.lower().split()[0]
+            letters = _LETTERS.search(first)
+            first = letters[0] if letters else first
             self._by_first_word.setdefault(first, []).append(phrase)
             if " " not in phrase:
                 # A single word may stand inside of a longer one.
@@ -92,12 +95,6 @@ class Phrases:
         if not likely:
             return False
         return re.search(vocabulary.pattern_of(sorted(likely)), text) is not None
-
-
-def _first_letters(word: str) -> str:
-    """Return the beginning of a word, without signs such as those in "don't"."""
-    letters = _LETTERS.search(word)
-    return letters[0] if letters else word
 
 
 _LETTERS = re.compile(r"\w+")
@@ -138,6 +135,7 @@ MOTION_WORDS = _words("motion")
 SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
 DIAMETER = Phrases("diameter")
+ROD = Phrases("rod")
 PRECESSION = rf"(?:{vocabulary.pattern('precession')}[^\W\d_]*\.?)"
 
 SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
@@ -175,14 +173,6 @@ def origin_in(header: str) -> Origin:
     if len(header) > MAX_HEADER or re.search(CENTRE, re.sub(OF_WEIGHT, "", header)):
         return ""
     return next((origin for origin, words in ORIGINS if words.is_in(header)), "")
-
-
-def without_origin(name: str) -> str:
-    """Return a name without the origin at its end, as in "pos. from ball surface"."""
-    is_told = origin_in(name) or from_centre(name)
-    if is_told and re.search(rf"{BEHIND_FROM}$", name):
-        return re.split(BEHIND_FROM, name)[0]
-    return name
 
 
 def from_centre(header: str) -> bool:
@@ -265,9 +255,10 @@ def _roles_of(name: str) -> tuple[str, ...]:
     words = [word for word in TOKENS.split(name) if word]
     if roles or len(words) > _MOST_WORDS:
         return roles
-    bare = without_origin(name)
-    if bare != name:
-        return _roles_of(bare)
+    # "pos. from ball surface" without its end
+    is_told = origin_in(name) or from_centre(name)
+    if is_told and re.search(rf"{BEHIND_FROM}$", name):
+        return _roles_of(re.split(BEHIND_FROM, name)[0])
     return _named_twice(words) or _with_small_words(words)
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Iterable, Iterator
-from functools import cache
+from collections.abc import Iterator
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -15,11 +15,14 @@ from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
     BEHIND_FROM,
     CENTRE,
+    DIAMETER,
     FIRST_SIGN,
     FROM,
     NAMES,
     OF_WEIGHT,
     ORIGINS,
+    ROD,
+    SPHERE,
     TOKENS,
     Phrases,
     from_centre,
@@ -29,7 +32,7 @@ from gyrodata.readings.names import (
     squeeze,
 )
 from gyrodata.readings.roles import BY_NAME
-from gyrodata.readings.turns import NUMBERS, TURN, turns_in, words_of_turns
+from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
 
 ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 """Words that say that a reading is not what is typed, and that it is corrected."""
@@ -50,30 +53,28 @@ _HALF_TURN = (
 """A number of turns, which other rules read; or "half time", the middle of a run."""
 
 
-@cache
-def _stems() -> tuple[str, ...]:
-    """Return the names of a period without their last letter, which can be inflected."""
-    periods = [name for name in NAMES if "precession_period" in NAMES[name]]
-    return tuple([name[:-1] for name in periods if len(name) > 4 or name > FIRST_SIGN])
+_PERIODS = tuple([name for name in NAMES if "precession_period" in NAMES[name]])
+_STEMS = tuple([name[:-1] for name in _PERIODS if len(name) > 4 or name > FIRST_SIGN])
+"""Names of a period without their last letter, which can be inflected."""
 
 
-@cache
-def _part_of_period() -> str:
-    """Return a pattern of another number of periods than one, such as "pół okresu"."""
-    parts = "|".join(re.escape(word) for word in NUMBERS if NUMBERS[word] != "1")
-    periods = "|".join(name for name in NAMES if "precession_period" in NAMES[name])
-    return (
-        rf"(?<![^\W\u2e80-\uffef])(?:(?:{parts})\W*(?:\w{{1,3}}\W+){{0,2}}\w?"
-        rf"|[2-9] (?!(?:{periods})\b))(?:{'|'.join(_stems())})"
-    )
+_DIGITS = frozenset("23456789")
 
 
 def _names_part_of_period(note: str) -> bool:
-    """Return whether a note names another number of periods than one."""
-    words = " ".join(map(squeeze, TOKENS.split(note.lower())))
-    # The pattern is long, and most notes name no period.
-    is_of_period = any(stem in words for stem in _stems())
-    return is_of_period and re.search(_part_of_period(), words) is not None
+    """Return whether a note names another number of periods than one, as "pół okresu"."""
+    spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
+    squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
+    # "halvperioder" is "halv perioder".
+    words = re.sub("|".join(_STEMS), r" \g<0>", squeezed).split()
+    for at, word in enumerate(words):
+        if not word.startswith(_STEMS):
+            continue
+        numbers = [NUMBERS.get(before, "1") for before in words[max(0, at - 3) : at]]
+        are_several = "".join(words[at - 1 : at]) in _DIGITS and word not in _PERIODS
+        if are_several or any(number != "1" for number in numbers):
+            return True
+    return False
 
 
 def altered_role(note: str) -> str:
@@ -170,6 +171,25 @@ def _names_position(note: str) -> bool:
     )
 
 
+def _calls_position_diameter(note: str, grid: Grid) -> bool:
+    """Return whether a note says such as "r is really the diameter" of a column r."""
+    others = (SPHERE, ROD)
+    clauses = [
+        clause
+        for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note))
+        if not any(words.is_in(clause) for words in others)
+    ]
+    names = "|".join(map(re.escape, _names_of_position(grid))) or "$."
+    return any(re.search(rf"(?<!\w)(?:{names})(?![\w'’])", one) for one in clauses)
+
+
+def _names_of_position(grid: Grid) -> list[str]:
+    """Return the names of positions in the headers of all tables."""
+    texts = itertools.chain(*(row.texts for row in grid.rows if is_head(row)))
+    headers = map(parse_header, texts)
+    return [header.name for header in headers if "position" in header.roles]
+
+
 _LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
 """A word of three letters; signs of a language without blanks between words."""
 
@@ -181,17 +201,13 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     such as "twice the real rpm".
     """
     notes = _notes_of(grid)
-    rows = [
-        row
-        for row in grid.rows
-        if any(map(_has_words, row.texts)) and not has_numbers(row)
-    ]
-    titles = [", ".join(row.texts) for row in rows]
+    rows = list(filter(_is_text, grid.rows))
+    titles = [", ".join(row.texts) for row in rows if not has_numbers(row)]
     origins = map(noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
-    if origin == "surface" and _name_centre(notes, rows):
+    if origin == "surface" and any(map(noted_centre, [*notes, *titles])):
         origin = "both"
-    for note, cell in _remarks_in(grid):
+    for note, cell in _remarks_in(rows, grid):
         notes.setdefault(note, cell)
     _warn_of_notes(notes, grid, faults)
     return origin
@@ -206,12 +222,6 @@ def _notes_of(grid: Grid) -> dict[str, Text]:
     return notes
 
 
-def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
-    """Return whether a note, or a row of text, names the centre as origin."""
-    others = [", ".join(row.texts) for row in rows if not is_head(row)]
-    return any(map(noted_centre, [*notes, *others]))
-
-
 def _has_words(text: str) -> bool:
     """Return whether a text contains two words, one of them of three letters."""
     words = [word for word in text.split() if any(map(str.isalnum, word))]
@@ -224,31 +234,29 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
     counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
     for note, cell in notes.items():
         role = altered_role(note)
+        if not role and DIAMETER.is_in(note) and _calls_position_diameter(note, grid):
+            role = "position"
         is_answered = role in roles.TIMINGS and turns_in(note) in counts
         if role and not is_answered:
             faults.add("note", cell, note=note, role=role.replace("_", " "))
 
 
-def _remarks_in(grid: Grid) -> Iterator[tuple[str, Text]]:
+def _is_text(row: Row) -> bool:
+    """Return whether a row contains words, and is not a header."""
+    return any(map(_has_words, row.texts)) and not is_head(row)
+
+
+def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:
     """Yield the notes that are in rows, with the first cell of each."""
-    for row in grid.rows:
-        is_header = is_head(row)
-        texts = {
-            at: text
-            for at, text in enumerate(row.texts)
-            if _has_words(text) and _is_remark(text, is_header)
-        }
-        if texts:
-            yield ", ".join(texts.values()), grid.cell(row, min(texts))
+    for row in rows:
+        places = [at for at, text in enumerate(row.texts) if _is_remark(text)]
+        if places:
+            note = ", ".join(row.texts[at] for at in places)
+            yield note, grid.cell(row, places[0])
 
 
-def _is_remark(text: str, is_header: bool) -> bool:
-    """Return whether a cell with words may be a note, and not the name of a reading.
-
-    The header "centre to inner face (cm)" is a position, and not that of the middle of
-    the weight.
-    """
-    names = parse_header(text).roles
-    if not names:
-        return not is_header and not words_of_turns(text, whole=True)
-    return "position" in names and ALTERED.is_in(text) and not origin_in(text)
+def _is_remark(text: str) -> bool:
+    """Return whether a cell may be a note, and not the name of a reading."""
+    if not _has_words(text) or parse_header(text).roles:
+        return False
+    return not words_of_turns(text, whole=True)

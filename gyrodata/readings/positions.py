@@ -31,12 +31,26 @@ def count_from_centre(
     position = columns.get("position")
     if position is None:
         return 0.0
-    _report_other_arms(position, sentences, faults)
+    arms = [sentence for sentence in sentences if from_centre(sentence.text)]
+    if arms:
+        _report_other_arms(position, arms, faults)
     origin = _origin_of(position, settings)
     if origin == "both":
         faults.add("two_origins", position.place(0))
     if origin in ("", "centre", "both"):
         return 0.0
+    return _count_from_other_place(columns, origin, settings, sentences, faults)
+
+
+def _count_from_other_place(
+    columns: dict[str, Column],
+    origin: str,
+    settings: Settings,
+    sentences: list[Text],
+    faults: Faults,
+) -> float:
+    """Make positions from the surface or the tip count from the centre."""
+    position = columns["position"]
     is_line = settings.fields.get("position_from") is not None
     settings.fields["position_from"] = origin
     key, share, unknown = roles.ORIGIN_LENGTHS[origin]
@@ -95,8 +109,7 @@ def _from_centre(value: float, origin: str, shift: float) -> float:
 def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:
     """Report each sentence with a distance from the centre that no run has."""
     for sentence in sentences:
-        is_of_centre = from_centre(sentence.text)
-        said = said_in(Row(1, [sentence.text])) if is_of_centre else {}
+        said = said_in(Row(1, [sentence.text]))
         if "position" not in said:
             continue
         arm = read_cell(said["position"][0], "length", None).value

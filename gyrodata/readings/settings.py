@@ -153,7 +153,10 @@ def read_settings(
     for key, text in metadata:
         lines.take(key, text)
     for comment in comments:
-        _look_at_comment(comment, faults)
+        # "# spin 400 rpm" without a colon
+        match = re.fullmatch(r"(\w+)\s+([-+]?[0-9]\S*(?:\s\S+)?)", comment.text)
+        if match:
+            _warn_of_remark(match[1], match[2], comment, faults)
     for item in options:
         # The log itself knows its lab better than the file of the bench.
         if item.key not in lines.texts or not item.label.startswith("--config"):
@@ -205,7 +208,12 @@ class _Lines:
             return
         read = read_reported(key, text.text, text.place.line, self.ask)
         if before is not None:
-            read = _given_twice(before, text.place.line)
+            problem = (
+                f"{before.key} is reported twice, in lines {before.line} and "
+                f"{text.place.line}, with two values"
+            )
+            read = Reported(before.key, before.text, line=before.line)
+            read = replace(read, fault="given twice", problem=problem)
         self.settings.reported[name] = read
         if read.problem:
             self.faults.add("reported_value", text, name=name, problem=read.problem)
@@ -221,15 +229,6 @@ def _known_key(key: str, value: str) -> str:
     if is_length and DIAMETER.is_in(words) and SPHERE.is_in(words):
         return "ball_diameter"
     return small
-
-
-def _given_twice(before: Reported, line: int) -> Reported:
-    problem = (
-        f"{before.key} is reported twice, in lines {before.line} and {line}, with two "
-        "values"
-    )
-    read = Reported(before.key, before.text, line=before.line)
-    return replace(read, fault="given twice", problem=problem)
 
 
 def _is_report(key: str, text: str) -> bool:
@@ -256,12 +255,6 @@ def _is_remark(key: str, text: str) -> bool:
 _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
 
 
-def _nearest_key(key: str) -> list[str]:
-    """Return the key with the same first letter that is nearly the same, if one is."""
-    known = [other for other in _KNOWN if other[0] == key[0]]
-    return difflib.get_close_matches(key, known, n=1, cutoff=0.8)
-
-
 def _readings_named(key: str) -> list[str]:
     """Return the readings that a key names, perhaps with a number: "m1"."""
     bare = re.sub(r"_?[0-9]{1,2}$", "", key)
@@ -269,18 +262,15 @@ def _readings_named(key: str) -> list[str]:
     return [role for role in named if roles.kind_of_role(role) != "text"]
 
 
-def _look_at_comment(comment: Text, faults: Faults) -> None:
-    """Warn of "# spin 400 rpm" without a colon."""
-    if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9]\S*(?:\s\S+)?)", comment.text):
-        _warn_of_remark(match[1], match[2], comment, faults)
-
-
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """Warn of a remark that is nearly a ``# key: value`` line.
 
     Examples are "# u_positon: 1 mm" and "# m1 = 47 g".
     """
-    close = _nearest_key(key.lower()) if len(key) > 2 else []
+    # The nearest key has the same first letter, and is nearly the same.
+    small = key.lower()
+    known = [other for other in _KNOWN if other[0] == small[0] and len(key) > 2]
+    close = difflib.get_close_matches(small, known, n=1, cutoff=0.8)
     if not close and value[:1].isdigit():
         close = _readings_named(key)
     if not close or turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
@@ -392,7 +382,9 @@ def _enter_constant(
     bare = written is not None and not written.unit
     unit = "m/s^2" if bare else None
     cell = notation.read_cell(text, roles.kind_of_role(key), unit, ask)
-    _check_usual(key, cell.value)
+    low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
+    if not (low <= cell.value <= high and cell.value > 0):
+        raise _unusual(key, cell.value, low, high, sample)
     _check(key, cell.value)
     if bare:
         faults.add("g_without_unit", item.place, text=item.text)
@@ -410,18 +402,15 @@ _USUAL = {
 """Ranges of constants [SI unit], with a sample; other values are errors."""
 
 
-def _check_usual(key: str, value: float) -> None:
-    """Raise an error for a value of g, or for a ball, that no lab has."""
-    low, high, sample = _USUAL.get(key, (0.0, math.inf, ""))
-    if low <= value <= high and value > 0:
-        return
+def _unusual(key: str, value: float, low: float, high: float, sample: str) -> UnitError:
+    """Return the error for a value of g, or for a ball, that no lab has."""
     if not sample:
-        raise UnitError("is not above zero")
+        return UnitError("is not above zero")
     unit = units.SI[roles.kind_of_role(key)]
     likely = [value * factor for factor in (1000, 0.001)]
     fitting = [f"{other:.6g} {unit}" for other in likely if low <= other <= high]
     fault = f"is {value:.4g} {unit}; usual are {low:g} to {high:g} {unit}"
-    raise UnitError(
+    return UnitError(
         fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
     )
 
@@ -463,7 +452,12 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
         text += ", friction 0 g"
     form, kinds = form_of(key)
     hint = f'write it like "{vocabulary.LINES[key]["sample"]}"'
-    parts = _parts_between(form.strip("{}").split("{}"), " ".join(text.split()))
+    parts: list[str] = []
+    rest = " ".join(text.split())
+    for separator in form.strip("{}").split("{}"):
+        part, _, rest = rest.partition(separator)
+        parts.append(part)
+    parts.append(rest)
     if not all(parts):
         raise UnitError("is not understood", hint)
     try:
@@ -482,15 +476,6 @@ def _check_falling_mass(numbers: tuple[float, ...], hint: str) -> None:
     mass, *others, friction = numbers
     if min(mass, *others) <= 0 or not 0 <= friction < mass:
         raise UnitError("contains a value that is impossible", hint)
-
-
-def _parts_between(separators: list[str], text: str) -> list[str]:
-    """Return the parts of a text between the words of its form."""
-    parts = []
-    for separator in separators:
-        part, _, text = text.partition(separator)
-        parts.append(part)
-    return [*parts, text]
 
 
 def _check_in_line(kind: str, number: float, hint: str) -> None:

@@ -8,6 +8,7 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from itertools import pairwise
 
 from msgspec import Struct
@@ -165,7 +166,10 @@ class _Sheet:
         if not any(row.texts):
             return
         if is_head(row) or row.texts == table.head.texts:
-            self._begin_next(row)
+            if table.is_new:
+                # "time of one turn, x from the centre" above the names
+                self.words.append(table.head)
+            self.begin(row)
         elif units := self._units_of(row):
             self._take_units(units)
         elif _is_taken_out(row):
@@ -176,13 +180,6 @@ class _Sheet:
             self._take_text(row)
         else:
             self._take_run(row)
-
-    def _begin_next(self, head: Row) -> None:
-        """Begin another table; a header without runs below it is a row of text."""
-        if self.table.is_new:
-            # "time of one turn, x from the centre" above the names
-            self.words.append(self.table.head)
-        self.begin(head)
 
     def _without_remark(self, row: Row) -> Row:
         """Leave out the texts on the right of the table, and all behind a blank column."""
@@ -240,7 +237,7 @@ class _Sheet:
             return
         pairs = zip(table.headers, row.texts, strict=False)
         there = {role for header, text in pairs if text for role in header.roles}
-        table.given = _without(there, table.given)
+        table.given = _only(table.given.keys() - there, table.given)
         if self.words:
             self._read_words(is_first, there)
         self.given |= table.given
@@ -395,19 +392,17 @@ class _Sheet:
 
     def _joined(self, run: _Run) -> Row:
         """Return a run with what captions give for it."""
-        width = self.width
-        row = run.row
-        blanks = [""] * (len(self.columns) - min(width, len(row.texts)))
-        texts = [*row.texts[:width], *blanks, *row.texts[width:]]
-        spots = [row.spot(0)] * len(self.columns)
-        spots[:width] = map(row.spot, range(width))
-        spots += map(row.spot, range(width, len(row.texts)))
+        end = len(run.row.texts)
+        added = [end] * (len(self.columns) - self.width)
+        places = [*range(self.width), *added, *range(self.width, end)]
+        row = run.row.cells(places)
+        spots = list(row.origin)
         names = [header.roles for _, header in self.columns]
         for role, (text, spot) in run.given.items():
             at = names.index((role,))
-            texts[at] = text
+            row.texts[at] = text
             spots[at] = spot
-        return Row(row.line, texts, tuple(spots))
+        return replace(row, origin=tuple(spots))
 
     def _note_left_out(self) -> None:
         captioned = {cell.place.line for cell, _ in self.captions}
@@ -454,12 +449,8 @@ def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
     return len(header.roles) == 1 and (old_header.roles, old_header.number) == content
 
 
-def _only(names: set[str], given: Given) -> Given:
+def _only(names: Collection[str], given: Given) -> Given:
     return {role: item for role, item in given.items() if role in names}
-
-
-def _without(names: set[str], given: Given) -> Given:
-    return {role: item for role, item in given.items() if role not in names}
 
 
 # --- Kinds of rows ---
@@ -485,8 +476,11 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
 
 def _names_inertia(row: Row) -> bool:
     """Return whether a cell names a moment of inertia, by its unit."""
-    texts = [text for text in row.texts if not is_number(text)]
-    return any("inertia" in kinds_of(parse_header(text).unit or text) for text in texts)
+    return any(
+        "inertia" in kinds_of(parse_header(text).unit or text)
+        for text in row.texts
+        if not is_number(text)
+    )
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:
@@ -495,17 +489,17 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     Or quantities without a column.
     """
     filled = filled_at(row)
-    numbers = {at for at in filled if _is_quantity(row.texts[at])}
+    numbers = {
+        at
+        for at in filled
+        if is_number(row.texts[at]) and not _WORDS.search(row.texts[at])
+    }
     if numbers:
         return _are_quantities(row, numbers, headers)
     columns = [(at, headers[at]) for at in filled if at < len(headers)]
     if any(_is_remark(at, header) for at, header in columns):
         return False
     return BLANKS.isdisjoint(row.texts[at] for at in filled)
-
-
-def _is_quantity(text: str) -> bool:
-    return is_number(text) and not _WORDS.search(text)
 
 
 def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:

@@ -57,7 +57,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     shown, data = _read(source, name)
     sha256 = hashlib.sha256(data).hexdigest()
     data = _unpacked(data, Faults(shown))
-    if _is_workbook(data):
+    if data.startswith(b"PK\x03\x04") and b"xl/workbook.xml" in data:
         faults = conversion.faults_of_workbook(data, shown)
         return make_grid(faults, "\t", sha256=sha256), faults
     faults = _read_text(data, shown)
@@ -67,10 +67,6 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 def _is_frame(source: Any) -> bool:
     package = type(source).__module__.partition(".")[0]
     return package == "pandas" and hasattr(source, "columns")
-
-
-def _is_workbook(data: bytes) -> bool:
-    return data.startswith(b"PK\x03\x04") and b"xl/workbook.xml" in data
 
 
 def _unpacked(data: bytes, faults: Faults) -> bytes:
@@ -87,7 +83,8 @@ def _unpacked(data: bytes, faults: Faults) -> bytes:
 
 def _read_text(data: bytes, shown: str) -> Faults:
     """Decode a log, and write JSON as a table; return the faults so far, with the text."""
-    kind = _kind_of(data)
+    kinds = [kind for kind, start in _OTHER_FILES.items() if re.match(start, data)]
+    kind = "".join(kinds[:1])
     if kind not in ("", "JSON"):
         raise Faults(shown).refuse("other_kind", kind=kind)
     text, page = decode(data, Faults(shown))
@@ -103,14 +100,6 @@ def _read_text(data: bytes, shown: str) -> Faults:
     if page:
         faults.add("code_page", page=page)
     return faults
-
-
-def _kind_of(data: bytes) -> str:
-    """Return what a file is by its first bytes; "" for text."""
-    for kind, start in _OTHER_FILES.items():
-        if re.match(start, data):
-            return kind
-    return ""
 
 
 def _table_of_json(text: str, faults: Faults) -> str:
@@ -198,17 +187,16 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
     try:
         text = data.decode("utf-16" if is_utf16 else "utf-8-sig")
     except UnicodeDecodeError:
-        page = _code_page(data[:20_000])
+        # The encoding in which the beginning has most known words
+        pages = _CODE_PAGES.split()
+        start = data[:20_000]
+        page = max(
+            pages, key=lambda name: _known_letters(start.decode(name, "replace"))
+        )
         text = data.decode(page, "replace")
     if "\x00" in text:
         raise faults.refuse("not_text", at=data.index(0) + 1)
     return text, page
-
-
-def _code_page(start: bytes) -> str:
-    """Return the encoding in which the beginning of a text has most known words."""
-    pages = _CODE_PAGES.split()
-    return max(pages, key=lambda page: _known_letters(start.decode(page, "replace")))
 
 
 def _known_letters(text: str) -> int:

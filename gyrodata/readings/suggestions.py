@@ -14,7 +14,7 @@ from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights
 from gyrodata.readings.lablog import header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.names import DIAMETER, MAX_HEADER, PRECESSION
+from gyrodata.readings.names import DIAMETER, PRECESSION
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.unnamed import suggest_role
 
@@ -45,7 +45,10 @@ class Lack(Struct, frozen=True, dict=True):
     @cached_property
     def likely(self) -> list[Chosen]:
         """Columns without a role that may contain it, by their name or else their unit."""
-        unplaced = list(filter(_may_be_proposed, self.choice.unplaced))
+        # The start of a clock is not a reading.
+        unplaced = [
+            column for column in self.choice.unplaced if not column.header.moment
+        ]
         named = [one for one in unplaced if not is_nameless(one)]
         if self._is_only_gap(named):
             return named
@@ -81,11 +84,6 @@ class Lack(Struct, frozen=True, dict=True):
         return [column.header.unit for column in named] == [None]
 
 
-def _may_be_proposed(column: Chosen) -> bool:
-    """Return whether a column may be a reading; the start of a clock is none."""
-    return len(column.text) <= MAX_HEADER and not column.header.moment
-
-
 def is_nameless(column: Chosen) -> bool:
     """Return whether a column has no header."""
     return _NAMELESS.fullmatch(column.text) is not None
@@ -104,7 +102,13 @@ def _guess(lack: Lack) -> str:
     """Say which column may be the role; "" if no column of the log may be it."""
     rates = lack.choice.used.get("precession_rate")
     if lack.role == "spin" and rates:
-        return _rate_of_precession(rates[0].text)
+        # The lab sheet calls the spin a rotation.
+        header = rates[0].text
+        is_it = (
+            f'is it "{header}", which is read as the rate of the precession? --map '
+            f'spin="{header}"'
+        )
+        return "" if re.search(PRECESSION, header) else is_it
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
         return ""
     [column] = lack.likely
@@ -126,16 +130,6 @@ FROM_SURFACE = (
 )
 
 
-def _rate_of_precession(header: str) -> str:
-    """Ask if a rate is the spin, because the lab sheet calls it a rotation."""
-    if re.search(PRECESSION, header):
-        return ""
-    return (
-        f'is it "{header}", which is read as the rate of the precession? --map '
-        f'spin="{header}"'
-    )
-
-
 def _what_it_counts(column: Chosen) -> str:
     """Ask what the only column of numbers without a unit counts."""
     cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
@@ -154,7 +148,11 @@ def question_of(missing: list[str], choice: Choice, header_row: str) -> tuple[st
     If several are missing, the hint begins with the corrected header row.
     """
     lacks = [Lack(role, tuple(missing), choice) for role in missing]
-    message = "; ".join(map(_what_is_missing, lacks))
+    meanings = {role: roles.BY_NAME[role].meaning for role in missing}
+    message = "; ".join(
+        f"{role} is missing" + f" ({meaning})" * bool(meaning)
+        for role, meaning in meanings.items()
+    )
     if choice.unplaced:
         texts = [column.text for column in choice.unplaced]
         message += f"; headers that could not be placed: {listing(texts)}"
@@ -162,11 +160,6 @@ def question_of(missing: list[str], choice: Choice, header_row: str) -> tuple[st
     if header_row and len(lacks) + len(choice.corrected) > 1:
         hints = [f"write this header row, with the numbers: {header_row}", *hints]
     return message, "\n".join(hints)
-
-
-def _what_is_missing(lack: Lack) -> str:
-    meaning = roles.BY_NAME[lack.role].meaning
-    return f"{lack.role} is missing" + (f" ({meaning})" if meaning else "")
 
 
 def _how_to_add(lack: Lack) -> str:
@@ -206,8 +199,7 @@ def header_row(
     if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
         return ""
     headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
-    return table.grid.delimiter.join(map(_as_cell, [*headers, *added]))
-
-
-def _as_cell(header: str) -> str:
-    return f'"{header}"' if _QUOTED.search(header) else header
+    return table.grid.delimiter.join(
+        f'"{header}"' if _QUOTED.search(header) else header
+        for header in [*headers, *added]
+    )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec import Struct
@@ -46,6 +47,7 @@ from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
 from gyrodata.readings.suggestions import header_row
+from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
 
 LOADS = ("mass", "force", "torque")
@@ -95,7 +97,9 @@ def read_log(
     texts = {key: value_text(value) for key, value in settings.items()}
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
-    given = _read_given(grid, options, faults)
+    ask = decimal_signs(grid) != {","}
+    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
+    given.origin = read_notes(grid, faults)
     log = _without_runs(grid, given, faults)
     table: layout.Layout | None
     if layout.is_plain(grid):
@@ -126,14 +130,6 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
                 "a key of settings or mapping, or a header, cannot be "
                 f"{type(text).__name__}"
             )
-
-
-def _read_given(grid: Grid, options: list[Given], faults: Faults) -> Settings:
-    """Read the values for the whole log, from its lines, its notes and the options."""
-    ask = decimal_signs(grid) != {","}
-    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = read_notes(grid, faults)
-    return given
 
 
 def _without_runs(grid: Grid, given: Settings, faults: Faults) -> Readings:
@@ -240,7 +236,9 @@ class TableReader:
         if self.without_unit:
             self._ask_for_units()
         runs = _runs_of(times, len(self.rows))
-        rows = [run.row for run in runs] if times else _at(True, is_run)
+        rows = [run.row for run in runs]
+        if not times:
+            rows = list(itertools.compress(range(len(self.rows)), is_run))
         columns = self._columns_of(rows, times, runs)
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
@@ -277,12 +275,13 @@ class TableReader:
         is_noted = any(note.at == width - 1 for note in notes[:1])
         for row in self.rows:
             count = len(row.texts)
+            last = row.texts[-1]
             if count > width:
                 is_split = self.grid.delimiter == "," and "." not in "".join(row.texts)
                 name = "row_too_long" if is_split else "row_without_header"
                 cell = self.grid.cell(row, width)
                 self.faults.add(name, cell, count=count, width=width)
-            elif is_noted and _is_number_alone(row.texts[-1]):
+            elif is_noted and is_number(last) and last.upper() == last.lower():
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1))
 
     def _read_times(self) -> list[tuple[Chosen, Column]]:
@@ -319,11 +318,12 @@ class TableReader:
         if not timed:
             return [True] * len(self.rows)
         is_run = [
-            any(map(_has_digit, texts))
+            any(map(str.isdigit, "".join(texts)))
             for texts in zip(*(column.texts for column in timed), strict=True)
         ]
-        if any(is_run) and not all(is_run):
-            lines = [self.rows[i].line for i in _at(False, is_run)]
+        if set(is_run) == {True, False}:
+            pairs = zip(self.rows, is_run, strict=True)
+            lines = [row.line for row, is_timed in pairs if not is_timed]
             self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return is_run
 
@@ -335,7 +335,7 @@ class TableReader:
         The loads are the first: they show which cells are filled down, and whether the
         rod may rest.
         """
-        for role in _loads_first(self.choice.used):
+        for role in sorted(self.choice.used, key=lambda role: role not in LOADS):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
             chosen = self.choice.used[role][0]
@@ -506,7 +506,9 @@ class TableReader:
         columns = self.columns
         if rows != [*range(len(self.rows))]:
             columns = {role: column.select(rows) for role, column in columns.items()}
-        columns = {role: one for role, one in columns.items() if _has_value(one)}
+        columns = {
+            role: one for role, one in columns.items() if set(one.values) - {None}
+        }
         if not times:
             return columns
         return {"time": _time_of(times[0][1], runs), **columns}
@@ -534,15 +536,20 @@ class TableReader:
         u = roles.stated_u("turns", self.settings.uncertainties)
         if any(time.turns for time in times):
             compared.use_turns_of_headers(columns, times, self.table, u, faults)
-        compared.compare_turns_with_texts(columns, self.table, faults)
-        turns = columns.get("turns")
-        if turns is None:
-            return
-        compared.warn_of_rounded_turns(turns, faults)
+        if any(turns_in(sentence.text) for sentence in sentences):
+            compared.compare_turns_with_texts(columns, self.table, faults)
+        if "turns" in columns:
+            self._compare_turns(columns["turns"], columns)
+
+    def _compare_turns(self, turns: Column, columns: dict[str, Column]) -> None:
+        """Compare the turns with what is usual, with the angle and with the runs."""
+        faults = self.faults
+        if any(re.search("[.,]", reading.text) for reading in turns.readings):
+            compared.warn_of_rounded_turns(turns, faults)
         if "angle" in columns:
             compared.compare_turns_with_angle(turns, columns["angle"], faults)
-        if "turns" not in self.choice.mapped and compared.may_number_runs(turns):
-            compared.ask_if_runs_are_counted(turns, sentences, faults)
+        if turns.values[:1] == (1.0,) and "turns" not in self.choice.mapped:
+            compared.ask_if_runs_are_counted(turns, self.table.sentences, faults)
 
     def _read_others(self, rows: list[int]) -> list[Column]:
         """Read the further columns of a role for comparison."""
@@ -624,19 +631,6 @@ def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
     ]
 
 
-def _has_digit(text: str) -> bool:
-    return any(map(str.isdigit, text))
-
-
-def _at(wanted: bool, values: list[bool]) -> list[int]:
-    return [i for i, value in enumerate(values) if value is wanted]
-
-
-def _loads_first(names: Collection[str]) -> list[str]:
-    loads = [role for role in names if role in LOADS]
-    return [*loads, *(role for role in names if role not in LOADS)]
-
-
 def _unit_of(column: Chosen) -> str | None:
     """Return the unit of a column, in a spelling that this tool reads.
 
@@ -649,10 +643,6 @@ def _unit_of(column: Chosen) -> str | None:
     if unit:
         return units.parse_unit(unit, kind).text
     return "" if kind in ("number", "sign") else None
-
-
-def _is_number_alone(text: str) -> bool:
-    return is_number(text) and not re.search(r"[^\W\d]", text)
 
 
 def _are_laps(times: tuple[float | None, ...]) -> bool:
@@ -669,10 +659,6 @@ def _is_complete(column: Column, loads: Loads) -> bool:
         return False
     is_load = column.role in roles.LOADS
     return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
-
-
-def _has_value(column: Column) -> bool:
-    return any(value is not None for value in column.values)
 
 
 def _time_of(time: Column, runs: list[_Run]) -> Column:

@@ -34,12 +34,12 @@ NUMBERS = {
     for word in squeezed_names(",".join(vocabulary.words(number).split()))
 }
 """The number that a word says: "2", "1/2", or the denominator "/3"."""
-_SIGNS = "|".join(
+SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
         ::-1
     ]
 )
-_SIGNS = f"(?<!第)(?:{_SIGNS})"
+SIGNS = f"(?<!第)(?:{SIGNS})"
 """Numbers in languages without blanks between words."""
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
@@ -87,8 +87,13 @@ def turns_in(text: str) -> str:
     if len(text) > MAX_HEADER or _states_no_turns(text):
         return ""
     plain = _in_plain_words(text)
-    marked = _without_joined_words(mark_turns(plain))
+    marked = mark_turns(plain)
     names_turn = MARK in marked
+    if names_turn:
+        # "1/4 turn" for "Vierteldrehung"
+        marked = re.sub(
+            _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
+        )
     counted = _count_of_turns(marked) if names_turn else None
     if counted is not None:
         return counted
@@ -140,15 +145,6 @@ def _in_plain_words(header: str) -> str:
     return plain
 
 
-def _without_joined_words(marked: str) -> str:
-    """Write "1/4 turn" for "Vierteldrehung"."""
-    if MARK not in marked:
-        return marked
-    return re.sub(
-        _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", marked
-    )
-
-
 def _count_of_turns(marked: str) -> str | None:
     """Return the number in digits next to a word for a turn.
 
@@ -165,11 +161,9 @@ def _count_of_turns(marked: str) -> str | None:
         is_number = not mixed[1] or mixed[1].lower() in _FOR
         return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
     counted = re.search(_COUNTED, marked)
-    return _in_digits(counted[1]) if counted else None
-
-
-def _in_digits(number: str) -> str:
-    return number.replace(" ", "").replace(",", ".").replace("⁄", "/")
+    if counted is None:
+        return None
+    return counted[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
 
 
 def _part_in_degrees(plain: str) -> str:
@@ -230,7 +224,7 @@ def _joined(count: str, part: str, is_sum: bool) -> str:
 
 def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
-    spaced = re.sub(_SIGNS, r" \g<0> ", text.lower())
+    spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
     words = [
         word if re.search("[0-9]", word) else squeeze(word).lower()
         for word in TOKENS.split(spaced)

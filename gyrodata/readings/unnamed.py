@@ -151,15 +151,11 @@ def _says_little(header: Header) -> bool:
     return named and header.unit is not None and is_one_letter(header.unit)
 
 
-def _words_of_name(column: Chosen) -> set[str]:
-    return squeezed_words(column.header.name)
-
-
 def _says_no_more(role: str, column: Chosen, choice: Choice) -> bool:
     """Return whether the name of a column says nothing that its unit does not say."""
     if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False
-    words = _words_of_name(column)
+    words = squeezed_words(column.header.name)
     if role == "spin":
         words = {word for word in words if not SPINNING.is_in(word)}
     return words.isdisjoint(_OTHER_THINGS)
@@ -167,7 +163,8 @@ def _says_no_more(role: str, column: Chosen, choice: Choice) -> bool:
 
 def _names_a_part(role: str, header: str) -> bool:
     """Return whether a header says a part or another thing than a role."""
-    if role == "mass" and is_part_of_mass(header):
+    # "mass of one weight", "mass without hanger"
+    if role == "mass" and (_OF_ONE.is_in(header) or altered_role(header) == "mass"):
         return True
     if role == "spin" and re.search(PRECESSION, header):
         return True
@@ -221,11 +218,3 @@ def suggest_role(header: str) -> str:
 
 _OF_ONE = Phrases("of_one")
 """Words for one of several weights."""
-
-
-def is_part_of_mass(header: str) -> bool:
-    """Return whether a header names a part of the mass.
-
-    Examples are "mass of one weight" and "mass without hanger".
-    """
-    return _OF_ONE.is_in(header) or altered_role(header) == "mass"

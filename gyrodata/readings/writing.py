@@ -29,6 +29,7 @@ SIMULATED = "Simulated, not measured"
 
 _CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
+_PLACES = ("position_set", "position_from")
 _Columns = list[tuple[str, list[str]]]
 """Header and cells of each column."""
 
@@ -214,16 +215,14 @@ def _head(readings: Readings) -> list[str]:
     lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
     falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
     lines["spin_down"] = "; ".join(falls) or None
-    lines["tachometer"] = readings.tachometer
-    lines["motion"] = readings.motion
-    lines["balanced"] = {None: None, True: "yes", False: "no"}[readings.balanced]
-    lines["balance"] = readings.balance
-    lines["position_set"] = readings.position_set
-    lines["position_from"] = readings.position_from
-    if readings.origin_u and readings.position_from:
+    words = {True: "yes", False: "no"}
+    for key in ("tachometer", "motion", "balanced", "balance", *_PLACES):
+        value = getattr(readings, key)
+        lines[key] = words.get(value, value)
+    if readings.origin_u:
         # The digits with which the length is written say how well it is known, and they
         # are lost above.
-        key, share, _ = ORIGIN_LENGTHS[readings.position_from]
+        key, share, _ = ORIGIN_LENGTHS[str(readings.position_from)]
         lines.setdefault(f"u_{key}", f"{readings.origin_u / share!r} m")
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 

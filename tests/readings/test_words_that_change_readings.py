@@ -299,3 +299,52 @@ def test_an_answer_with_an_unknown_unit_has_no_value(text: str) -> None:
         read_reported("inertia", text).fault,
         read_reported("inertia", text).value,
     ) == ("unreadable", None)
+
+
+@pytest.mark.parametrize(
+    ("header", "turns"),
+    [
+        ("t_1/3 (s)", 1 / 3),
+        ("t1/3 [s]", 1 / 3),
+        ("T_{1/3} (s)", 1 / 3),
+        ("t_(2/3) [s]", 2 / 3),
+        ("τ_3/4 (s)", 3 / 4),
+    ],
+)
+def test_a_fraction_behind_the_symbol_of_a_time_is_its_turns(
+    header: str, turns: float
+) -> None:
+    header = f"mass (g);position (cm);spin (rpm);{header}"
+    text = log("", header=header, turns=turns)
+    found = gyrodata.analyze(text.encode())
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.05)
+
+
+@pytest.mark.parametrize("header", ["t_3/3 (s)", "time 1/3 (s)"])
+def test_a_fraction_that_may_number_a_reading_is_asked_for(header: str) -> None:
+    header = f"mass (g);position (cm);spin (rpm);{header}"
+    with pytest.raises(gyrodata.LogError):
+        gyrodata.analyze(log("", header=header, turns=1 / 3).encode())
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "# r is really the diameter",
+        "# note: r ist eigentlich der Durchmesser!",
+        "# r: diamètre en réalité",
+        "# we noticed later that the column r is the diameter of the circle",
+    ],
+)
+def test_a_note_that_calls_the_position_a_diameter_is_a_doubt(note: str) -> None:
+    header = "mass (g);r (cm);spin (rpm);turns;time (s)"
+    with pytest.warns(gyrodata.GyroWarning, match="diam|Durchmesser"):
+        found = gyrodata.analyze(log(note, header=header).encode())
+    assert "G240" in {one.code for one in found.diagnostics}
+
+
+def test_the_diameter_of_the_ball_or_of_the_rod_is_no_doubt() -> None:
+    header = "mass (g);r (cm);spin (rpm);turns;time (s)"
+    note = "# ball diameter 101.6 mm, diameter of the rod 6 mm, r from the centre"
+    found = gyrodata.analyze(log(note, header=header).encode())
+    assert "G240" not in {one.code for one in found.diagnostics}

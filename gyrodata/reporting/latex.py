@@ -66,6 +66,7 @@ def latex_report(analysis: Analysis) -> str:
         else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
     )
     blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
+    blocks += map(_sentence, whole.warnings)
     blocks += map(_block, whole.top)
     for section in whole.sections:
         blocks += [

@@ -49,6 +49,7 @@ def markdown_report(
         blocks.append(_sentence(whole.answer))
     else:
         blocks.append(f"**{_sentence(whole.answer)}**")
+    blocks += map(_sentence, whole.warnings)
     for heading, contents in (
         ("", whole.top),
         *((f"## {escape(one.title)}", one.blocks) for one in whole.sections),

@@ -57,11 +57,8 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     str
     """
     whole = report(analysis)
-    top = [
-        *map(plain, whole.doubts),
-        plain(whole.answer)
-        + "   (± u, one standard uncertainty)" * (not is_wide(analysis.inertia)),
-    ]
+    meaning = "" if is_wide(analysis.inertia) else "   (± u, one standard uncertainty)"
+    top = [*map(plain, whole.doubts), f"{plain(whole.answer)}{meaning}"]
     top += (
         [line for block in whole.top for line in _block(block)]
         if verbose
@@ -69,7 +66,7 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     )
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
     for one in itertools.takewhile(
-        lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()
+        lambda one: one.anchor != "notes", whole.sections if verbose else ()
     ):
         blocks += [
             [
@@ -78,6 +75,13 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
             ]
         ] * bool(one.blocks)
     return _joined(blocks)
+
+
+def answer_line(analysis: Analysis) -> str:
+    """Write the answer in one line, with a word of warning if it is doubted."""
+    whole = report(analysis)
+    words = "; do not rely on it" if whole.doubts else ""
+    return f"{plain(whole.answer)}{words}"
 
 
 def _joined(blocks: Iterable[Iterable[str]]) -> str:

@@ -99,6 +99,9 @@ def analyze(
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
     be read; 3 a fault of gyro, which affects that log only.
     """
+    if out == Path("-") and form != "text":
+        # Standard output, where the data go without --out too.
+        out = None
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
@@ -269,6 +272,9 @@ def _refuse_contradictions(
 
 def _refuse_file_for_report(out: Path, form: Format) -> None:
     """Refuse a name of a file for a report, which is a folder."""
+    if out == Path("-"):
+        other = "for the report: --out FOLDER; for data on standard output: -f json"
+        terminal.refuse("out_is_a_file", out=out, ways=other)
     ending = out.suffix.lower()
     if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
         return
@@ -332,6 +338,7 @@ def _watch(path: Path, request: _Request) -> None:
         )
         if on_terminal:
             # Clear the screen first.
+            text = terminal.wrapped(text, sys.stdout)
             text = terminal.coloured(text, sys.stdout)
             terminal.write_out(
                 f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n"

@@ -89,6 +89,9 @@ def _usage_error(error: Any) -> Diagnostic:
             choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1
         )
         hint = f"did you mean {near[0]}?" if near else hint
+    files = [word for word in sys.argv[1:] if word[:1] == "-" and Path(word).is_file()]
+    if files:
+        hint = f"for a file whose name begins with -: ./{files[0]}"
     wrong = getattr(error, "option_name", "").lstrip("-")
     for option in options:
         if wrong in (option.type_descriptor.choices or ()):
@@ -257,23 +260,29 @@ def coloured(text: str, stream: Any) -> str:
 
 
 def wrapped(text: str, stream: Any) -> str:
-    """Wrap long lines at the width of a terminal.
+    """Wrap long lines between words at the width of a terminal.
 
-    Tables, and texts for other streams, stay the same.
+    Texts for other streams stay the same.
     """
     if not stream.isatty():
         return text
     width = shutil.get_terminal_size().columns
+    return "\n".join([_wrap_line(line, width) for line in text.split("\n")])
 
-    def wrap(line: str) -> str:
-        indent = line[: len(line) - len(line.lstrip())]
-        if len(line) <= width or "  " in line.strip():
-            return line
-        return textwrap.fill(
-            line, width, subsequent_indent=indent + "  ", break_long_words=False
-        )
 
-    return "\n".join(map(wrap, text.split("\n")))
+def _wrap_line(line: str, width: int) -> str:
+    """Wrap a line; the last column of a table goes on below its first word."""
+    if len(line) <= width:
+        return line
+    indent = len(line) - len(line.lstrip()) + 2
+    starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]
+    return textwrap.fill(
+        line,
+        width,
+        subsequent_indent=" " * max([indent, *starts]),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def write_out(text: str) -> None:

@@ -92,7 +92,7 @@ def report(analysis: Analysis) -> elements.Report:
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     if is_wide(analysis.inertia):
         answer = _wide_answer(n)
-    is_worksheet = analysis.options.worksheet
+    is_worksheet = questions.is_worksheet(analysis)
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
@@ -106,7 +106,7 @@ def report(analysis: Analysis) -> elements.Report:
         Section("Three fits side by side", tuple(_fits(n)), "fits", True),
         Section("Effects considered", _effects(n), "effects", True),
         questions.others(n),
-        Section("Notes", _notes(n), "notes", True),
+        Section("Diagnostics", _diagnostics(n), "diagnostics", True),
         Section("Method and how to cite it", tuple(_method(n)), "method", True),
         Section("Provenance", _provenance(n), "provenance", True),
         Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True),
@@ -187,11 +187,11 @@ def _doubts(n: Numbers) -> Iterator[Sentence]:
 
 
 def _warnings(n: Numbers) -> tuple[Sentence, ...]:
-    """List the warnings that are not reasons to doubt the answer."""
+    """List the warnings that are not reasons to doubt the answer, without remedies."""
     doubts = {doubt.words for doubt in n.analysis.doubts}
     return tuple(
         [
-            _diagnostic(n, i)
+            say("{}{}: {}", Styled("Warning", "warn"), _place(n, i), finding.message)
             for i, finding in enumerate(n.analysis.diagnostics)
             if finding.severity != "note" and finding.message not in doubts
         ]
@@ -497,7 +497,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
             "The log does not state these uncertainties, so default values are used:"
         )
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
-    if n.analysis.options.worksheet:
+    if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
 
@@ -644,14 +644,10 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     )
 
 
-def _notes(n: Numbers) -> tuple[elements.Block, ...]:
-    """List the notes; the warnings are below the answer."""
-    notes = [
-        _diagnostic(n, i)
-        for i, finding in enumerate(n.analysis.diagnostics)
-        if finding.severity == "note"
-    ]
-    return (Text(tuple(notes), "list") if notes else paragraph("None."),)
+def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
+    """List every message about the log, with its remedy."""
+    lines = [_diagnostic(n, i) for i in range(len(n.analysis.diagnostics))]
+    return (Text(tuple(lines), "list") if lines else paragraph("None."),)
 
 
 def _diagnostic(n: Numbers, i: int) -> Sentence:

@@ -354,8 +354,9 @@ class Numbers:
 
     def bound(self, place: str, scale: Scale) -> Number:
         """Show the size of an end of an interval, with two digits."""
-        size = abs(self.find(place))
-        return self.number(place, values.uncertainty_text(size, scale.size), scale)
+        end = self.find(place)
+        text = values.uncertainty_text(abs(end), scale.size)
+        return Number((text,), (place,), scale, math.copysign(scale.size, end))
 
     def interval(self, place: str, scale: Scale) -> Number:
         """Show an interval: "4.32 to 4.56"."""

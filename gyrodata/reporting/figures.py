@@ -567,9 +567,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         title=title,
     )
     colour = DOUBTED if scene.analysis.doubts else INK
-    figure.suptitle(
-        _heading(scene), x=0.01, ha="left", fontsize="medium", color=colour
-    )
+    figure.suptitle(_heading(scene), x=0.01, ha="left", fontsize="medium", color=colour)
     return axes[0]
 
 

@@ -58,7 +58,6 @@ def latex_report(analysis: Analysis) -> str:
         _sentence(whole.byline),
         _sentence(whole.read_as),
     ]
-    blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # An unreliable answer is not bold.
     bold = (
         ""
@@ -66,6 +65,7 @@ def latex_report(analysis: Analysis) -> str:
         else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
     )
     blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
+    blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     blocks += map(_sentence, whole.warnings)
     blocks += map(_block, whole.top)
     for section in whole.sections:

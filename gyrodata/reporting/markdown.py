@@ -44,11 +44,9 @@ def markdown_report(
         _sentence(whole.read_as),
     ]
     # An unreliable answer is not bold, but the doubts about it are.
-    if whole.doubts:
-        blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
-        blocks.append(_sentence(whole.answer))
-    else:
-        blocks.append(f"**{_sentence(whole.answer)}**")
+    answer = _sentence(whole.answer)
+    blocks.append(answer if whole.doubts else f"**{answer}**")
+    blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
     blocks += map(_sentence, whole.warnings)
     for heading, contents in (
         ("", whole.top),

@@ -220,7 +220,7 @@ def _draw(head: Head) -> list[Markup]:
 
 def report_files(
     analysis: Analysis,
-    figures: Form = "png",
+    figures: Form = "svg",
     style: str = "screen",
     document: str = "",
     faults: dict[str, str] | None = None,

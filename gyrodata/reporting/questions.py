@@ -26,7 +26,7 @@ from gyrodata.reporting.elements import (
     table,
 )
 from gyrodata.reporting.figures import FIGURES
-from gyrodata.results import is_wide
+from gyrodata.results import Analysis, is_wide
 
 AGREES = 2.0
 """Two numbers agree if they differ by at most this many standard uncertainties of their
@@ -42,9 +42,16 @@ WORDS = tomllib.loads(
 """Names and questions in the report, by section and key."""
 
 
+def is_worksheet(analysis: Analysis) -> bool:
+    """Return whether the report asks questions in the place of conclusions."""
+    return analysis.options.worksheet or (
+        analysis.readings.metadata.get("worksheet") == "yes"
+    )
+
+
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
-    if n.analysis.options.worksheet:
+    if is_worksheet(n.analysis):
         return paragraph(WORDS["tasks"][task], kind="task")
     return Text(sentences)
 

@@ -66,7 +66,7 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     )
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
     for one in itertools.takewhile(
-        lambda one: one.anchor != "notes", whole.sections if verbose else ()
+        lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()
     ):
         blocks += [
             [

@@ -99,9 +99,7 @@ def analyze(
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
     be read; 3 a fault of gyro, which affects that log only.
     """
-    if out == Path("-") and form != "text":
-        # Standard output, where the data go without --out too.
-        out = None
+    out = _place_of(out, form)
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
@@ -127,18 +125,20 @@ def analyze(
     names = terminal.names_of(logs, stdin)
     for log, name, below in zip(logs, names, folders, strict=True):
         folder = _report_folder(log, out, below, several) if reported else None
-        near = constants_of(log, config, quiet)
-        options = replace(options, config=near.name if near else None)
-        request = replace(request, config=near, options=options)
-        outcome = _answer(log, name, request, below, folder is not None)
+        of_log = request.with_constants(constants_of(log, config, quiet))
+        outcome = _answer(log, name, of_log, below, folder is not None)
         output.show_answer(outcome.text, folder is not None)
         # The answer is on the screen while the figures are drawn.
-        if folder is not None and outcome.analysis is not None:
-            outcome = _with_report(outcome, outcome.analysis, request, folder)
+        outcome = _with_report(outcome, of_log, folder)
         output.show_findings(outcome)
         worst = max(worst, outcome.code)
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _place_of(out: Path | None, form: Format) -> Path | None:
+    """Return the place of ``--out``; None for "-", to which data go without it too."""
+    return None if out == Path("-") and form != "text" else out
 
 
 def _data_file(out: Path | None, form: Format) -> Path | None:
@@ -304,6 +304,12 @@ class _Request(Struct, frozen=True):
     several: bool
     """True if there are several logs."""
 
+    def with_constants(self, config: Path | None) -> _Request:
+        """Return the same request with the file of constants of one log."""
+        name = None if config is None else config.name
+        options = replace(self.options, config=name)
+        return replace(self, config=config, options=options)
+
     def read(self, **source: Any) -> Readings:
         """Read a log with the constants and headers of the options."""
         from gyrodata.readings import read_log
@@ -462,13 +468,14 @@ def _answer(
     return _Outcome(0, text, analysis.diagnostics, analysis)
 
 
-def _with_report(
-    outcome: _Outcome, analysis: Analysis, request: _Request, folder: Path
-) -> _Outcome:
-    """Write the report of an analysis into a folder.
+def _with_report(outcome: _Outcome, request: _Request, folder: Path | None) -> _Outcome:
+    """Write the report of an answer into a folder, if there are both.
 
     The answer is right also if its report cannot be made: this adds an error then.
     """
+    analysis = outcome.analysis
+    if folder is None or analysis is None:
+        return outcome
     document = DOCUMENTS.get(request.form, "")
     try:
         files, findings = _report_of(analysis, request, document)

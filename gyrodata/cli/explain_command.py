@@ -55,7 +55,14 @@ def explain(
 
     For a code: what it means, how to fix it, and an example.
     """
-    write_text("\n".join(map(_explanation, topics)) if topics else _contents())
+    if not topics:
+        write_text(_contents())
+        return
+    write_text("\n".join([_text_about(topic) for topic in topics]))
+
+
+def _text_about(topic: str) -> str:
+    return _settings() if topic.lower() == "settings" else _explanation(topic)
 
 
 def _glossary() -> dict[str, dict[str, str]]:
@@ -108,8 +115,6 @@ def _explanation(asked: str) -> str:
         for name in (*KEYS, *words, *diagnostics.explanations(), *documentation.PAGES)
     }
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
-    if name == "settings":
-        return _settings()
     if name not in known:
         near = get_close_matches(name, known, n=1)
         pages = [

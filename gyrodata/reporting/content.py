@@ -478,7 +478,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     ]
     bars = tuple((one.share, 0.0) for one in budget)
     heads = (
-        Head("component"),
+        Head("component", wrap=0.28),
         Head("share of the variance", values.PERCENT, dots=bars),
         Head("u of I_zz", n.inertia),
         Head("shared by", wrap=0.25),

@@ -78,7 +78,6 @@ def report_page(
     whole = content.report(analysis)
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
-    room.filters["kind"] = lambda block: type(block).__name__
     images = {
         name: f"data:image/svg+xml;base64,{base64.b64encode(data).decode()}"
         for name, data in figures.items()

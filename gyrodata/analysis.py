@@ -128,10 +128,9 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     if not readings.ok:
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    # A criterion of a rubric reads these from `measured`; the questions about sizes stay
-    # apart, because they are doubts, unless the run is left out.
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
+    # Kept apart from the others: findings need to know them.
     unusual_sizes = tuple(checks.check_sizes(readings, measured))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):
@@ -144,7 +143,8 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         raise LogError([*diagnostics, *error.diagnostics]) from None
     lab = recommended.lab
     outliers = recommended.outliers
-    # The runs of the fit are corrected for the motion of the rod.
+    # `recommend` chose the models of motion, corrected the runs by them, and left
+    # certain outliers out.
     corrected = lab.measured
     fit = lab.fit
     groups = _kept_groups(corrected, fit)
@@ -190,7 +190,7 @@ def judge(fitted: FittedLog) -> Analysis:
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
-    # This time with I_zz without each torque, by its number.
+    # The table of `fit_log`, with one more column: I_zz without each torque.
     torques = tables.torque_table(measured, fit, groups, without_torque)
     fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
     # `asdict` of msgspec copies the fields, and does not change records in them.
@@ -268,7 +268,8 @@ def _if_balanced(
     for answer in answers:
         if answer.name == "balanced":
             return answer.inertia
-    # This is asked only if the log does not say so itself.
+    # With the line "# balanced: yes", the recommended fit has M0 = 0 already, and
+    # `changes` does not ask what I_zz would be with it.
     return fitted.fit.inertia if fitted.measurements.balanced else None
 
 

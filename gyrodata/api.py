@@ -62,6 +62,15 @@ class PythonDiagnostic(Diagnostic, frozen=True):
 def in_python(text: str) -> str:
     """Replace options of the command line by arguments of `analyze`.
 
+    ======================== ==========================
+    command line             Python
+    ======================== ==========================
+    --set g=9.8 --set u=0.2  settings={"g": "9.8", …}
+    --set latitude: …        settings["latitude"]: …
+    --set                    settings
+    --model steady           model="steady"
+    ======================== ==========================
+
     Examples
     --------
     >>> in_python("--set g=9.8 --set u_time=0.2, or --map mass=weight.")
@@ -69,7 +78,7 @@ def in_python(text: str) -> str:
     >>> in_python("--set latitude: not known; --model steady")
     'settings["latitude"]: not known; model="steady"'
     """
-    # Values first: what is left then is the name of an option.
+    # In the order of the table: the first lines contain the third one.
     text = re.sub(f"{_PAIR}(?: {_PAIR})*", _arguments, text)
     text = re.sub(r"--(set|map|config) (\w+)(?=:)", _item, text)
     text = re.sub(r"--model (\w+)", r'model="\1"', text)

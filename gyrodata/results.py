@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import msgspec
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import asdict
 
-from gyrodata.base.errors import Diagnostic, DiagnosticJson
+from gyrodata.base.errors import Diagnostic, DiagnosticJson, insist_on_choice
 from gyrodata.base.tool import Tool
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
 from gyrodata.judging.changes import Effect, Lab, Sensitivity
@@ -149,6 +148,34 @@ much narrower."""
 def is_wide(answer: Result) -> bool:
     """Return whether the 95 % interval is much wider than ± 2 u."""
     return answer.interval_95 is not None and (answer.k or 0.0) > WIDE
+
+
+UNITS_OF_RUNS = {
+    "mass": "kg",
+    "position": "m",
+    "torque": "N m",
+    "spin": "rad/s",
+    "time": "s",
+    "precession_rate": "rad/s",
+    "period": "s",
+    "product": "rad^2/s^2",
+    "inertia": "kg m^2",
+    "residual": "s",
+    "residual_u": "s",
+    "influence": "kg m^2",
+}
+"""Units of the columns of `Analysis.runs` that have one."""
+
+TABLES = (
+    "budget",
+    "effects",
+    "fits",
+    "power_law",
+    "run_table",
+    "sensitivity",
+    "torques",
+)
+"""The tables of an analysis."""
 
 
 class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
@@ -312,10 +339,39 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
 
     @property
     def runs(self) -> pd.DataFrame:
-        """A DataFrame with one row for each run, in SI units."""
+        """A DataFrame with one row for each run, in SI units.
+
+        Its `attrs` contain the units of the columns and the lines "# key: value" of the
+        log, so that `gyrodata.analyze` can read it.
+        """
+        from gyrodata.readings import write_log
+
+        frame = self.table("run_table")
+        frame.attrs = {"units": dict(UNITS_OF_RUNS)}
+        for line in write_log(self.readings).splitlines():
+            if line.startswith("# "):
+                key, _, value = line.removeprefix("# ").partition(": ")
+                frame.attrs[key] = value
+        return frame
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Return one of the tables of the analysis as a DataFrame, in SI units.
+
+        Parameters
+        ----------
+        name : {"budget", "effects", "fits", "power_law", "run_table", "sensitivity", \
+                "torques"}
+            A record in a cell, such as the estimate of a fit, becomes several columns:
+            "inertia.value", "inertia.u".
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
         import pandas as pd
 
-        return pd.DataFrame([asdict(run) for run in self.run_table])
+        insist_on_choice("name", name, TABLES)
+        return pd.json_normalize(msgspec.to_builtins(getattr(self, name)))
 
     def ufloats(self) -> dict[str, Any]:
         """Return I_zz, M0 and b [SI units] as correlated numbers of `uncertainties`.

@@ -8,8 +8,6 @@ import doctest
 import json
 import math
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -31,7 +29,7 @@ from users_script import everything
 import gyrodata
 from gyrodata import Analysis
 from gyrodata.api import in_python
-from gyrodata.results import encode
+from gyrodata.results import TABLES, encode
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}
@@ -100,24 +98,7 @@ def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
         [line.get_ydata() for line in ax.lines if line.get_marker() != "None"]
     )
     assert sorted(drawn) == pytest.approx(sorted(1e3 * lab.runs["torque"]))
-    assert ax.get_ylabel() == "M [mN·m]"
-
-
-@pytest.mark.slow
-def test_a_report_from_python_leaves_the_docstrings_of_matplotlib(
-    tmp_path: Path,
-) -> None:
-    """Only the command line does without them, to start fast."""
-    used = (
-        "import gyrodata, sys; gyrodata.analyze(sys.argv[1]).report(sys.argv[2]); from "
-        "matplotlib.lines import Line2D; "
-        "print('linewidth' in Line2D.set.__doc__)"
-    )
-    command = [sys.executable, "-c", used, str(SAMPLE), str(tmp_path / "report")]
-    assert (
-        subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        == "True\n"
-    )
+    assert ax.get_ylabel() == "torque M [mN·m]"
 
 
 @pytest.mark.slow
@@ -300,3 +281,26 @@ def test_equal_analyses_have_equal_hashes(lab: Analysis) -> None:
     other = replace(lab, inertia=replace(lab.inertia, value=value))
     assert other == lab
     assert hash(other) == hash(lab)
+
+
+@pytest.mark.slow
+def test_the_table_of_runs_can_be_analysed_again(lab: Analysis) -> None:
+    runs = lab.runs
+    assert runs.attrs["units"]["spin"] == "rad/s"
+    loaded = runs[runs["torque"] != 0]
+    again = gyrodata.analyze(loaded)
+    first = gyrodata.analyze(SAMPLE)
+    u = first.inertia.u or 0.0
+    assert abs(again.inertia.value - first.inertia.value) < 2 * u
+    products = again.runs["product"].to_numpy()
+    np.testing.assert_allclose(products, loaded["product"].to_numpy(), rtol=1e-9)
+
+
+def test_every_table_is_a_dataframe(lab: Analysis) -> None:
+    for name in TABLES:
+        assert len(lab.table(name)) == len(getattr(lab, name)), name
+    shares = lab.table("budget")["share"]
+    assert shares.sum() == pytest.approx(1.0)
+    assert lab.table("fits")["inertia.value"].notna().all()
+    with pytest.raises(ValueError, match="did you mean 'budget'"):
+        lab.table("budgets")

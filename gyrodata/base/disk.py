@@ -7,6 +7,7 @@ long for every page.
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -31,8 +32,9 @@ def telling(folder: Path, name: str = "report_not_written") -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        room = "make room there, or " if error.errno == errno.ENOSPC else ""
         raise InputError.named(
-            name, folder=folder, why=error.strerror or error
+            name, folder=folder, why=error.strerror or error, room=room
         ) from None
 
 

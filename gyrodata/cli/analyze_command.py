@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.disk import telling, write_folder, write_whole
-from gyrodata.base.errors import Diagnostic, GyroError
+from gyrodata.base.errors import Diagnostic, GyroError, count_text
 from gyrodata.cli import terminal
 from gyrodata.cli.options import (
     ConfigOption,
@@ -65,7 +64,7 @@ PAUSE = 0.5
 Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
-Style = Literal["screen", "slides", "print"]
+Style = Literal["screen", "print"]
 Table = Literal["runs", "logs"]
 OpenOption = Annotated[
     bool, typer.Option("--open", help="Open the report in the browser.")
@@ -84,7 +83,7 @@ def analyze(
         str, typer.Option("--stdin-filename", metavar="NAME")
     ] = terminal.STDIN,
     no_report: Annotated[bool, typer.Option("--no-report")] = False,
-    figures: Annotated[Figures, typer.Option("--figures")] = "png",
+    figures: Annotated[Figures, typer.Option("--figures")] = "svg",
     style: Annotated[Style, typer.Option("--style")] = "screen",
     model: Annotated[Model, typer.Option("--model")] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
@@ -100,6 +99,7 @@ def analyze(
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
     be read; 3 a fault of gyro, which affects that log only.
     """
+    out = _place_of(out, form)
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
@@ -119,25 +119,26 @@ def analyze(
     reported = not no_report and file is None and (out is not None or form == "text")
     if opened and not reported:
         terminal.refuse("open_without_report")
-    if not several:
-        # The process ends soon: a search for garbage would take 3 % of a run with
-        # figures.
-        gc.disable()
     output = _Output(form, _table_header(form, table), file, opened, quiet)
     worst = 0
     folders = _folders(terminal.short_paths(logs))
     names = terminal.names_of(logs, stdin)
     for log, name, below in zip(logs, names, folders, strict=True):
         folder = _report_folder(log, out, below, several) if reported else None
-        near = constants_of(log, config, quiet)
-        options = replace(options, config=near.name if near else None)
-        request = replace(request, config=near, options=options)
-        done = _analyze_one(log, name, request, below, folder)
-        output.show(done)
-        worst = max(worst, done.code)
-    gc.enable()
+        of_log = request.with_constants(constants_of(log, config, quiet))
+        outcome = _answer(log, name, of_log, below, folder is not None)
+        output.show_answer(outcome.text, folder is not None)
+        # The answer is on the screen while the figures are drawn.
+        outcome = _with_report(outcome, of_log, folder)
+        output.show_findings(outcome)
+        worst = max(worst, outcome.code)
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _place_of(out: Path | None, form: Format) -> Path | None:
+    """Return the place of ``--out``; None for "-", to which data go without it too."""
+    return None if out == Path("-") and form != "text" else out
 
 
 def _data_file(out: Path | None, form: Format) -> Path | None:
@@ -176,29 +177,49 @@ class _Output(Struct):
     quiet: bool
     parts: list[str] = []
 
-    def show(self, done: _Outcome) -> None:
-        """Print one answer, or keep it for the file, and print its messages."""
+    def show_answer(self, text: str, in_folder: bool) -> None:
+        """Print the answer for one log, or keep it for the file.
+
+        `in_folder` says whether the log gets a report.
+        """
         if self.file is not None:
-            self.parts.append(done.text)
-        else:
-            self._print(done)
-        terminal.complain(done.diagnostics, self.quiet)
-        if done.report and not self.quiet:
-            terminal.tell(f"report: {done.report}")
-        if done.report and self.opened:
+            self.parts.append(text)
+        elif self.form == "text":
+            terminal.write_text(text)
+        elif text and not self._is_in_file(in_folder):
+            terminal.write_out(self.header + text)
+            self.header = ""
+
+    def _is_in_file(self, in_folder: bool) -> bool:
+        """Return whether the text is a document that a terminal need not show."""
+        return in_folder and self.form in DOCUMENTS and sys.stdout.isatty()
+
+    def show_findings(self, outcome: _Outcome) -> None:
+        """Print the messages about one log, and where its report is."""
+        terminal.complain(outcome.diagnostics, self.quiet)
+        if outcome.report is not None and not self.quiet:
+            terminal.tell(f"report: {outcome.report}")
+        if outcome.report is not None and self.opened:
             import webbrowser
 
-            webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
+            page = outcome.report.with_name("report.html")
+            webbrowser.open(page.resolve().as_uri())
+        if self.form == "text" and sys.stdout.isatty() and not self.quiet:
+            self._repeat_answer(outcome)
 
-    def _print(self, done: _Outcome) -> None:
-        if self.form == "text":
-            terminal.write_text(done.text)
+    def _repeat_answer(self, outcome: _Outcome) -> None:
+        """Print a last line with the answer, which messages have moved off the screen."""
+        counts = Counter(finding.severity for finding in outcome.diagnostics)
+        if outcome.analysis is None or not counts["warning"] + counts["error"]:
             return
-        in_file = done.report is not None and self.form in DOCUMENTS
-        if done.text and not (in_file and sys.stdout.isatty()):
-            # A document that is in a file is not printed on a terminal.
-            terminal.write_out(self.header + done.text)
-            self.header = ""
+        from gyrodata.reporting.text import answer_line
+
+        words = [
+            count_text(counts[severity], severity)
+            for severity in ("error", "warning")
+            if counts[severity]
+        ]
+        terminal.tell(f"{' and '.join(words)} above; {answer_line(outcome.analysis)}")
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
@@ -251,6 +272,9 @@ def _refuse_contradictions(
 
 def _refuse_file_for_report(out: Path, form: Format) -> None:
     """Refuse a name of a file for a report, which is a folder."""
+    if out == Path("-"):
+        other = "for the report: --out FOLDER; for data on standard output: -f json"
+        terminal.refuse("out_is_a_file", out=out, ways=other)
     ending = out.suffix.lower()
     if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
         return
@@ -279,6 +303,12 @@ class _Request(Struct, frozen=True):
     verbose: bool
     several: bool
     """True if there are several logs."""
+
+    def with_constants(self, config: Path | None) -> _Request:
+        """Return the same request with the file of constants of one log."""
+        name = None if config is None else config.name
+        options = replace(self.options, config=name)
+        return replace(self, config=config, options=options)
 
     def read(self, **source: Any) -> Readings:
         """Read a log with the constants and headers of the options."""
@@ -314,6 +344,7 @@ def _watch(path: Path, request: _Request) -> None:
         )
         if on_terminal:
             # Clear the screen first.
+            text = terminal.wrapped(text, sys.stdout)
             text = terminal.coloured(text, sys.stdout)
             terminal.write_out(
                 f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n"
@@ -406,68 +437,68 @@ class _Outcome(Struct, frozen=True):
     text: str
     """Text for standard output."""
     diagnostics: Sequence[Diagnostic]
+    analysis: Analysis | None = None
+    """None if the log has no answer."""
     report: Path | None = None
     """The report, if one was written."""
 
+    def with_findings(self, findings: Sequence[Diagnostic], code: int) -> _Outcome:
+        """Return the same outcome with more findings and another exit code."""
+        return replace(self, code=code, diagnostics=(*self.diagnostics, *findings))
 
-def _analyze_one(
-    log: str, name: str, request: _Request, below: Path, folder: Path | None
+
+def _answer(
+    log: str, name: str, request: _Request, below: Path, has_report: bool
 ) -> _Outcome:
-    """Analyse one log, and write its report into a folder if there is one.
-
-    `below` is the log's part of its path.
-    """
+    """Analyse one log; `below` is its part of the path of its report."""
     from gyrodata.analysis import analyze_readings
 
     readings = None
-    document = DOCUMENTS.get(request.form, "")
     try:
         readings = request.read(**terminal.source_of(log, name))
         analysis = analyze_readings(readings, request.options)
-        text = _formatted(analysis, request, below, folder is not None)
+        text = _formatted(analysis, request, below, has_report)
     except GyroError as error:
         return _without_answer(
             name, readings, request, error.exit_code, error.diagnostics
         )
     except Exception as error:
-        return _without_answer(
-            name, readings, request, terminal.FAULT, (terminal.fault(error, name),)
-        )
-    if folder is None:
-        return _Outcome(0, text, analysis.diagnostics)
+        fault = terminal.fault(error, name)
+        return _without_answer(name, readings, request, terminal.FAULT, (fault,))
+    return _Outcome(0, text, analysis.diagnostics, analysis)
+
+
+def _with_report(outcome: _Outcome, request: _Request, folder: Path | None) -> _Outcome:
+    """Write the report of an answer into a folder, if there are both.
+
+    The answer is right also if its report cannot be made: this adds an error then.
+    """
+    analysis = outcome.analysis
+    if folder is None or analysis is None:
+        return outcome
+    document = DOCUMENTS.get(request.form, "")
     try:
-        files, undrawn = _report_of(analysis, name, request, document)
+        files, findings = _report_of(analysis, request, document)
         with telling(folder):
             write_folder(folder, files)
     except GyroError as error:
-        return _Outcome(
-            error.exit_code, text, (*analysis.diagnostics, *error.diagnostics)
-        )
+        return outcome.with_findings(error.diagnostics, error.exit_code)
     except Exception as error:
-        # The answer is right also if its report cannot be made.
-        return _Outcome(
-            terminal.FAULT, text, (*analysis.diagnostics, terminal.fault(error, name))
-        )
-    return _Outcome(
-        0,
-        text,
-        (*analysis.diagnostics, *undrawn),
-        report=folder / (document or "report.html"),
-    )
+        fault = terminal.fault(error, analysis.name)
+        return outcome.with_findings([fault], terminal.FAULT)
+    report = folder / (document or "report.html")
+    return replace(outcome.with_findings(findings, 0), report=report)
 
 
 def _report_of(
-    analysis: Analysis, name: str, request: _Request, document: str
+    analysis: Analysis, request: _Request, document: str
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
     """Make the files of a report.
 
     Also return a warning about each reason why figures cannot be drawn.
     """
-    from gyrodata.reporting.figures import omit_docstrings
     from gyrodata.reporting.page import report_files
 
-    with suppress(ImportError, ValueError):  # the figures say why
-        omit_docstrings()
     faults: dict[str, str] = {}
     files = report_files(analysis, request.figures, request.style, document, faults)
     reasons = {
@@ -475,7 +506,9 @@ def _report_of(
         for why in faults.values()
     }
     return files, [
-        Diagnostic.named("figure_not_drawn", name, what=listing(figures), why=why)
+        Diagnostic.named(
+            "figure_not_drawn", analysis.name, what=listing(figures), why=why
+        )
         for why, figures in reasons.items()
     ]
 

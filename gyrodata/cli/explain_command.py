@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import tomllib
+from pathlib import Path
 from textwrap import fill, indent
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +16,8 @@ from msgspec.structs import replace
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import PICTURES, GyroError
 from gyrodata.cli import documentation
-from gyrodata.cli.terminal import refuse, write_out
+from gyrodata.cli.options import settings_file
+from gyrodata.cli.terminal import refuse, write_text
 
 if TYPE_CHECKING:
     from gyrodata.base.errors import Diagnostic
@@ -52,7 +55,14 @@ def explain(
 
     For a code: what it means, how to fix it, and an example.
     """
-    write_out("\n".join(map(_explanation, topics)) if topics else _contents())
+    if not topics:
+        write_text(_contents())
+        return
+    write_text("\n".join([_text_about(topic) for topic in topics]))
+
+
+def _text_about(topic: str) -> str:
+    return _settings() if topic.lower() == "settings" else _explanation(topic)
 
 
 def _glossary() -> dict[str, dict[str, str]]:
@@ -126,6 +136,25 @@ def _explanation(asked: str) -> str:
     told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
     told += _about_key(found) if found in KEYS else ""
     return f"{words.get(found, found)}:\n{indent(told, '  ')}"
+
+
+def _settings() -> str:
+    """Say where settings come from, and which file a log in this folder uses."""
+    used = settings_file(Path.cwd())
+    file = "none" if used is None else used.as_posix()
+    named = os.environ.get("GYRO_CONFIG") or "not set"
+    return f"""settings:
+  Constants of the apparatus and other keys of a log can be in a TOML file, with
+  lines such as: latitude = "42.5 deg"
+  gyro uses one file, the first of these:
+    1. --config FILE
+    2. the file that the variable GYRO_CONFIG names; now: {named}
+    3. gyro.toml in the folder of the log or in a folder above it, up to the home
+       folder or the top of a repository
+  The file for a log in this folder: {file}
+  A line of the log replaces a line of the file, and --set replaces both.
+  A teacher can write: worksheet = "yes"
+"""
 
 
 def _about_key(key: str) -> str:

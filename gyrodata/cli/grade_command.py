@@ -13,7 +13,14 @@ import typer
 from typer import Argument, Option
 
 from gyrodata.base.disk import alone_in, telling, write_whole
-from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
+from gyrodata.cli.terminal import (
+    complain,
+    progress_bar,
+    refuse,
+    tell,
+    write_out,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -220,7 +227,7 @@ def _print(grades: ClassGrades, changes: Sequence[Change] | None, form: Form) ->
     from gyrodata.grading.exports import grade_lines, grades_document
 
     if form == "text":
-        write_out(grades.summary)
+        write_text(grades.summary)
     elif form == "csv":
         write_out(grades.table)
     elif form == "json":

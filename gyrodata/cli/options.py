@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from pathlib import Path
 from typing import Annotated, Literal
@@ -32,7 +33,8 @@ MappingOption = Annotated[
 ConfigOption = Annotated[
     Path | None,
     typer.Option(
-        "--config", help="TOML file with constants. Default: gyro.toml next to the log."
+        "--config",
+        help="TOML file with constants. Default: gyro.toml next to the log, or above it.",
     ),
 ]
 
@@ -76,16 +78,37 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
 
 
 def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:
-    """Return the TOML file with constants for a log.
+    """Return the TOML file with constants for a log; None if there is none.
 
-    It is the file of --config, else gyro.toml next to the log, if there is such a file.
+    It is the file of --config, else that of the variable GYRO_CONFIG, else the next
+    gyro.toml in the folder of the log or above it.
     """
-    near = Path(log).parent / "gyro.toml"
-    if config is not None or log == "-" or not near.is_file():
+    if config is not None:
         return config
-    if not quiet:
-        tell(f"constants of the apparatus: {near.name}, next to {Path(log).name}")
+    near = settings_file(None if log == "-" else Path(log).parent)
+    if near is not None and not quiet:
+        tell(f"constants of the apparatus: {near.as_posix()}")
     return near
+
+
+def settings_file(folder: Path | None) -> Path | None:
+    """Return the file of GYRO_CONFIG, else the next gyro.toml; None if there is none.
+
+    The search ends at the home folder and at the top of a repository. There is none for
+    a log from standard input.
+    """
+    if named := os.environ.get("GYRO_CONFIG"):
+        return Path(named)
+    if folder is None:
+        return None
+    start = folder.absolute()
+    for place in (start, *start.parents):
+        settings = place / "gyro.toml"
+        if settings.is_file():
+            return Path(os.path.relpath(settings))
+        if place == Path.home() or (place / ".git").exists():
+            break
+    return None
 
 
 def with_units(items: str) -> list[str]:

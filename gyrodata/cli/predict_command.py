@@ -10,7 +10,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.cli.options import Bound, FormatOption, constants_of, quantity
-from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
+from gyrodata.cli.terminal import (
+    Door,
+    names_of,
+    refuse,
+    source_of,
+    write_out,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
@@ -297,4 +304,7 @@ def _write(
     from gyrodata.results import to_json
 
     answer = replace(answer, options=values, notes=tuple(numbers.notes))
-    write_out(json_text(to_json(answer)) if form == "json" else prediction_text(answer))
+    if form == "json":
+        write_out(json_text(to_json(answer)))
+    else:
+        write_text(prediction_text(answer))

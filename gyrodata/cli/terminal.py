@@ -66,38 +66,60 @@ class Door(TyperGroup):
 
 def _usage_error(error: Any) -> Diagnostic:
     """Write an error of the command line in the form of all others."""
-    from difflib import get_close_matches
-
     words = " ".join(error.format_message().split())
     message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
     message = re.sub("(?i)value error, ", "", message)
     message = (message[:1].lower() + message[1:]).rstrip(".")
-    hint = "see: gyro --help"
-    options = []
-    if error.ctx is not None:
-        options = error.ctx.command.params
-        command = error.ctx.command_path
-        epilog = error.ctx.command.epilog or ""
-        hint = f"see: {command} --help"
-        if message.startswith("missing argument") and epilog:
-            example = epilog.partition("Example:")[2].replace("\\", "")
-            hint = f"for example: {' '.join(example.split())}"
+    hint = _hint_for_file() or _nearest_choice(message)
     if names:
         hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
-    if choice := re.search(r"'([^']*)' is not one of (.*)", message):
-        near = get_close_matches(
-            choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1
-        )
-        hint = f"did you mean {near[0]}?" if near else hint
-    wrong = getattr(error, "option_name", "").lstrip("-")
-    for option in options:
-        if wrong in (option.type_descriptor.choices or ()):
-            hint = f"did you mean {option.opts[0]} {wrong}?"
-        elif "--out" in option.opts and message.startswith(
-            "got unexpected extra argument"
-        ):
-            hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"
+    if error.ctx is not None:
+        wrong = getattr(error, "option_name", "").lstrip("-")
+        hint = _hint_from_options(error.ctx, message, wrong) or hint
+        hint = hint or _example_or_help(error.ctx, message)
+    hint = hint or "see: gyro --help"
     return Diagnostic.named("command_line_wrong", message=message, hint=hint)
+
+
+def _hint_for_file() -> str:
+    """Say how to name a file whose name looks like an option; "" if there is none."""
+    for word in sys.argv[1:]:
+        if word.startswith("-") and Path(word).is_file():
+            return f"for a file whose name begins with -: ./{word}"
+    return ""
+
+
+def _nearest_choice(message: str) -> str:
+    """Name the nearest of the values that an option can have; "" if none is near."""
+    from difflib import get_close_matches
+
+    choice = re.search(r"'([^']*)' is not one of (.*)", message)
+    if choice is None:
+        return ""
+    values = re.findall(r"'([^']*)'", choice[2])
+    near = get_close_matches(choice[1].lower(), values, n=1)
+    return f"did you mean {near[0]}?" if near else ""
+
+
+def _hint_from_options(context: Any, message: str, wrong: str) -> str:
+    """Name the option for a value without one; "" if no option has such a value."""
+    for option in context.command.params:
+        if wrong in (option.type_descriptor.choices or ()):
+            return f"did you mean {option.opts[0]} {wrong}?"
+        is_extra = message.startswith("got unexpected extra argument")
+        if is_extra and "--out" in option.opts:
+            name = message.rpartition("(")[2].rstrip(")")
+            return f"to write a file: {context.command_path} --out {name}"
+    return ""
+
+
+def _example_or_help(context: Any, message: str) -> str:
+    """Show the example of a command if its argument is missing; else name its help."""
+    epilog = context.command.epilog or ""
+    if message.startswith("missing argument") and epilog:
+        example = epilog.partition("Example:")[2].replace("\\", "")
+        return f"for example: {' '.join(example.split())}"
+    return f"see: {context.command_path} --help"
 
 
 def _report(found: Sequence[Diagnostic], code: int) -> int:
@@ -257,23 +279,29 @@ def coloured(text: str, stream: Any) -> str:
 
 
 def wrapped(text: str, stream: Any) -> str:
-    """Wrap long lines at the width of a terminal.
+    """Wrap long lines between words at the width of a terminal.
 
-    Tables, and texts for other streams, stay the same.
+    Texts for other streams stay the same.
     """
     if not stream.isatty():
         return text
     width = shutil.get_terminal_size().columns
+    return "\n".join([_wrap_line(line, width) for line in text.split("\n")])
 
-    def wrap(line: str) -> str:
-        indent = line[: len(line) - len(line.lstrip())]
-        if len(line) <= width or "  " in line.strip():
-            return line
-        return textwrap.fill(
-            line, width, subsequent_indent=indent + "  ", break_long_words=False
-        )
 
-    return "\n".join(map(wrap, text.split("\n")))
+def _wrap_line(line: str, width: int) -> str:
+    """Wrap a line; the last column of a table goes on below its first word."""
+    if len(line) <= width:
+        return line
+    indent = len(line) - len(line.lstrip()) + 2
+    starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]
+    return textwrap.fill(
+        line,
+        width,
+        subsequent_indent=" " * max([indent, *starts]),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def write_out(text: str) -> None:

@@ -13,7 +13,14 @@ import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
-from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
+from gyrodata.cli.terminal import (
+    names_of,
+    progress_bar,
+    source_of,
+    tell,
+    write_out,
+    write_text,
+)
 
 if TYPE_CHECKING:
     from gyrodata.trials.benchmark.report import Scene
@@ -126,7 +133,10 @@ def selfcheck(
         config=options.constants_of(log, config),
     )
     done = simulate(analyze_readings(readings), labs, seed, progress_bar(labs))
-    write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")
+    if form == "json":
+        write_out(json_text(done.to_dict()))
+    else:
+        write_text(f"{done}\n")
 
 
 def benchmark(
@@ -161,7 +171,7 @@ def benchmark(
     files["benchmark.html"] = report.page(done, name).encode()
     with telling(out):
         write_folder(out, files)
-    write_out("\n\n".join(report.titles(done).values()) + "\n")
+    write_text("\n\n".join(report.titles(done).values()) + "\n")
     tell(f"page: {out / 'benchmark.html'}")
 
 

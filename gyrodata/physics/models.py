@@ -25,6 +25,8 @@ used
     The model is in the fit; its effect is then *kept*.
 assumed
     The model is used, and the log is silent.
+slowing
+    The rate by the equation in the fit, over the mean rate of the model.
 
 The *start* is how the rod began to move, the line ``# motion:`` of the log: "steady"
 (it was guided until it precessed steadily) or "released" (from rest). It is one fact
@@ -172,7 +174,8 @@ class MotionModel(Struct, frozen=True):
         ----------
         runs : TimedRuns
         kept : bool
-            Whether this model is in the fit; false also if its readings are supposed.
+            Whether the effect is in the fit. It is not if its readings are supposed: a
+            user who asks for "steady" without a pitch in the log gets a level rod.
         as_asked : str
             ", as asked" if the user chose the models of the fit, else "".
         """
@@ -194,7 +197,8 @@ class MotionModel(Struct, frozen=True):
     ) -> Iterator[ModelError]:
         """Yield the errors that exist only with this model.
 
-        `slowing` is the steady rate over the mean rate of this model alone [1].
+        `slowing` is the steady rate over `mean_rate` [1], shape (n,): 1.01 if the rod
+        precesses 1 % more slowly than steadily. It is that of this model alone.
         """
         return iter(())
 
@@ -250,8 +254,9 @@ class Steady(MotionModel, frozen=True):
         points, weights = np.polynomial.legendre.leggauss(8)
         decay = np.log(runs.spin_end / runs.spin_start)
         spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
-        # `runs.spin` is the mean that was read, also if a third reading of the spin
-        # shows another decay: with this factor, a level rod gets exactly eq. (9).
+        # `runs.spin` is the mean of the spin that eq. (9) needs. If the spin was also
+        # read at half time, it differs a little from the mean of this decay: with this
+        # factor, a level rod still gets exactly eq. (9).
         spins *= runs.spin / physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
         rates = physics.precession_rate(
             top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
@@ -447,7 +452,10 @@ class Earth(MotionModel, frozen=True):
         usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
-        # The steady rate is against the stars: that seen from the floor, and the floor's.
+        # Equations (8) and (9) give the rate against the stars, which is the rate
+        # against the floor plus that of the floor: stars = seen + direction * floor. The
+        # fit needs the ratio stars/seen, with `seen` from the readings, which do not
+        # depend on I_zz.
         seen = 2 * np.pi * runs.turns / runs.time
         return np.asarray(steady_rate / (1 + direction * floor / seen))
 
@@ -462,8 +470,9 @@ HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
 
 MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
 """Every model of motion, in the order of the table of effects. The first one is the
-equation of the fit without a correction. Of several models with one effect the first one
-gives the size by which the models are chosen."""
+equation of the fit without a correction. RELEASED and PUSHED have the same effect and
+the same name: the first of them gives the size of the effect, and is meant by the name.
+"""
 
 
 def ratio(steady: Floats, mean: Floats) -> Floats:

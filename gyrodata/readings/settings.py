@@ -338,6 +338,10 @@ def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         settings.roles[key] = replace(item, cell=cell)
 
 
+OF_REPORT = ("question_numbers", "worksheet")
+"""Keys that change the report only."""
+
+
 def _enter_word(
     settings: Settings, key: str, text: str, line: Mapping[str, Any]
 ) -> None:
@@ -345,7 +349,7 @@ def _enter_word(
     if text.lower() not in words:
         raise UnitError("is none of the words that can be read here", line["hint"])
     value = words[text.lower()]
-    if key == "question_numbers":
+    if key in OF_REPORT:
         settings.metadata[key] = "yes" if value else "no"
     else:
         settings.fields[key] = value

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec.structs import asdict
 
-from gyrodata.base import diagnostics
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
@@ -35,9 +34,6 @@ NOTICEABLE = 1.15
 
 FAR = 2.0
 """A run that is further from the others than this many u is worth repeating."""
-
-FIRST = {diagnostics.DIGITS_TOO_FEW, diagnostics.SIZE_NOT_USUAL}
-"""Diagnostics that are not doubts, and that the page shows on its first screen."""
 
 FEW = 3
 """The terminal names at most this many runs."""
@@ -96,7 +92,7 @@ def report(analysis: Analysis) -> elements.Report:
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     if is_wide(analysis.inertia):
         answer = _wide_answer(n)
-    is_worksheet = analysis.options.worksheet
+    is_worksheet = questions.is_worksheet(analysis)
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
@@ -133,7 +129,8 @@ def report(analysis: Analysis) -> elements.Report:
         ),
         byline=say("{}", " · ".join(lines)),
         read_as=_read_as(n),
-        doubts=tuple(_doubts(analysis)),
+        doubts=tuple(_doubts(n)),
+        warnings=_warnings(n),
         answer=answer,
         top=tuple(_top(n)),
         brief=tuple(_brief(n)),
@@ -175,25 +172,34 @@ def _read_as(n: Numbers) -> Sentence:
     )
 
 
-def _doubts(analysis: Analysis) -> Iterator[Sentence]:
-    """List the reasons why the answer is not reliable."""
-    for i, doubt in enumerate(analysis.doubts):
+def _doubts(n: Numbers) -> Iterator[Sentence]:
+    """List the reasons why the answer is not reliable, with their lines in the log."""
+    diagnostics = n.analysis.diagnostics
+    number_of = {finding.message: i for i, finding in enumerate(diagnostics)}
+    for i, doubt in enumerate(n.analysis.doubts):
         start = Styled("Also: " if i else "Do not rely on this answer: ", "warn")
+        place = _place(n, number_of[doubt.words])
         remedy = ""
         if i == 0:
             end = "" if doubt.remedy.endswith("?") else "."
             remedy = f" Find the cause: {doubt.remedy}{end}"
-        yield say("{}{}.{}", start, doubt.words, remedy)
+        yield say("{}{}{}.{}", start, doubt.words, place, remedy)
+
+
+def _warnings(n: Numbers) -> tuple[Sentence, ...]:
+    """List the warnings that are not reasons to doubt the answer, without remedies."""
+    doubts = {doubt.words for doubt in n.analysis.doubts}
+    return tuple(
+        [
+            say("{}{}: {}", Styled("Warning", "warn"), _place(n, i), finding.message)
+            for i, finding in enumerate(n.analysis.diagnostics)
+            if finding.severity != "note" and finding.message not in doubts
+        ]
+    )
 
 
 def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
-    if first := [
-        _diagnostic(n, i)
-        for i, found in enumerate(analysis.diagnostics)
-        if found.code in FIRST
-    ]:
-        yield Text(tuple(first))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
     # If the interval is wide, it is the answer itself.
@@ -472,7 +478,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     ]
     bars = tuple((one.share, 0.0) for one in budget)
     heads = (
-        Head("component"),
+        Head("component", wrap=0.28),
         Head("share of the variance", values.PERCENT, dots=bars),
         Head("u of I_zz", n.inertia),
         Head("shared by", wrap=0.25),
@@ -491,7 +497,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
             "The log does not state these uncertainties, so default values are used:"
         )
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
-    if n.analysis.options.worksheet:
+    if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
 
@@ -639,17 +645,13 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
 
 
 def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
-    found = [_diagnostic(n, i) for i in range(len(n.analysis.diagnostics))]
-    return (Text(tuple(found), "list") if found else paragraph("None."),)
+    """List every message about the log, with its remedy."""
+    lines = [_diagnostic(n, i) for i in range(len(n.analysis.diagnostics))]
+    return (Text(tuple(lines), "list") if lines else paragraph("None."),)
 
 
 def _diagnostic(n: Numbers, i: int) -> Sentence:
     found = n.analysis.diagnostics[i]
-    at = f"/diagnostics.{i}"
-    place: Sentence = ()
-    if found.line:
-        column = say(", column {}", n.number(f"{at}.column")) if found.column else ()
-        place = say(" (line {}{})", n.number(f"{at}.line"), column)
     code = Styled(
         f"{found.severity} {found.code}",
         "strong" if found.severity == "note" else "warn",
@@ -657,10 +659,20 @@ def _diagnostic(n: Numbers, i: int) -> Sentence:
     return say(
         "{}{}: {}{}",
         code,
-        place,
+        _place(n, i),
         found.message,
         f"; {found.hint}" if found.hint else "",
     )
+
+
+def _place(n: Numbers, i: int) -> Sentence:
+    """Write the place of a diagnostic in the log: " (line 5, column 3)"."""
+    finding = n.analysis.diagnostics[i]
+    at = f"/diagnostics.{i}"
+    if not finding.line:
+        return ()
+    column = say(", column {}", n.number(f"{at}.column")) if finding.column else ()
+    return say(" (line {}{})", n.number(f"{at}.line"), column)
 
 
 def _method(n: Numbers) -> Iterator[elements.Block]:

@@ -40,14 +40,22 @@ delimiters of other countries."""
 _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
 
 
-def templates(folder: Path) -> Environment:
-    """Return the environment of a folder's templates; HTML escapes every text."""
+def templates(folder: Path, **signs: str) -> Environment:
+    """Return the environment of a folder's templates; HTML escapes every text.
+
+    `signs` replaces the signs of Jinja, such as ``variable_start_string``.
+    """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
     # To fold constants takes longer than it gains in one run.
     made = Environment(
-        trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+        optimized=False,
+        **signs,  # type: ignore[arg-type]
     )
+    made.filters["kind"] = lambda block: type(block).__name__
     made.loader = FileSystemLoader(folder)
     made.autoescape = select_autoescape(("html.jinja",))
     return made

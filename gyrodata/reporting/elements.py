@@ -231,7 +231,7 @@ class Section(Struct, frozen=True):
     anchor: str
     """The target of links."""
     folded: bool = False
-    """True for details that the page shows after a click, and does not print."""
+    """True for details that the page shows after a click."""
 
 
 class Report(Struct, frozen=True):
@@ -247,6 +247,8 @@ class Report(Struct, frozen=True):
     """One run in words, which shows a wrong unit or origin."""
     doubts: tuple[Sentence, ...]
     """Reasons not to rely on the answer."""
+    warnings: tuple[Sentence, ...]
+    """Warnings that are no such reasons."""
     answer: Sentence
     top: tuple[Block, ...]
     """Below the answer, before the first section."""
@@ -349,6 +351,12 @@ class Numbers:
         return self.number(
             place, values.uncertainty_text(self.find(place), scale.size), scale
         )
+
+    def bound(self, place: str, scale: Scale) -> Number:
+        """Show the size of an end of an interval, with two digits."""
+        end = self.find(place)
+        text = values.uncertainty_text(abs(end), scale.size)
+        return Number((text,), (place,), scale, math.copysign(scale.size, end))
 
     def interval(self, place: str, scale: Scale) -> Number:
         """Show an interval: "4.32 to 4.56"."""

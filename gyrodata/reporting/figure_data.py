@@ -98,7 +98,7 @@ def gather(analysis: Analysis) -> Scene:
         inertia=inertia,
         imbalance=imbalance,
         groups=_groups(analysis),
-        names=tuple(_short(run.run) for run in runs),
+        names=tuple(short_name(run.run, 14) for run in runs),
         hollow=np.array([run.flagged or run.left_out for run in runs]),
         left_out=np.array([run.left_out for run in runs]),
         spin=measured.spin / RPM,
@@ -233,10 +233,10 @@ def torque_unit(largest: float) -> tuple[str, float]:
     return ("mN·m", 1e-3) if largest >= 1e-4 else ("µN·m", 1e-6)
 
 
-def _short(name: str) -> str:
-    """Shorten a name from the log to one line of at most 14 characters."""
+def short_name(name: str, most: int) -> str:
+    """Shorten a name from the log to one line of at most `most` characters."""
     text = " ".join("".join(c if c.isprintable() else " " for c in name).split())
-    return text if len(text) <= 14 else text[:13] + "…"
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def run_name(name: str) -> str:

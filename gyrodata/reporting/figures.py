@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
+from textwrap import shorten, wrap
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,6 +25,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
+from gyrodata.fitting import Estimate
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.figure_data import (
     Group,
@@ -32,8 +34,10 @@ from gyrodata.reporting.figure_data import (
     as_number,
     gather,
     run_name,
+    short_name,
     with_u,
 )
+from gyrodata.reporting.values import p_text
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -42,17 +46,31 @@ if TYPE_CHECKING:
 
 Form = Literal["png", "svg", "pdf"]
 
-INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
+INK, SOFT, BAND, DOUBTED = "#222222", "#666666", "#0072B2", "#8A3B00"
 
 STYLE = Path(__file__).with_suffix(".mplstyle")
 
-SIZES = {
-    "screen": (5.0, 3.2, 1.8, 144),
-    "slides": (5.6, 3.15, 0.0, 1920 / 5.6),
-    "print": (6.6, 4.2, 2.4, 300),
+
+class Style(Struct, frozen=True):
+    """How large a figure is drawn."""
+
+    width: float
+    """[inch]"""
+    height: float
+    """[inch]"""
+    second_panel: float
+    """Additional height for a second panel [inch]."""
+    font_size: float
+    """[point]"""
+    resolution: float
+    """Of a PNG [dots/inch]."""
+
+
+STYLES = {
+    "screen": Style(5.6, 3.9, 1.8, 9.0, 144),
+    "print": Style(3.4, 2.9, 1.3, 6.5, 300),
 }
-"""Width and height of a figure, additional height for a second panel [inch], and
-resolution of a PNG [dots/inch]."""
+"""Figures for the screen, and for one column of a printed page."""
 
 METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
@@ -67,6 +85,9 @@ MOST_LABELS = 14
 
 MOST_NAMES = 10
 """Largest number of runs that are named in a figure."""
+
+MOST_LETTERS = 75
+"""Largest number of letters in a line of a heading."""
 
 # --- the four figures ---
 
@@ -173,8 +194,9 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     low = min(low, float(line.min()) - 0.02 * (high - low))
     high = max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
-    ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"M [{scene.unit}]")
-    ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
+    ax.set(
+        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]"
+    )
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
@@ -191,8 +213,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     )
     limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
     ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
-    # The panel is low: a larger label would reach into that of the panel above.
-    ax.set_ylabel(f"M − fit [{scene.unit}]", fontsize="small")
+    ax.set_ylabel(f"M − fit [{scene.unit}]")
     ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)
@@ -524,48 +545,49 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
-    """Draw one of `FIGURES` with its legend, and return its main axes."""
+    """Draw one of `FIGURES` with its legend and heading, and return its main axes."""
     panels = FIGURES[name].panels
-    axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
-    width, height = 72 * figure.get_size_inches()
-    # The names of runs need about the final width of the axes.
-    figure.subplots_adjust(left=40 / width, right=1 - 14 / width, hspace=0.08)
+    axes: list[Axes] = list(
+        figure.subplots(len(panels), sharex=True, squeeze=False).flat
+    )
     for ax, draw in zip(axes, panels, strict=True):
         ax.locator_params(nbins=5)
         draw(ax, scene)
-        ax.xaxis.set_visible(ax is axes[-1])
+        ax.label_outer()
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    shown = {
-        label: handle
-        for ax in axes
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
+    handles: dict[str, Any] = {}
+    for ax in axes:
+        handles.update(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
     figure.legend(
-        list(shown.values()),
-        list(shown),
+        list(handles.values()),
+        list(handles),
         loc="outside lower left",
         ncols=2,
         title=title,
     )
-    # Space for the texts [points], by the numbers of their letters and lines: a layout
-    # engine would lay out every text.
-    ticks = [
-        text
-        for ax in axes
-        for text in ax.yaxis.get_major_formatter().format_ticks(
-            ax.get_yticks().tolist()
-        )
-    ]
-    lines = max(
-        map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))
-    ) + bool(title)
-    left = 26 + 5.7 * max(map(len, ticks))
-    top = 20 if axes[0].get_title("left") else 8
-    figure.subplots_adjust(
-        left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height
-    )
+    colour = DOUBTED if scene.analysis.doubts else INK
+    figure.suptitle(_heading(scene), x=0.01, ha="left", fontsize="medium", color=colour)
     return axes[0]
+
+
+def _heading(scene: Scene) -> str:
+    """Say which log a figure shows, with which result, and how well the runs agree."""
+    analysis = scene.analysis
+    fit = analysis.fit
+    runs = count_text(len(scene.names), "run")
+    lines = [f"{short_name(analysis.name, 50)}, {runs}"]
+    lines.append(f"I_zz = {answer(analysis.inertia)}")
+    u = (analysis.residual_torque.u or 0.0) / scene.unit_size
+    m0 = Estimate(scene.imbalance / scene.unit_size, u, scene.unit)
+    quality = "no degrees of freedom"
+    if analysis.p is not None:
+        quality = f"χ²/dof = {fit.chi2 / fit.dof:.2g}, {p_text(analysis.p)}"
+    lines.append(f"M0 = {with_u(m0)} {scene.unit}; {quality}")
+    if analysis.doubts:
+        reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
+        lines += wrap(f"Do not rely on this answer: {reason}", MOST_LETTERS)
+    return "\n".join(lines)
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
@@ -587,10 +609,7 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     if ax is None:
         from matplotlib import pyplot
 
-        figure = pyplot.figure()
-        main = _fill(figure, scene, name)
-        figure.set_layout_engine("constrained")
-        return main
+        return _fill(pyplot.figure(layout="constrained"), scene, name)
     FIGURES[name].panels[0](ax, scene)
     return ax
 
@@ -602,14 +621,25 @@ def render(
     names: Sequence[str] = tuple(FIGURES),
     faults: dict[str, str] | None = None,
 ) -> dict[str, bytes]:
-    """Draw figures as files.
+    """Draw figures as files of one type; see `render_all`."""
+    return render_all(analysis, [form], style, names, faults)[form]
+
+
+def render_all(
+    analysis: Analysis,
+    forms: Sequence[Form],
+    style: str = "screen",
+    names: Sequence[str] = tuple(FIGURES),
+    faults: dict[str, str] | None = None,
+) -> dict[Form, dict[str, bytes]]:
+    """Draw figures once, and write each as files of one or more types.
 
     Parameters
     ----------
     analysis : Analysis
-    form : {"png", "svg", "pdf"}
-        File type.
-    style : {"screen", "slides", "print"}
+    forms : sequence of {"png", "svg", "pdf"}
+        File types.
+    style : {"screen", "print"}
         Size and resolution.
     names : sequence of str
         Which figures.
@@ -619,11 +649,11 @@ def render(
 
     Returns
     -------
-    dict of str to bytes
-        The files of the figures that can be drawn, by name.
+    dict of str to dict
+        By file type: the files of the figures that can be drawn, by name.
     """
     scene = gather(analysis)
-    files: dict[str, bytes] = {}
+    files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
         load_matplotlib()
     except (ImportError, ValueError) as error:
@@ -632,18 +662,22 @@ def render(
             raise
         faults |= dict.fromkeys(names, _reason(error))
         return files
-    with own_style(STYLE), warnings.catch_warnings():
+    size = {"font.size": STYLES[style].font_size}
+    with own_style(STYLE, size), warnings.catch_warnings():
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
             try:
-                files[name] = _draw(scene, name, form, style)
+                drawn = _draw(scene, name, forms, style)
             except Exception as error:
                 # The answer does not depend on a figure, nor on the state of
                 # matplotlib.
                 if faults is None:
                     raise
                 faults[name] = _reason(error)
+                continue
+            for form, data in drawn.items():
+                files[form][name] = data
     return files
 
 
@@ -652,14 +686,22 @@ def _reason(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())[:200]
 
 
-def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
-    """Draw one figure as a file."""
+def _draw(
+    scene: Scene, name: str, forms: Sequence[Form], style: str
+) -> dict[Form, bytes]:
+    """Draw one figure; return its files by their types."""
     from matplotlib.figure import Figure
 
-    width, height, more, dpi = SIZES[style]
-    figure = Figure((width, height + more * (len(FIGURES[name].panels) - 1)), dpi)
+    size = STYLES[style]
+    height = size.height + size.second_panel * (len(FIGURES[name].panels) - 1)
+    figure = Figure((size.width, height), size.resolution, layout="constrained")
     _fill(figure, scene, name)
-    return save(figure, form)
+    files = {}
+    for form in forms:
+        files[form] = save(figure, form)
+        # The places of the first file are right for the others.
+        figure.set_layout_engine("none")
+    return files
 
 
 def load_matplotlib() -> ModuleType:
@@ -679,31 +721,21 @@ def load_matplotlib() -> ModuleType:
 
 
 @contextmanager
-def own_style(*styles: Path) -> Iterator[None]:
+def own_style(*styles: Path | Mapping[str, Any]) -> Iterator[None]:
     """Draw with the defaults of matplotlib and these styles.
 
     The user's matplotlibrc does not change the drawing.
     """
     matplotlib = load_matplotlib()
     with matplotlib.rc_context():
-        for number, path in enumerate(styles):
-            style = matplotlib.rc_params_from_file(
-                path, use_default_template=number == 0
-            )
+        matplotlib.rcdefaults()
+        for style in styles:
+            if isinstance(style, Path):
+                style = matplotlib.rc_params_from_file(
+                    style, use_default_template=False
+                )
             matplotlib.rcParams.update(style)
         yield
-
-
-def omit_docstrings() -> None:
-    """Load matplotlib without lists of properties in docstrings and signatures.
-
-    The lists of all properties take a tenth of the time of a command.
-    """
-    load_matplotlib()
-    from matplotlib import artist
-
-    vars(artist)["kwdoc"] = str
-    artist.ArtistInspector.get_setters = list  # type: ignore[assignment, method-assign]
 
 
 def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:

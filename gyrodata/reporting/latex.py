@@ -10,37 +10,17 @@ from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
+from gyrodata.reporting.data import templates
 from gyrodata.reporting.elements import (
     SYMBOLS,
-    Block,
     Head,
     Number,
     Part,
-    Picture,
     Sentence,
     Styled,
-    Table,
     join,
 )
 from gyrodata.results import Analysis
-
-_FIGURE = r"""\begin{figure}[H]
-\centering
-\includegraphics[width=0.7\linewidth]{%s}
-\caption{%s}
-\end{figure}"""
-
-_TABLE = r"""{\small
-\begin{longtable}{@{}%s@{}}
-\caption{%s}\\
-\toprule
-%s \\
-\midrule
-\endhead
-\bottomrule
-\endlastfoot
-%s
-\end{longtable}}"""
 
 _STYLES = {"code": "texttt", "strong": "textbf", "warn": "textbf"}
 
@@ -53,35 +33,30 @@ def latex_report(analysis: Analysis) -> str:
     """
     whole = report(analysis)
     answer = next(_quantity(part) for part in whole.answer if isinstance(part, Number))
-    blocks = [
-        rf"\section*{{{_sentence(whole.title)}}}",
-        _sentence(whole.byline),
-        _sentence(whole.read_as),
-    ]
-    blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
-    # An unreliable answer is not bold.
-    bold = (
-        ""
-        if whole.doubts
-        else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
-    )
-    blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
-    blocks += map(_block, whole.top)
-    for section in whole.sections:
-        blocks += [
-            rf"\section*{{{escape(section.title)}}}",
-            *map(_block, section.blocks),
-        ]
-    body = "\n\n".join([*filter(None, blocks), "\\end{document}\n"]).replace(
-        answer, r"\Izz{}"
-    )
-    return (
-        Path(__file__)
-        .with_name("preamble.tex")
-        .read_text(encoding="utf-8")
-        .replace("ANSWER", answer)
-        + body
-    )
+    # Braces and per cent mean something in LaTeX.
+    signs = {
+        "block_start_string": "<%",
+        "block_end_string": "%>",
+        "variable_start_string": "<<",
+        "variable_end_string": ">>",
+        "comment_start_string": "<#",
+        "comment_end_string": "#>",
+    }
+    room = templates(Path(__file__).parent, **signs)
+    room.filters |= {
+        "sentence": lambda sentence: _sentence(sentence).replace(answer, r"\Izz{}"),
+        "text": escape,
+        "head": _head,
+        "column_type": _column_type,
+        "row": _row,
+    }
+    document = room.get_template("report.tex.jinja").render(whole=whole, answer=answer)
+    return re.sub(r"\n{3,}", "\n\n", document).strip() + "\n"
+
+
+def _row(row: str) -> str:
+    r"""Protect a row that TeX would read as an option of the ``\\`` before it."""
+    return f"{{}}{row}" if row.startswith(("[", "*")) else row
 
 
 def _column_type(head: Head) -> str:
@@ -90,30 +65,6 @@ def _column_type(head: Head) -> str:
         width = rf"{head.wrap:g}\linewidth"
         return rf">{{\raggedright\arraybackslash}}p{{{width}}}"
     return "r" if head.scale else "l"
-
-
-def _block(block: Block) -> str:
-    if isinstance(block, Picture):
-        return _FIGURE % (block.name, escape(block.caption))
-    if isinstance(block, Table):
-        columns = "".join(map(_column_type, block.heads))
-        rows = [" & ".join(map(_sentence, row)) for row in block.rows]
-        # TeX reads a [ or a * after \\ as an option.
-        body = "\n".join(
-            rf"{'{}' * row.startswith(('[', '*'))}{row} \\" for row in rows
-        )
-        return _TABLE % (
-            columns,
-            escape(block.caption),
-            " & ".join(map(_head, block.heads)),
-            body,
-        )
-    found = [_sentence(line) for line in block.sentences]
-    if not block.is_list:
-        return "\n\n".join(found) + "\n\n\\vspace{2cm}" * (block.kind == "task")
-    kind = "enumerate" if block.kind == "numbered" else "itemize"
-    items = "\n".join(rf"\item {line}" for line in found)
-    return f"\\begin{{{kind}}}\\raggedright\n{items}\n\\end{{{kind}}}"
 
 
 def _sentence(sentence: Sentence) -> str:
@@ -167,7 +118,7 @@ _SPECIAL = {
     "&": r"\&",
     "#": r"\#",
     "%": r"\%",
-    "_": r"\_",
+    "_": r"\_\allowbreak{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
 }

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.elements import Part, Picture, Sentence, Styled, Table, join
+from gyrodata.reporting.data import templates
+from gyrodata.reporting.elements import Part, Sentence, Styled, join
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(
@@ -37,39 +39,12 @@ def markdown_report(
     -------
     str
     """
-    whole = report(analysis)
-    blocks = [
-        f"# {_sentence(whole.title)}",
-        _sentence(whole.byline),
-        _sentence(whole.read_as),
-    ]
-    # An unreliable answer is not bold, but the doubts about it are.
-    if whole.doubts:
-        blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
-        blocks.append(_sentence(whole.answer))
-    else:
-        blocks.append(f"**{_sentence(whole.answer)}**")
-    for heading, contents in (
-        ("", whole.top),
-        *((f"## {escape(one.title)}", one.blocks) for one in whole.sections),
-    ):
-        blocks.append(heading)
-        for block in contents:
-            if isinstance(block, Table):
-                blocks += [f"{escape(block.caption)}:", _table(block)]
-            elif isinstance(block, Picture):
-                shows = escape((alt or {}).get(block.name, block.name))
-                blocks += [
-                    f"![{shows}]({figures.format(block.name)})",
-                    f"*{escape(block.caption)}*",
-                ]
-            elif block.is_list:
-                blocks.append(
-                    "\n".join(f"- {_sentence(line)}" for line in block.sentences)
-                )
-            else:
-                blocks += map(_sentence, block.sentences)
-    return "\n\n".join(filter(None, blocks)) + "\n"
+    room = templates(Path(__file__).parent)
+    room.filters |= {"sentence": _sentence, "text": escape}
+    page = room.get_template("report.md.jinja").render(
+        whole=report(analysis), figures=figures, alt=alt or {}
+    )
+    return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
 
 
 def escape(text: str) -> str:
@@ -90,12 +65,3 @@ def _code(part: Part) -> str | None:
         if isinstance(part, Styled) and part.style == "code" and "`" not in part.text
         else None
     )
-
-
-def _table(table: Table) -> str:
-    rows = [
-        [escape(str(head)) for head in table.heads],
-        ["---:" if head.scale else "---" for head in table.heads],
-        *(map(_sentence, row) for row in table.rows),
-    ]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -30,7 +30,7 @@ from gyrodata.reporting.elements import (
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import FIGURES, Form, alt_text, render
+from gyrodata.reporting.figures import FIGURES, Form, alt_text, render_all
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -53,7 +53,6 @@ band."""
 def report_page(
     analysis: Analysis,
     figures: Mapping[str, bytes],
-    form: Literal["png", "svg"],
     alt: Mapping[str, str],
     looks: Sequence[tuple[str, str, str]],
 ) -> str:
@@ -63,9 +62,7 @@ def report_page(
     ----------
     analysis : Analysis
     figures : mapping of str to bytes
-        The files of "period", "product", "torque" and "residuals".
-    form : {"png", "svg"}
-        Of these files.
+        The SVG files of "period", "product", "torque" and "residuals".
     alt : mapping of str to str
         What each figure shows, in words.
     looks : sequence of (str, str, str)
@@ -81,10 +78,8 @@ def report_page(
     whole = content.report(analysis)
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
-    room.filters["kind"] = lambda block: type(block).__name__
-    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
     images = {
-        name: f"data:{kind};base64,{base64.b64encode(data).decode()}"
+        name: f"data:image/svg+xml;base64,{base64.b64encode(data).decode()}"
         for name, data in figures.items()
     }
     title = f"{plain(whole.answer)} – {analysis.name}"
@@ -224,7 +219,7 @@ def _draw(head: Head) -> list[Markup]:
 
 def report_files(
     analysis: Analysis,
-    figures: Form = "png",
+    figures: Form = "svg",
     style: str = "screen",
     document: str = "",
     faults: dict[str, str] | None = None,
@@ -235,8 +230,8 @@ def report_files(
     ----------
     analysis : Analysis
     figures : {"png", "svg", "pdf"}
-        File type of the figures.
-    style : {"screen", "slides", "print"}
+        File type of the figures next to the page, which contains them as SVG.
+    style : {"screen", "print"}
         Of the figures.
     document : str
         Name of a document that ends in .md or .tex, if there is one.
@@ -249,41 +244,36 @@ def report_files(
     dict of str to bytes
         The contents by name of the file.
     """
-    shown = shown_form(figures)
-    kinds = {figures}
+    forms: set[Form] = {figures}
     # Markdown shows no PDF, and LaTeX includes no SVG.
     if document.endswith(".md"):
-        kinds.add(shown)
+        forms.add(shown_form(figures))
     elif document and figures == "svg":
-        kinds.add("pdf")
-    drawn = {
-        one: render(analysis, one, style, faults=faults) for one in {shown, *kinds}
-    }
+        forms.add("pdf")
+    drawn = render_all(analysis, sorted({"svg", *forms}), style, faults=faults)
     alt = alternatives(analysis)
     texts = {
-        "report.html": report_page(
-            analysis, drawn[shown], shown, alt, list_looks(analysis)
-        ),
+        "report.html": report_page(analysis, drawn["svg"], alt, list_looks(analysis)),
         "results.json": json_text(analysis.to_dict()),
         "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
     }
     if document:
         is_markdown = document.endswith(".md")
         texts[document] = (
-            markdown_report(analysis, f"{{}}.{shown}", alt)
+            markdown_report(analysis, f"{{}}.{shown_form(figures)}", alt)
             if is_markdown
             else latex_report(analysis)
         )
     files = {
-        f"{name}.{one}": data
-        for one in sorted(kinds)
-        for name, data in drawn[one].items()
+        f"{name}.{form}": data
+        for form in sorted(forms)
+        for name, data in drawn[form].items()
     }
     return files | {name: text.encode() for name, text in texts.items()}
 
 
 def shown_form(figures: Form) -> Literal["png", "svg"]:
-    """Choose what a browser and a reader of Markdown show: no PDF."""
+    """Choose what a reader of Markdown shows: no PDF."""
     return "png" if figures == "png" else "svg"
 
 

@@ -26,7 +26,7 @@ from gyrodata.reporting.elements import (
     table,
 )
 from gyrodata.reporting.figures import FIGURES
-from gyrodata.results import is_wide
+from gyrodata.results import Analysis, is_wide
 
 AGREES = 2.0
 """Two numbers agree if they differ by at most this many standard uncertainties of their
@@ -42,9 +42,16 @@ WORDS = tomllib.loads(
 """Names and questions in the report, by section and key."""
 
 
+def is_worksheet(analysis: Analysis) -> bool:
+    """Return whether the report asks questions in the place of conclusions."""
+    return analysis.options.worksheet or (
+        analysis.readings.metadata.get("worksheet") == "yes"
+    )
+
+
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
-    if n.analysis.options.worksheet:
+    if is_worksheet(n.analysis):
         return paragraph(WORDS["tasks"][task], kind="task")
     return Text(sentences)
 
@@ -66,18 +73,14 @@ def answer(
     Yields
     ------
     Section
-        The torque against φ̇ψ̇ first, because its slope is the answer.
+        In the order of the lab sheet.
     """
+    slope = _slope(n, inertia, agreement, quality)
     sections = (
-        (
-            "Torque against φ̇ψ̇: the slope",
-            "3 d",
-            _slope(n, inertia, agreement, quality),
-            "torque",
-        ),
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
         ("The product φ̇ψ̇ at one torque", "3 c", _product(n), "product"),
+        ("Torque against φ̇ψ̇: the slope", "3 d", slope, "torque"),
         ("The meaning of the slope", "3 e", _meaning(n), "meaning"),
     )
     for words, number, blocks, anchor in sections:
@@ -128,6 +131,21 @@ def _number(n: Numbers, number: str) -> str:
     )
 
 
+def _balance(n: Numbers) -> Sentence:
+    """Say what M0 shows of the balance of the ball, as the end of a sentence."""
+    m0 = n.analysis.residual_torque
+    if is_wide(n.analysis.inertia):
+        return (". These runs cannot show whether the ball is balanced.",)
+    if not m0.u or m0.interval_95 is None:
+        return (".",)
+    if not _agrees(m0.value / m0.u):
+        return (". The ball was not perfectly balanced.",)
+    low, high = m0.interval_95
+    larger = "interval_95.0" if -low > high else "interval_95.1"
+    bound = n.bound(f"residual_torque.{larger}", n.torque)
+    return say(". The imbalance is smaller than {} (95 %).", bound)
+
+
 def _agrees(deviation: float | None) -> bool:
     return deviation is not None and abs(deviation) <= AGREES
 
@@ -137,29 +155,18 @@ def _slope(
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
     analysis = n.analysis
-    m0 = n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
-    balance = "."
-    if is_wide(analysis.inertia):
-        balance = ": these runs cannot show whether the ball is balanced."
-    elif m0.u:
-        balance = ": the ball " + (
-            "shows no imbalance."
-            if _agrees(m0.value / m0.u)
-            else "was not perfectly balanced."
-        )
+    balance = _balance(n)
     words = (
         "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not "
         "change its slope{}"
     )
     if analysis.runs_disagree:
-        words, balance = (
-            "These runs do not show a linear relation between torque and φ̇ψ̇{}",
-            ".",
-        )
+        words = "These runs do not show a linear relation between torque and φ̇ψ̇{}"
+        balance = (".",)
     yield conclude(n, "balance", say(words, balance))
     facts = residual_torque(n)
     if analysis.centre_of_mass is not None:

@@ -6,7 +6,6 @@ check.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from gyrodata.base.diagnostics import (
@@ -57,27 +56,34 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     str
     """
     whole = report(analysis)
-    top = [
-        *map(plain, whole.doubts),
-        plain(whole.answer)
-        + "   (± u, one standard uncertainty)" * (not is_wide(analysis.inertia)),
-    ]
-    top += (
-        [line for block in whole.top for line in _block(block)]
-        if verbose
-        else [*map(plain, whole.brief), rest]
-    )
-    blocks = [_first_lines(whole), [f"  {line}" for line in top]]
-    for one in itertools.takewhile(
-        lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()
-    ):
-        blocks += [
-            [
-                one.title,
-                *(f"  {line}" for block in one.blocks for line in _block(block)),
-            ]
-        ] * bool(one.blocks)
+    meaning = "" if is_wide(analysis.inertia) else "   (± u, one standard uncertainty)"
+    top = [*map(plain, whole.doubts), f"{plain(whole.answer)}{meaning}"]
+    if not verbose:
+        lines = [*top, *map(plain, whole.brief), rest]
+        return _joined([_first_lines(whole), _indented(lines)])
+    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top)])]
+    for section in whole.sections:
+        if section.anchor == "diagnostics":
+            break
+        if section.blocks:
+            blocks.append([section.title, *_indented(_lines_of(section.blocks))])
     return _joined(blocks)
+
+
+def _lines_of(blocks: Iterable[Block]) -> list[str]:
+    """Write blocks as lines."""
+    return [line for block in blocks for line in _block(block)]
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
+
+
+def answer_line(analysis: Analysis) -> str:
+    """Write the answer in one line, with a word of warning if it is doubted."""
+    whole = report(analysis)
+    words = "; do not rely on it" if whole.doubts else ""
+    return f"{plain(whole.answer)}{words}"
 
 
 def _joined(blocks: Iterable[Iterable[str]]) -> str:
@@ -156,7 +162,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
 
 def _listed(title: str, lines: Iterable[str]) -> list[str]:
     """Write a title, and lines below it."""
-    return [title, *(f"  {line}" for line in lines)]
+    return [title, *_indented(lines)]
 
 
 def _state(numbers: Numbers) -> list[str]:
@@ -169,7 +175,7 @@ def _state(numbers: Numbers) -> list[str]:
         answer += f", u = {100 * inertia.u / abs(inertia.value):.2g} %"
     doubts = map(plain, whole.doubts)
     m0 = plain(questions.residual_torque(numbers))
-    return [*_first_lines(whole), *(f"  {line}" for line in (*doubts, answer, m0))]
+    return [*_first_lines(whole), *_indented([*doubts, answer, m0])]
 
 
 def _runs_to_repeat(numbers: Numbers, loaded: Sequence[Run]) -> Iterator[str]:

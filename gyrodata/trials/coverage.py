@@ -14,6 +14,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from html import escape
 from typing import Any, Literal
 
 import numpy as np
@@ -90,6 +91,10 @@ class SelfCheck(Struct, frozen=True):
     def to_dict(self) -> dict[str, Any]:
         """Return the object of the JSON, with the schema "gyro.selfcheck/1"."""
         return {"schema": self.schema, **to_json(self)}
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>'
 
     def __str__(self) -> str:
         """Return a table, or two if the log does not scatter as stated."""

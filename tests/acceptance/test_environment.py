@@ -116,8 +116,8 @@ def test_a_figure_that_fails_is_a_warning(
         in done.stderr
     )
     written = {path.name for path in (tmp_path / "report").iterdir()}
-    assert {"report.html", "period.png"} <= written
-    assert "torque.png" not in written
+    assert {"report.html", "period.svg"} <= written
+    assert "torque.svg" not in written
     make_folder(tmp_path / "class", {"ann.csv": a_log(1)})
     words = [
         "grade",

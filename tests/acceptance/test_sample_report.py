@@ -4,19 +4,28 @@ tests/make_sample_report.py`` writes it anew.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
-import numpy as np
 from documents import Steady
 from make_sample_report import REPORT, make
-from PIL import Image
 
-FIGURES = ["period.png", "product.png", "residuals.png", "torque.png"]
+FIGURES = ["period.svg", "product.svg", "residuals.svg", "torque.svg"]
 
 
-def dots(path: Path) -> np.ndarray:
-    with Image.open(path) as image:
-        return np.asarray(image.convert("RGB"), dtype=float)
+def texts(path: Path) -> str:
+    """The texts of a figure, and the number of its marks and lines.
+
+    Another release of matplotlib moves them a little.
+    """
+    drawing = path.read_text("utf-8")
+    parts = re.findall(r"<text[^>]*>(.*?)</text>", drawing)
+    return "\n".join([*parts, f"{drawing.count('<use')} {drawing.count('<path')}"])
+
+
+def page(path: Path) -> str:
+    """A text without the figures in it."""
+    return re.sub(r'"data:[^"]*"', '""', path.read_text("utf-8"))
 
 
 def test_the_stored_report_is_what_the_command_writes(tmp_path: Path) -> None:
@@ -24,15 +33,9 @@ def test_the_stored_report_is_what_the_command_writes(tmp_path: Path) -> None:
     names = sorted([*FIGURES, "report.html", "results.json", "runs.csv"])
     for folder in (REPORT, tmp_path / "report"):
         assert sorted(path.name for path in folder.iterdir()) == names
-    for name in set(names) - set(FIGURES):
+    for name in names:
+        content = texts if name in FIGURES else page
         kept, made = (
-            Steady((folder / name).read_text("utf-8"))
-            for folder in (REPORT, tmp_path / "report")
+            Steady(content(folder / name)) for folder in (REPORT, tmp_path / "report")
         )
         assert kept == made, name
-    for name in FIGURES:
-        kept, made = (dots(folder / name) for folder in (REPORT, tmp_path / "report"))
-        assert kept.shape == made.shape
-        # Another release of matplotlib or of the font library moves edges by a part of
-        # a dot. A dot everywhere makes 3.
-        assert np.abs(kept - made).mean() < 3, name

@@ -25,10 +25,10 @@ FILES = {
     "report.html",
     "results.json",
     "runs.csv",
-    "period.png",
-    "product.png",
-    "torque.png",
-    "residuals.png",
+    "period.svg",
+    "product.svg",
+    "torque.svg",
+    "residuals.svg",
 }
 
 
@@ -248,7 +248,7 @@ def test_constants_of_the_apparatus_are_next_to_the_log(
     given, found = (
         typed(f"analyze demo.csv -f csv {more}") for more in ("--set u_spin=3%", "")
     )
-    assert "gyro.toml, next to demo.csv" in found.stderr
+    assert "constants of the apparatus: gyro.toml" in found.stderr
     assert (
         found.stdout
         == given.stdout

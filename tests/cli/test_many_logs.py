@@ -116,7 +116,7 @@ def test_reports_of_one_name_lie_apart(same_names: Path) -> None:
         for name in ("alice", "bob")
     )
     text = run("analyze", *LABS[:2], "-f", "markdown", "-o", "marked").stdout
-    linked = re.findall(r"\]\(([^)]+\.png)\)", text)
+    linked = re.findall(r"\]\(([^)]+\.svg)\)", text)
     assert len(linked) == 8
     assert all((Path("marked") / one).is_file() for one in linked)
 

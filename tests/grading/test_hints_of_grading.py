@@ -629,4 +629,4 @@ def test_a_figure_is_drawn_once_matplotlib_can_draw_again(
             gyro(*words), "G611"
         )
     assert "G611" not in gyro(*words).stderr
-    assert (tmp_path / "report" / "torque.png").is_file()
+    assert (tmp_path / "report" / "torque.svg").is_file()

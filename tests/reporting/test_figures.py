@@ -4,6 +4,7 @@ same bytes on every run.
 
 from __future__ import annotations
 
+import html
 import os
 import re
 import subprocess
@@ -17,10 +18,11 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.textpath import TextPath
 
 from gyrodata import analyze
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import FIGURES, SIZES, alt_text, plot_on, render
+from gyrodata.reporting.figures import FIGURES, STYLES, alt_text, plot_on, render
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -68,18 +70,10 @@ LOGS = {
     "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }
-# A slide has no space for the legend of sixty torques.
-SEEN = [
-    (name, style)
-    for name in LOGS
-    for style in SIZES
-    if (name, style) != ("sixty torques", "slides")
-]
-PLACED = (
-    r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? "
-    r"scale\(([\d.]+).*?>(.*?)</g>"
+TEXT = re.compile(
+    r'<text style="font-size: ([\d.]+)px[^"]*text-anchor: (\w+)" x="([-\d.]+)" '
+    r'y="([-\d.]+)" transform="rotate\(-(\d+)[^>]*>(.*?)</text>'
 )
-TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
 UNITS = {
     "period": ["[rpm", "[s"],
     "product": ["[rpm", "[rad²/s²"],
@@ -95,20 +89,18 @@ def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
 
 
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
-    """Each text of a figure with its left, top, right and bottom end [point], but for
-    the width of its last letter.
-    """
+    """Each text of a figure with its left, top, right and bottom end [point]."""
     found = []
-    for text, x, y, turn, scale, glyphs in TEXT.findall(svg):
-        size = 100 * float(scale)
-        starts = [
-            float(at) for at in re.findall(r"<use [^>]*translate\(([\d.]+) ", glyphs)
-        ]
-        long, at = float(scale) * max(starts, default=0.0), (float(x), float(y))
-        flat = at[0], at[1] - 0.6 * size, at[0] + long, at[1]
-        found.append(
-            (text, *((at[0] - 0.6 * size, at[1] - long, *at) if turn else flat))
-        )
+    for size, anchor, x, y, turn, escaped in TEXT.findall(svg):
+        text = html.unescape(escaped)
+        wide = TextPath((0, 0), text, size=float(size)).get_extents().width
+        start = {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor] * wide
+        high = 0.7 * float(size)
+        at = float(x), float(y)
+        box = at[0] - start, at[1] - high, at[0] - start + wide, at[1]
+        if turn == "90":
+            box = at[0] - high, at[1] + start - wide, at[0], at[1] + start
+        found.append((text, *box))
     return found
 
 
@@ -118,7 +110,8 @@ def analysis_of(name: str) -> Analysis:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "medium"), SEEN)
+@pytest.mark.parametrize("medium", STYLES)
+@pytest.mark.parametrize("name", LOGS)
 def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str) -> None:
     for which, svg in drawn(analysis_of(name), medium).items():
         size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)

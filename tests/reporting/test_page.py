@@ -153,17 +153,15 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
+def test_what_not_even_u_can_save_is_said_next_to_the_answer() -> None:
     log = KINDS["far too much scatter"].replace("40.1,1", "60.1,1")
     analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
-    for text in (
-        words(make_page(analysis)).partition("Gyroscope lab report")[2],
-        summary(analysis),
-    ):
-        assert "Do not rely on this answer: " in (
-            before := re.split("I_?zz = ", text)[0]
-        )
-        assert "contradict each other" in before
+    page = make_page(analysis)
+    below = page.partition('class="answer doubted"')[2].partition("<figure")[0]
+    before = summary(analysis).partition("I_zz = ")[0]
+    for text in (words(below), before):
+        assert "Do not rely on this answer: " in text
+        assert "contradict each other" in text
     for form in (markdown_report, latex_report):
         assert "Do not rely on this answer" in form(analysis).partition("95")[0]
     assert "Do not rely" not in summary(analyze(LOG.encode()))
@@ -209,7 +207,8 @@ def test_first_screen_has_author_and_few_words_and_details_are_folded() -> None:
         name="log.csv",
     )
     page = make_page(analysis)
-    first = words(page.partition("<figure")[0])
+    first_screen = page.partition("<main")[0]
+    first = words(re.sub('<p class="(banner|warning)">.*?</p>', "", first_screen))
     assert re.search(
         "Author: Ana <b>Müller</b> · Course: Physics II · .* · Date: 2026-03-14", first
     )
@@ -270,3 +269,28 @@ def test_numbers_of_questions_can_be_removed(page: str) -> None:
     )
     with pytest.raises(InputError, match='write "no" to omit'):
         analyze(LOG, settings={"question_numbers": "off-ish"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_warning_is_below_the_answer_with_its_place(kind: str) -> None:
+    log = KINDS[kind].replace("# g: ", "# gg: ")
+    analysis = analyze(log.encode(), name="log.csv")
+    page = make_page(analysis)
+    top = words(page.partition('class="answer')[2].partition("<main")[0])
+    for finding in analysis.diagnostics:
+        if finding.severity == "note":
+            assert said(finding.message) not in top
+            continue
+        assert said(finding.message) in top
+        if finding.line is not None:
+            assert f"(line {finding.line}" in top
+    doubted = page.partition('class="answer')[2].partition("<main")[0]
+    assert doubted.count('class="banner"') == len(analysis.doubts)
+
+
+def test_a_balanced_ball_has_a_bound_of_its_imbalance(analysis: Analysis) -> None:
+    low, high = (-2e-4, 3e-4)
+    m0 = replace(analysis.residual_torque, value=5e-5, u=1e-4, interval_95=(low, high))
+    text = words(make_page(replace(analysis, residual_torque=m0)))
+    assert "The imbalance is smaller than 0.30 mN·m (95 %)." in text

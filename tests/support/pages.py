@@ -20,17 +20,17 @@ from gyrodata.results import Analysis
 TOLD = tomllib.loads((DATA / "texts_of_the_page.toml").read_text(encoding="utf-8"))
 KINDS: dict[str, str] = TOLD["logs"]
 LOG = KINDS["ball and a slip"]
-IN_ORDER = ("torque", "period", "product", "residuals")
-PIXEL = dict.fromkeys(FIGURES, b"\x89PNG\r\n")
+IN_ORDER = ("period", "product", "torque", "residuals")
+EMPTY = dict.fromkeys(FIGURES, b"<svg/>")
 WORDS = {name: f"what {name} shows" for name in FIGURES}
 
 
 def make_page(
     analysis: Analysis,
-    figures: Mapping[str, bytes] = PIXEL,
+    figures: Mapping[str, bytes] = EMPTY,
     alt: Mapping[str, str] = WORDS,
 ) -> str:
-    return report_page(analysis, figures, "png", alt, list_looks(analysis))
+    return report_page(analysis, figures, alt, list_looks(analysis))
 
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}

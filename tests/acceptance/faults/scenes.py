@@ -117,7 +117,7 @@ def a_log(home: Path) -> None:
     shutil.copy(SAMPLES / "air_gyroscope.csv", home / "log.csv")
     for name, data in (
         ("results.json", b"of yesterday"),
-        ("torque.png", b"of yesterday"),
+        ("torque.svg", b"of yesterday"),
         ("mine.txt", MINE),
     ):
         (home / "log-report" / name).write_bytes(data)

@@ -1,0 +1,69 @@
+"""What a terminal shows: lines that end between words, and the answer at the end."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from places import SAMPLES
+from streams import on_terminal
+
+LONG = "a note about this run that nobody can read in one line of a small terminal"
+HEAD = "# ball_mass: 5.2 kg\n# ball_diameter: 101.6 mm\n"
+
+
+@pytest.fixture
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TERM", "dumb")
+    sample = (SAMPLES / "air_gyroscope.csv").read_text(encoding="utf-8")
+    # A ball that is too heavy, and a time with a misplaced point.
+    lines = re.sub(r"(?m)^# ball_.*\n", "", sample).replace(",13.06,", ",130.6,")
+    Path("wrong.csv").write_text(HEAD + lines, encoding="utf-8")
+    Path("sample.csv").write_text(sample, encoding="utf-8")
+    return tmp_path
+
+
+COMMANDS = (
+    "analyze wrong.csv --no-report",
+    "analyze sample.csv --no-report -v",
+    "check wrong.csv",
+    "check sample.csv",
+    "analyze missing.csv",
+    "analyze sample.csv --modle released",
+    "predict precession --log sample.csv",
+    "explain G454",
+    "explain u_time",
+    "explain settings",
+    "simulate --help",
+    "analyze --help",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [80, 100])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_line_is_broken_inside_a_word(
+    command: str, width: int, lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    shown = on_terminal(command, "utf-8").decode()
+    assert len(shown.splitlines()) > 1
+    for line in shown.splitlines():
+        # The terminal breaks a line that is too long, wherever its end is.
+        assert len(line) <= width or len(line.split()) == 1, line
+
+
+@pytest.mark.slow
+def test_the_answer_and_the_number_of_warnings_are_on_a_small_screen(
+    lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = on_terminal("analyze wrong.csv --no-report", "utf-8").decode()
+    warnings = len(re.findall(r"warning G\d+", shown))
+    assert warnings > 1
+    screen = "\n".join(shown.splitlines()[-5:])
+    assert f"{warnings} warnings above; I_zz = " in screen
+    quiet = on_terminal("analyze sample.csv --no-report -q", "utf-8").decode()
+    assert "above; " not in quiet

@@ -174,7 +174,9 @@ def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
         "Łódź façade, Пётр 中": "Łódź façade, Пётр 中",
         "φ̇ψ̇ ± 5 µ": r"$\dot\varphi\dot\psi \pm$ 5 µ",
         "I_zz, M0·10⁻³ 5 %": r"$I_{zz}$, $M_0\cdot10^{-3}$ 5~\%",
-        rX,
+        r"\input{x} a_b --log": (
+            r"\textbackslash{}input\{x\} a\_\allowbreak{}b -{}-log"
+        ),
         "\u202e\u200b": "",
     }
     report = latex_report(replace(evil(), name=f"qqq {' qqq '.join(written)} qqq"))

@@ -72,7 +72,7 @@ def drawn(home: Path, **environment: str) -> dict[str, bytes]:
     )
     files = {
         path.name: path.read_bytes()
-        for path in sorted((home / "log-report").glob("*.png"))
+        for path in sorted((home / "log-report").glob("*.svg"))
     }
     pages = {
         path.name: path.read_bytes()
@@ -85,7 +85,7 @@ def test_no_matplotlibrc_and_no_backend_changes_an_answer_or_a_figure(
     tmp_path: Path,
 ) -> None:
     usual = drawn(tmp_path)
-    assert [name.endswith(".png") for name in usual].count(True) == 4
+    assert [name.endswith(".svg") for name in usual].count(True) == 4
     (tmp_path / "matplotlibrc").write_bytes(RC)
     assert drawn(tmp_path, MPLBACKEND="nonsense") == usual
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -201,11 +201,11 @@ def read_notes(grid: Grid, faults: Faults) -> str:
     such as "twice the real rpm".
     """
     notes = _notes_of(grid)
-    rows = list(filter(_is_text, grid.rows))
+    rows = [row for row in grid.rows if any(map(_has_words, row.texts))]
     titles = [", ".join(row.texts) for row in rows if not has_numbers(row)]
     origins = map(noted_origin, [*notes, *titles])
     origin = next(filter(None, origins), "")
-    if origin == "surface" and any(map(noted_centre, [*notes, *titles])):
+    if origin == "surface" and _name_centre(notes, rows):
         origin = "both"
     for note, cell in _remarks_in(rows, grid):
         notes.setdefault(note, cell)
@@ -220,6 +220,12 @@ def _notes_of(grid: Grid) -> dict[str, Text]:
         if key.lower() in roles.TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
     return notes
+
+
+def _name_centre(notes: Iterable[str], rows: list[Row]) -> bool:
+    """Return whether a note, or a row of text, names the centre as origin."""
+    others = [", ".join(row.texts) for row in rows if not is_head(row)]
+    return any(map(noted_centre, [*notes, *others]))
 
 
 def _has_words(text: str) -> bool:
@@ -241,22 +247,27 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
             faults.add("note", cell, note=note, role=role.replace("_", " "))
 
 
-def _is_text(row: Row) -> bool:
-    """Return whether a row contains words, and is not a header."""
-    return any(map(_has_words, row.texts)) and not is_head(row)
-
-
 def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:
     """Yield the notes that are in rows, with the first cell of each."""
     for row in rows:
-        places = [at for at, text in enumerate(row.texts) if _is_remark(text)]
+        is_header = is_head(row)
+        places = [
+            at for at, text in enumerate(row.texts) if _is_remark(text, is_header)
+        ]
         if places:
             note = ", ".join(row.texts[at] for at in places)
             yield note, grid.cell(row, places[0])
 
 
-def _is_remark(text: str) -> bool:
-    """Return whether a cell may be a note, and not the name of a reading."""
-    if not _has_words(text) or parse_header(text).roles:
+def _is_remark(text: str, is_header: bool) -> bool:
+    """Return whether a cell may be a note, and not the name of a reading.
+
+    The header "centre to inner face (cm)" is a position, and not that of the middle of
+    the weight.
+    """
+    if not _has_words(text):
         return False
-    return not words_of_turns(text, whole=True)
+    names = parse_header(text).roles
+    if not names:
+        return not is_header and not words_of_turns(text, whole=True)
+    return "position" in names and ALTERED.is_in(text) and not origin_in(text)

@@ -341,7 +341,7 @@ ASKED = {
     "turns in the second row": "G209",
     "two partners": "G301",
     "one header with the turns": "G302",
-    "the turns as numbers": "G301",
+    "the turns as numbers": "G302",
     "ten turns of the disk in the header": "G301",
     "quotes of a word processor": "G202",
     "ditto marks between tabs": "G203",

@@ -223,10 +223,10 @@ def notebook_html(analysis: results.Analysis) -> str:
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
     words = escape(figures.alt_text(analysis, "torque"))
     # With `faults`, a figure that cannot be drawn is left out, and is no error.
-    drawn = figures.render(analysis, "png", names=("torque",), faults={})
+    drawn = figures.render(analysis, "svg", names=("torque",), faults={})
     if "torque" in drawn:
         image = b64encode(drawn["torque"]).decode()
-        source = f"data:image/png;base64,{image}"
+        source = f"data:image/svg+xml;base64,{image}"
         parts.append(f'<img src="{source}" alt="{words}" style="max-width: 36em">')
     else:
         parts.append(f"<p>{words}</p>")

@@ -21,11 +21,13 @@ from gyrodata.physics import models
 from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
 from gyrodata.results import AnalysisDocument, CheckDocument
 from gyrodata.trials.coverage import SelfCheck
+from gyrodata.trials.plan import Plan
 
 DOCUMENTS: dict[str, tuple[str, tuple[type, ...]]] = {
     "analysis": ("gyro.analysis/2", (AnalysisDocument,)),
     "check": ("gyro.check/1", (CheckDocument,)),
     "grades": ("gyro.grades/1", (GradesDocument,)),
+    "plan": ("gyro.plan/1", (Plan,)),
     "predictions": ("gyro.prediction/2", (Earth, Platform, Tip, Precession, Twist)),
     "selfcheck": ("gyro.selfcheck/1", (SelfCheck,)),
 }

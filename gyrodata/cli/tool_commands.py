@@ -186,7 +186,14 @@ def _scene_of(log: str) -> Scene:
 
 
 SchemaName = Literal[
-    "analysis", "check", "grades", "predictions", "selfcheck", "rubric", "diagnostics"
+    "analysis",
+    "check",
+    "grades",
+    "plan",
+    "predictions",
+    "selfcheck",
+    "rubric",
+    "diagnostics",
 ]
 
 

@@ -1,0 +1,149 @@
+"""The next runs: the promised u is reached, and the choice is near the best."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from places import SAMPLES
+from typer.testing import CliRunner, Result
+
+import gyrodata
+from gyrodata.cli import app, schema
+from gyrodata.physics import RPM
+from gyrodata.trials.plan import Limits, plan_lab, plan_log
+from gyrodata.trials.simulation import TYPICAL, Listed, Truth, simulate
+
+SAMPLE = SAMPLES / "air_gyroscope.csv"
+pytestmark = pytest.mark.filterwarnings("ignore::gyrodata.GyroWarning")
+
+
+def run(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, ["plan", *map(str, words)], prog_name="gyro")
+
+
+def setting(mass: float, rpm: float, turns: float = 1.0) -> tuple[float, ...]:
+    return mass, 0.15 if mass else 0.0, 0.0, rpm * RPM, turns
+
+
+LAB = [setting(mass, rpm) for mass in (0.02, 0.04, 0.06) for rpm in (200, 400, 600)]
+
+
+def relative_u(log: str) -> float:
+    inertia = gyrodata.analyze(log.encode()).inertia
+    return (inertia.u or 0.0) / inertia.value
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("extra", "limits"),
+    [
+        (setting(0.02, 600), Limits((0.02,), (0.15,), (600 * RPM,))),
+        (setting(0.06, 600, 2), Limits((0.06,), (0.15,), (600 * RPM,), (2.0,))),
+        (setting(0.0, 400, 1 / 12), Limits(spins=(400 * RPM,))),
+    ],
+)
+def test_the_promised_u_is_reached(extra: tuple[float, ...], limits: Limits) -> None:
+    ratios = []
+    truth = Truth(imbalance=6e-4)
+    for seed in range(20):
+        log = simulate(truth, Listed(runs=(*LAB, extra)), TYPICAL, seed).log
+        before = log[: log[:-1].rindex("\n") + 1]
+        lab = gyrodata.analyze(before.encode()).lab
+        choices = plan_log(lab, limits).choices
+        [choice] = [one for one in choices if abs(one.mass - extra[0]) < 1e-3][:1]
+        ratios.append(relative_u(log) / choice.u)
+    assert 0.9 < np.median(ratios) < 1.1
+
+
+@pytest.mark.slow
+def test_the_first_choice_is_near_the_best_single_run() -> None:
+    for seed in range(10):
+        log = simulate(
+            Truth(imbalance=6e-4), Listed(runs=tuple(LAB)), TYPICAL, seed
+        ).log
+        plan = plan_log(gyrodata.analyze(log.encode()).lab, Limits())
+        best = min(choice.u for choice in plan.choices)
+        assert plan.choices[0].u < 1.1 * best
+        assert plan.runs[0].mass == plan.choices[0].mass
+
+
+def test_every_run_of_a_plan_reduces_u_and_the_time_is_kept() -> None:
+    for minutes in (0.0, 5.0, 12.0):
+        plan = plan_log(gyrodata.analyze(SAMPLE).lab, Limits(minutes=minutes))
+        assert plan.minutes <= minutes
+        steps = [plan.now, *(planned.u for planned in plan.runs)]
+        assert all(after < before for before, after in itertools.pairwise(steps))
+        assert plan.u == steps[-1]
+
+
+def test_a_goal_ends_the_plan_or_names_what_limits_u() -> None:
+    near = run(SAMPLE, "--goal", "0.6%")
+    assert near.exit_code == 0
+    assert "is not reached" not in near.stdout
+    far = run(SAMPLE, "--goal", "0.01%")
+    assert "The goal of 0.01 % is not reached within these limits." in far.stdout
+    assert "The largest uncertainty is then: " in far.stdout
+    assert "No run is needed: the goal is reached." in run(SAMPLE, "--goal", "5").stdout
+
+
+def test_before_the_lab_each_weight_comes_first() -> None:
+    plan = plan_lab(Limits(masses=(0.03, 0.05), positions=(0.12,)))
+    assert [planned.mass for planned in plan.first] == [0.03, 0.05]
+    assert plan.now is None
+    assert plan.u < plan.first[-1].u
+    assert {planned.mass for planned in plan.runs} <= {0.0, 0.03, 0.05}
+
+
+def test_json_is_as_its_schema_says() -> None:
+    document = json.loads(run(SAMPLE, "--format", "json").stdout)
+    jsonschema.validate(document, schema.json_schema("plan"))
+    assert document["schema"] == "gyro.plan/1"
+
+
+def test_the_table_can_be_filled_in_and_analysed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("--weights", "30g,60g", "--out", "runs.csv").exit_code == 0
+    again = run("--out", "runs.csv")
+    assert again.exit_code == 2
+    head, *rows = csv.reader(io.StringIO(Path("runs.csv").read_text(encoding="utf-8")))
+    assert any(row[head.index("mass [g]")] == "0" for row in rows)
+    for row in rows:
+        note = row[head.index("note")]
+        spin = note.partition("aim at ")[2].partition(" rpm")[0]
+        row[head.index("spin [rpm]")] = f"{float(spin):.1f}"
+        if "about " in note:
+            time = note.partition("about ")[2].partition(" s")[0]
+            row[head.index("time [s]")] = f"{float(time):.2f}"
+        else:
+            row[head.index("time [s]")] = "120.0"
+            row[head.index("turns")] = "0"
+    text = "\n".join(",".join(row) for row in [head, *rows])
+    lab = gyrodata.analyze(text.encode())
+    assert lab.inertia.value == pytest.approx(Truth().inertia, rel=0.01)
+
+
+def test_a_wrong_option_says_what_to_type() -> None:
+    assert (
+        "30 kg" in run("--weights", "30").stderr
+        or "30 g" in run("--weights", "30").stderr
+    )
+    assert run("--goal", "much").exit_code == 2
+    assert run("missing.csv").exit_code == 2
+
+
+def test_a_doubt_comes_before_the_plan(tmp_path: Path) -> None:
+    sample = SAMPLE.read_text(encoding="utf-8")
+    wrong = re.sub("(?m)^# ball_mass: .*", "# ball_mass: 8 kg", sample)
+    assert wrong != sample
+    (tmp_path / "log.csv").write_text(wrong, encoding="utf-8")
+    assert "first find the cause of this: " in run(tmp_path / "log.csv").stderr

@@ -8,6 +8,7 @@ relative gain of u for each minute of lab time.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import Literal
@@ -35,6 +36,9 @@ WORTH = 0.99
 
 MOST = 20
 """Largest number of runs of a plan."""
+
+SAME = 0.01
+"""Relative difference below which two loads are the same [1]."""
 
 UNLOADED_SPAN = 120.0
 """For how long a run without a weight is watched [s]."""
@@ -211,15 +215,25 @@ def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
 # --- labs with one more run ---
 
 
+class _Load(Struct, frozen=True):
+    """A load on the rod, by a run of the lab whose load is nearest to it."""
+
+    like: int
+    """Index of this run."""
+    mass: float = 1.0
+    """Its mass over that of the run [1]."""
+    position: float = 1.0
+    """Its position over that of the run [1]."""
+
+
 def _larger_labs(
     measured: Measurements, fit: FitResult, limits: Limits
 ) -> Iterator[Measurements]:
     """Yield the lab with each run that can be added."""
     spins = limits.spins or _usual_spins(measured)
-    for like, ratio in _loads(measured, limits):
-        for spin in spins:
-            for turns in limits.turns:
-                yield _with_loaded_run(measured, fit, like, ratio, spin, turns)
+    settings = itertools.product(_loads(measured, limits), spins, limits.turns)
+    for load, spin, turns in settings:
+        yield _with_loaded_run(measured, fit, load, spin, turns)
     if measured.torque.all():
         yield _with_unloaded_run(measured, fit, sorted(spins)[len(spins) // 2])
 
@@ -230,61 +244,53 @@ def _usual_spins(measured: Measurements) -> tuple[float, ...]:
     return tuple(dict.fromkeys((RPM * rpm).tolist()))
 
 
-def _loads(
-    measured: Measurements, limits: Limits
-) -> Iterator[tuple[int, tuple[float, float]]]:
-    """Yield a run like each load, with the mass and the position over those of the run.
-
-    The loads are those of the log, or those that the user has.
-    """
+def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
+    """Yield the loads of the log, or those that the user has."""
     loaded = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
-    has_masses = not np.isnan(measured.mass).all()
-    if not limits.masses or not has_masses:
-        yield from ((run, (1.0, 1.0)) for run in loaded)
+    if not limits.masses or np.isnan(measured.mass).all():
+        yield from map(_Load, loaded)
         return
-    for mass in limits.masses:
-        for position in limits.positions or [float(measured.position[loaded[0]])]:
-            off = [
-                abs(math.log(mass / measured.mass[run]))
-                + abs(math.log(position / abs(measured.position[run])))
-                for run in loaded
-            ]
-            run = loaded[int(np.argmin(off))]
-            ratios = mass / measured.mass[run], position / abs(measured.position[run])
-            # A weight that agrees within 1 % is that of the log.
-            near = [1.0 if abs(ratio - 1) < 0.01 else ratio for ratio in ratios]
-            yield run, (float(near[0]), float(near[1]))
+    positions = limits.positions or (abs(float(measured.position[loaded[0]])),)
+    for mass, position in itertools.product(limits.masses, positions):
+        yield _nearest_load(measured, loaded, mass, position)
+
+
+def _nearest_load(
+    measured: Measurements, loaded: list[int], mass: float, position: float
+) -> _Load:
+    """Describe a load by the run whose load is nearest to it."""
+    masses = mass / measured.mass[loaded]
+    positions = position / np.abs(measured.position[loaded])
+    at = int(np.argmin(np.abs(np.log(masses)) + np.abs(np.log(positions))))
+    ratios = [float(masses[at]), float(positions[at])]
+    # A weight that agrees within 1 % is that of the log.
+    near = [1.0 if abs(ratio - 1) < SAME else ratio for ratio in ratios]
+    return _Load(loaded[at], *near)
 
 
 def _with_loaded_run(
-    measured: Measurements,
-    fit: FitResult,
-    like: int,
-    ratio: tuple[float, float],
-    spin: float,
-    turns: float,
+    measured: Measurements, fit: FitResult, load: _Load, spin: float, turns: float
 ) -> Measurements:
-    """Add a run like another one, with another load, spin and number of turns."""
-    mass, position = ratio
+    """Add a run with a load, a spin and a number of turns."""
+    like = load.like
     m0 = fit.residual_torque.value
     bias = fit.timing_bias.value
-    torque = measured.torque[like] * mass * position
+    torque = measured.torque[like] * load.mass * load.position
     faster = spin / abs(measured.spin[like])
     slower = (measured.torque[like] + m0) / (torque + m0)
     time = (fit.fitted_time[like] - bias) * turns / measured.turns[like]
     values = {
-        "mass": measured.mass[like] * mass,
-        "force": measured.force[like] * mass,
-        "position": measured.position[like] * position,
+        "mass": measured.mass[like] * load.mass,
+        "force": measured.force[like] * load.mass,
+        "position": measured.position[like] * load.position,
         "torque": torque,
         "spin": measured.spin[like] * faster,
         "turns": turns,
         "time": time * faster * slower + bias,
     }
-    others = [
-        name for name, part in (("mass", mass), ("position", position)) if part != 1
-    ]
-    return _with_run(measured, like, values, tuple(others))
+    ratios = {"mass": load.mass, "position": load.position}
+    others = [name for name, ratio in ratios.items() if ratio != 1]
+    return _with_run(measured, like, values, others)
 
 
 def _with_unloaded_run(

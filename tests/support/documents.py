@@ -179,7 +179,9 @@ class Steady:
     """
 
     def __init__(self, text: str) -> None:
-        text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
+        text = re.sub(
+            r"data:image/(?:png|svg\+xml);base64,[A-Za-z0-9+/=]+", "FIGURE", text
+        )
         self.words, self.numbers = (
             NUMBER.sub("№", text),
             [float(number) for number in NUMBER.findall(text)],

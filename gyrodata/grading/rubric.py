@@ -119,7 +119,10 @@ def judge_lateness(
     Only the marks and time stamps of the submission are used.
     """
     if rule is None:
-        return _lateness_without_rule(submission)
+        words = "marked late" if submission.late else ""
+        if submission.late_seconds:
+            words = f"{duration_text(submission.late_seconds)} late"
+        return Lateness(submission.late_seconds, 0.0, words, False)
     exception = _exception_for(submission, rule)
     if exception is not None and exception.waive:
         is_late = submission.late or submission.late_seconds
@@ -135,14 +138,6 @@ def judge_lateness(
     reached = (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until))
     lost = points_of(next(reached, rule.beyond), whole)
     return Lateness(seconds, lost, f"{words} late", False)
-
-
-def _lateness_without_rule(submission: Submission) -> Lateness:
-    """Return how late a submission is, for a rubric that deducts nothing."""
-    words = "marked late" if submission.late else ""
-    if submission.late_seconds:
-        words = f"{duration_text(submission.late_seconds)} late"
-    return Lateness(submission.late_seconds, 0.0, words, False)
 
 
 def _lateness_without_time(
@@ -219,7 +214,12 @@ CONDITION = (
     rf"(?:(?P<sign><=|>=|≤|≥)\s*(?P<bound>{_NUMBER})|(?P<word>in|outside)\s+"
     rf"(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER}))\s*$"
 )
-_OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
+_OPPOSITE = {
+    "<=": ">= NUMBER",
+    ">=": "<= NUMBER",
+    "in": "outside LOW..HIGH",
+    "outside": "in",
+}
 
 
 class Curve(NamedTuple):
@@ -253,24 +253,14 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    name = match["name"]
     relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low = float(match["low"] or match["bound"])
     high = float(match["high"] or match["bound"])
-    if low > high or (low == high and match["word"]):
-        raise unfit(
-            "condition_bounds_reversed",
-            key,
-            text=text,
-            relation=relation,
-            **match.groupdict(),
-        )
-    return (
-        name,
-        relation,
-        -math.inf if relation == "<=" else low,
-        math.inf if relation == ">=" else high,
-    )
+    if match["word"] and low >= high:
+        raise unfit("condition_unclear", key, text=text)
+    least = -math.inf if relation == "<=" else low
+    most = math.inf if relation == ">=" else high
+    return match["name"], relation, least, most
 
 
 # --- the file ---
@@ -320,7 +310,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         zero = parse_condition(self.zero, "zero")
         name, relation, low, high = parse_condition(self.full, "full")
         known = (kind.full.split()[0], *kind.variables)
-        opposite = _OPPOSITE.get(relation)
+        opposite = _OPPOSITE[relation]
         if name not in known:
             raise unfit(
                 "condition_of_other_check",
@@ -329,14 +319,11 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
                 check=self.check,
                 known=" or ".join(known),
             )
-        if opposite is None:
-            raise unfit("condition_full_outside", "full", name=name)
         # "zero" says from which value on there are no points; the other end is
         # infinite.
-        ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[
-            relation
-        ]
-        if zero[:2] != (name, opposite.split()[0]) or ends[0] > low or ends[1] < high:
+        least = {"<=": -math.inf, ">=": zero[3]}.get(relation, zero[2])
+        most = {"<=": zero[2], ">=": math.inf}.get(relation, zero[3])
+        if zero[:2] != (name, opposite.split()[0]) or least > low or most < high:
             raise unfit(
                 "conditions_do_not_fit",
                 "zero",
@@ -345,7 +332,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
                 name=name,
                 opposite=opposite,
             )
-        return Curve(name, (low, high), ends)
+        return Curve(name, (low, high), (least, most))
 
     @property
     def told(self) -> str:
@@ -432,22 +419,13 @@ class Rubric(_Table, frozen=True, dict=True):
         """True if the reference is taken from the class."""
         return "from" in (self.reference or {})
 
-    def _hash(self, *left_out: str) -> str:
-        content = to_builtins(self, builtin_types=(dt.datetime,))
-        content = {key: value for key, value in content.items() if key not in left_out}
-        return hashlib.sha256(
-            json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()
-        ).hexdigest()
-
     @cached_property
     def digest(self) -> str:
         """Hash of all that can change a grade: not of remarks and spaces."""
-        return self._hash("name")
-
-    @cached_property
-    def judged(self) -> str:
-        """Digest without the references, which only the whole class uses."""
-        return self._hash("name", "reference")
+        content = to_builtins(self, builtin_types=(dt.datetime,))
+        del content["name"]
+        text = json.dumps(content, sort_keys=True, default=dt.datetime.isoformat)
+        return hashlib.sha256(text.encode()).hexdigest()
 
 
 BUILT_IN = ("simple", "full", "manual")

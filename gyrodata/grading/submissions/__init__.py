@@ -51,14 +51,13 @@ __all__ = [
 def find_submissions(
     path: str | Path,
     lms: str = "auto",
-    pattern: str | None = None,
     attempts: Attempts = "newest",
 ) -> Submissions:
     """Find the submissions of a class as `list_submissions` does.
 
     The log of each submission is chosen in this process.
     """
-    listed = list_submissions(path, lms, pattern, attempts)
+    listed = list_submissions(path, lms, attempts)
     chosen = [choose(item) for item in listed.items]
     notes = [note for _, some in chosen for note in some]
     return replace(
@@ -71,10 +70,9 @@ def find_submissions(
 def list_submissions(
     path: str | Path,
     lms: str = "auto",
-    pattern: str | None = None,
     attempts: Attempts = "newest",
 ) -> Submissions:
-    r"""List the submissions of a class by the names of their files.
+    """List the submissions of a class by the names of their files.
 
     Parameters
     ----------
@@ -83,8 +81,6 @@ def list_submissions(
         platform gives.
     lms : str
         The platform that named the files, of `names.PLATFORMS`; "auto" finds it.
-    pattern : str, optional
-        A regular expression for other names, such as ``(?P<student>\w+)_lab\.csv``.
     attempts : {"newest", "oldest"}
         Which of several attempts is graded.
 
@@ -103,7 +99,7 @@ def list_submissions(
         raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
     root = Path(path)
     files = _without_reports(list_files(root))
-    platform, owners = names.name_all(files, lms, pattern)
+    platform, owners = names.name_all(files, lms)
     named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
     about, notes = _read_metadata(root, named)
     notes = [*named.files.diagnostics, *notes, *_files_of_no_student(root, named)]
@@ -121,7 +117,7 @@ def list_submissions(
                 )
             )
     if not items:
-        raise _no_submission(root, named.files, lms, pattern)
+        raise _no_submission(root, named.files, lms)
     return Submissions(named.platform, _with_different_names(items), tuple(notes))
 
 
@@ -165,28 +161,21 @@ def _read_metadata(
 
 def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
     """Name the files whose names say no student."""
-    expected = [names.EXPORT, "/"]
-    if named.platform == "brightspace":
-        expected.append("index.html")
+    expected = (names.EXPORT, "/", "index.html")
     left = sorted(
         shown(name)
         for name, owner in named.owners.items()
-        if owner is None and not name.endswith(tuple(expected))
+        if owner is None and not name.endswith(expected)
     )
     if not left:
         return []
-    count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
-    hint = "change --pattern so that it fits these as well, or rename them"
-    if named.platform in names.PLATFORMS:
-        hint = (
-            f"rename them, if they count: {named.platform} names files such as "
-            f"{names.PLATFORMS[named.platform].sample}"
-        )
-    return [
-        Faults(root.name).message(
-            "files_of_no_student", count=count, names=listing(left, 5), hint=hint
-        )
-    ]
+    values = {
+        "count": "1 file is" if len(left) == 1 else f"{len(left)} files are",
+        "names": listing(left, 5),
+        "lms": named.platform,
+        "sample": names.PLATFORMS[named.platform].sample,
+    }
+    return [Faults(root.name).message("files_of_no_student", **values)]
 
 
 def _by_student(
@@ -267,22 +256,13 @@ def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
     )
 
 
-def _no_submission(
-    root: Path, files: Listing, lms: str, pattern: str | None
-) -> GyroError:
+def _no_submission(root: Path, files: Listing, lms: str) -> GyroError:
     """Return the error of a class without a submission."""
-    if not files.names:
-        message = "class_empty"
-    elif pattern is not None:
-        message = "pattern_fits_nothing"
-    else:
-        message = "no_submission"
     platform = "folder" if lms == "auto" else lms
     return Faults(root.name).refuse(
-        message,
+        "no_submission" if files.names else "class_empty",
         root=root.name,
         one=shown(next(iter(files.names), "")),
-        pattern=pattern,
         lms="a platform" if lms == "auto" else lms,
         sample=names.PLATFORMS[platform].sample,
     )

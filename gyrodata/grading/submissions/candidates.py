@@ -352,7 +352,7 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    return Candidate(rank, place, read, read.line in document.doubted, compared)
+    return Candidate(rank, place, read, document.doubt, compared)
 
 
 def _is_other(around: str) -> bool:

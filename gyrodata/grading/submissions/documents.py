@@ -1,7 +1,7 @@
 """The texts of a student as lines of plain text, and why a file cannot be read.
 
-Of each line it is known whether a person who opens the file may not see it: an answer
-there is a question.
+Of each text it is known whether a person who opens the file may not see a part of it:
+an answer there is a question.
 """
 
 from __future__ import annotations
@@ -9,12 +9,14 @@ from __future__ import annotations
 import csv
 import html
 import io
+import logging
 import re
 import tomllib
 import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,6 @@ from gyrodata import readings
 from gyrodata.base.errors import GyroError
 from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.archives import PDF, TABLES, WORKBOOKS, ending
-from gyrodata.grading.submissions.portable import pdf_lines
 from gyrodata.readings import workbook
 
 _WORDS = tomllib.loads(
@@ -46,14 +47,14 @@ class Document(Struct, frozen=True):
 
     name: str  # to be shown
     lines: Sequence[str] = ()  # of plain text; the cells of a table are separated by |
-    doubted: frozenset[int] = frozenset()  # numbers of lines that may be unseen
+    doubt: bool = False  # whether a person may not see a part of it
     problem: str = ""  # why it cannot be read; or ""
 
 
 def read_document(name: str, data: bytes) -> Document:
     """Read a file as lines of plain text; never raises."""
     try:
-        lines = _read_lines(name, data)
+        lines, doubt = _read_lines(name, data)
     except GyroError as error:
         return Document(name, problem=error.diagnostics[0].message)
     except RecursionError:
@@ -64,16 +65,16 @@ def read_document(name: str, data: bytes) -> Document:
         why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
-    doubted = {number for number, line in enumerate(lines, 1) if visible.DOUBT in line}
-    plain = [without_marks(line) for line in lines]
-    return Document(name, plain, frozenset(doubted))
+    return Document(
+        name, [without_marks(visible.line_seen(one)) for one in lines], doubt
+    )
 
 
 def without_marks(line: str) -> str:
     """Return a line without characters that have no width."""
     if line.isascii():
         return line
-    return "".join(c for c in line if unicodedata.category(c) not in ("Cf", "Co"))
+    return "".join(c for c in line if unicodedata.category(c) != "Cf")
 
 
 _LONGEST_REASON = 80
@@ -90,39 +91,72 @@ _DAMAGED = (
 )
 
 
-def _read_lines(name: str, data: bytes) -> list[str]:
-    """Read a file as lines of text, with bars between the cells of a table."""
+def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
+    """Read a file as lines of text, with bars between the cells of a table.
+
+    Also return whether a person may not see a part of it.
+    """
     kind = ending(name)
     if kind in WORKBOOKS:
-        sheets = workbook.read_sheets(data)
-        return [line for one in sheets if not one.is_hidden for line in _rows_of(one)]
+        shown = [one for one in workbook.read_sheets(data) if not one.is_hidden]
+        lines = [line for sheet in shown for line in _rows_of(sheet)]
+        return lines, any(map(workbook.unseen_cells, shown))
     if kind == PDF:
-        lines = pdf_lines(data)
-        if not any(map(str.strip, lines)):
-            raise ValueError(NO_TEXT)
-        return [visible.line_seen(line) for line in lines]
-    text = _without_struck(_text_of(name, data, kind), kind)
-    if kind not in TABLES:
-        text = visible.latex_seen(text)
+        return _pdf_lines(data), False
+    text, doubt = _text_of(name, data, kind)
+    text = _without_struck(text, kind)
+    if kind in TABLES:
+        return in_cells(readings.lablog.split_lines(text)), doubt
+    text = visible.text_seen(text)
     if kind == ".md":
         text = visible.markdown_seen(text)
-    text = _without_markup(text, kind)
-    lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
-    return in_cells(lines) if kind in TABLES else lines
+    if kind not in _PAGES:
+        doubt = doubt or visible.may_be_unseen(text)
+    text, is_hiding = _without_markup(text, kind)
+    return readings.lablog.split_lines(text), doubt or is_hiding
 
 
-def _text_of(name: str, data: bytes, kind: str) -> str:
-    """Return a file as text, still with its markup."""
+_MOST_PAGES = 100
+_INVISIBLE = 3  # a mode in which letters are not painted
+
+
+def _pdf_lines(data: bytes) -> list[str]:
+    """Return the lines of a PDF, but for pages with text that is not painted.
+
+    A scanner adds such text behind a picture: nobody can see whether it is right.
+    """
+    from pypdf import PdfReader
+
+    logging.getLogger("pypdf").setLevel(logging.CRITICAL)
+    lines = []
+    try:
+        for page in islice(PdfReader(io.BytesIO(data)).pages, _MOST_PAGES):
+            content = page.get_contents()
+            modes = content.operations if content is not None else ()
+            if ([_INVISIBLE], b"Tr") not in modes:
+                lines += page.extract_text(extraction_mode="layout").splitlines()
+    except Exception as error:
+        # pypdf raises errors of many kinds for a file that is damaged on purpose.
+        raise ValueError(f"{type(error).__name__}: {error}") from None
+    if not any(map(str.strip, lines)):
+        raise ValueError(NO_TEXT)
+    return lines
+
+
+def _text_of(name: str, data: bytes, kind: str) -> tuple[str, bool]:
+    """Return a file as text, still with its markup, and whether cells are hidden."""
     if kind == ".odt":
         raise ValueError(NOT_READ)
     if kind == WORD and data.startswith(b"PK"):
-        return _text_of_word(data)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            part = archive.open("word/document.xml").read(readings.MAX_BYTES)
+        return re.sub(r">\s+<", "><", part.decode("utf-8", "replace")), False
     text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
-        return _json_as_lines(text)
+        return _json_as_lines(text), False
     if kind == ".ipynb":
-        return "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    return text
+        return _notebook_text(msgspec.json.decode(text)["cells"])
+    return text, False
 
 
 def _json_as_lines(text: str) -> str:
@@ -149,89 +183,66 @@ _PAGES = (".html", ".htm")
 _TAG = re.compile(r"(?i)</p>|<(?:br|sup)\b")
 
 
-def _without_markup(text: str, kind: str) -> str:
-    """Turn the page of a browser or a word processor into lines as they are shown."""
-    if kind in _PAGES or (kind not in (".md", WORD) and _TAG.search(text)):
-        text = visible.page_seen(text)
+def _without_markup(text: str, kind: str) -> tuple[str, bool]:
+    """Turn the page of a browser or a word processor into lines as they are shown.
+
+    Also return whether a style of the page may hide some.
+    """
+    doubt = False
+    is_page = kind in (*_PAGES, ".md")
+    if is_page or (kind != WORD and _TAG.search(text)):
+        text, doubt = visible.page_seen(text)
     if kind not in (*_PAGES, WORD) and not _TAG.search(text):
-        return text
+        return text, doubt
     for pattern, plain in _MARKUP:
         text = re.sub(pattern, plain, text)
     lines = map(str.strip, html.unescape(text).split("\n"))
-    return "\n".join(filter(None, lines))
+    return "\n".join(filter(None, lines)), doubt
 
 
 def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
-    """Give the rows of a sheet as lines; cells that are not shown are doubted."""
-    unseen = workbook.unseen_cells(sheet)
-    for number, row in enumerate(sheet.rows, 1):
-        cells = ["" if cell is None else str(cell) for cell in row]
-        yield " | ".join(
-            visible.doubted(cell) if (number, at) in unseen else cell
-            for at, cell in enumerate(cells, 1)
-        )
+    """Give the rows of a sheet as lines."""
+    for row in sheet.rows:
+        yield " | ".join("" if cell is None else str(cell) for cell in row)
 
 
-class Unseen(Struct, frozen=True):
-    """The cells of a workbook that are not shown."""
-
-    sheets: frozenset[str] = frozenset()  # names of hidden sheets
-    cells: frozenset[str] = frozenset()  # texts of cells that are not shown
-
-
-def unseen_in(name: str, data: bytes) -> Unseen:
-    """Return what is hidden in a workbook; nothing if it is none, or cannot be read."""
+def hides_cells(name: str, data: bytes) -> bool:
+    """Return whether a log has sheets, cells or a part of a line that nobody sees."""
     if ending(name) not in WORKBOOKS:
-        return Unseen()
+        return _WIDE.search(data) is not None
     try:
         sheets = workbook.read_sheets(data)
     except ValueError:
-        return Unseen()
-    cells = {
-        str(sheet.rows[row - 1][column - 1])
-        for sheet in sheets
-        for row, column in workbook.unseen_cells(sheet)
-    }
-    titles = frozenset(sheet.title for sheet in sheets if sheet.is_hidden)
-    return Unseen(titles, frozenset(cells))
+        return False
+    return any(one.is_hidden or workbook.unseen_cells(one) for one in sheets)
 
 
-def _text_of_word(data: bytes) -> str:
-    """Return the XML of Word, without the text in it that is hidden."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        text = re.sub(r">\s+<", "><", _part(archive, "word/document.xml"))
-        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
-    return visible.word_seen(text, styles)
+_WIDE = re.compile(rb"[ \t]{200}(?=[^\s])")
 
 
-_STYLES = "word/styles.xml"
+def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
+    """Return the text of a notebook: the cells, and what they printed.
 
-
-def _part(archive: zipfile.ZipFile, name: str) -> str:
-    with archive.open(name) as file:
-        return file.read(readings.MAX_BYTES).decode("utf-8", "replace")
-
-
-def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the texts of a notebook: the cells, and what they printed."""
-    printed: list[str] = []
+    Also return whether a page of it leaves some out.
+    """
+    sources = []
+    printed = []
+    tags = []
     for cell in cells:
         metadata = cell.get("metadata") or {}
         hidden = metadata.get("jupyter") or {}
-        # "hide-input", "remove-cell", "remove_output": what a page of it leaves out.
-        tags = " ".join(map(str, metadata.get("tags") or ()))
-        mark = visible.doubted if re.search("(?i)hid|remove|exclu", tags) else str
+        tags += metadata.get("tags") or ()
         source = "".join(cell["source"])
         if cell.get("cell_type") == "markdown":
-            source = visible.markdown_seen(source)
+            source, _ = visible.page_seen(visible.markdown_seen(source))
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
-            yield mark(source)
+            sources.append(source)
         if not hidden.get("outputs_hidden"):
-            printed += [
-                mark("".join(["\n", *one.get("text", [])]))
-                for one in cell.get("outputs", [])
-            ]
-    yield from printed
+            texts = (one.get("text", []) for one in cell.get("outputs", []))
+            printed += ["".join(["\n", *text]) for text in texts]
+    # "hide-input", "remove-cell", "remove_output"
+    doubt = re.search("(?i)hid|remove|exclu", " ".join(map(str, tags))) is not None
+    return "\n".join([*sources, *printed]), doubt
 
 
 def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:

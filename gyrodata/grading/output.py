@@ -164,8 +164,8 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 def write_feedback(found: ClassGrades, folder: Path) -> None:
     """Write the feedback of a class into a folder and a zip.
 
-    A page that is replaced, or of a student who is no longer in the class, is kept: a
-    person may have changed it.
+    A page that a person has changed, and one of a student who is no longer in the
+    class, is kept in `PUBLISHED`.
     """
     names = feedback_names(found)
     archived = _read_archive(folder / ARCHIVE)
@@ -180,7 +180,9 @@ def write_feedback(found: ClassGrades, folder: Path) -> None:
         for page, text in zip(pages, feedback_pages(grade).values(), strict=True):
             data = text.encode("utf-8", "replace")
             path = folder / FEEDBACK / page
-            _keep(folder, page, data)
+            checksum, _ = archived.get(page, (None, b""))
+            if path.exists() and zlib.crc32(path.read_bytes()) != checksum:
+                _keep(folder, page, data)
             write_whole(path, [data], private=True)
     for page in archived.keys() - digests.keys():
         _keep(folder, page)

@@ -30,7 +30,6 @@ from gyrodata.grading.submissions.archives import (
     list_inner,
     place_of,
     read_file,
-    sizes_of,
 )
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
@@ -363,9 +362,9 @@ def _choose(item: Submission) -> tuple[Submission, str]:
     if not item.parts:
         return item, ""
     own, damage = _with_inner_files(item)
-    choice = choose_log(own, partial(read_file, item.source), item.attempts)
+    name, note = choose_log(own, partial(read_file, item.source), item.attempts)
     # What the platform says about the file of the log is true for the submission.
-    outer = choice.name.partition("//")[0] if choice.name else next(iter(item.parts))
+    outer = name.partition("//")[0] or next(iter(item.parts))
     named = item.parts[outer]
     made = replace(
         item,
@@ -373,15 +372,14 @@ def _choose(item: Submission) -> tuple[Submission, str]:
         feedback_stem=named.feedback_stem,
         parts={},
         members=tuple(sorted(own)),
-        report_names=_texts(item.parts, own, choice.name),
+        report_names=_texts(item.parts, own, name),
+        problem=None,
     )
     if item.log_name is not None:
-        return replace(made, problem=None), ""
-    if choice.name is None:
-        problem = f"{choice.note}; {damage}" if damage else choice.note
-        return replace(made, problem=problem), ""
-    chosen = replace(made, log_name=choice.name, log_file=own[choice.name])
-    return replace(chosen, problem=None), choice.note
+        return made, ""
+    if name:
+        return replace(made, log_name=name, log_file=own[name]), note
+    return replace(made, problem=f"{note}; {damage}" if damage else note), ""
 
 
 def _with_inner_files(item: Submission) -> tuple[dict[str, str], str]:
@@ -405,7 +403,7 @@ def _with_inner_files(item: Submission) -> tuple[dict[str, str], str]:
 
 
 def _texts(
-    parts: Mapping[str, Submission], own: Mapping[str, str], log: str | None
+    parts: Mapping[str, Submission], own: Mapping[str, str], log: str
 ) -> tuple[str, ...]:
     """Return the texts that may contain the answer.
 
@@ -424,7 +422,5 @@ def _texts(
 def unread(item: Submission, why: str) -> Submission:
     """Return a listed submission whose files cannot be opened, with the reason."""
     members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
-    # Another file of the same name usually has another size.
-    about = repr(sizes_of(item.source, members))
-    digest = hashlib.sha256(about.encode("utf-8", "replace")).hexdigest()
+    digest = hashlib.sha256(repr(members).encode("utf-8", "replace")).hexdigest()
     return replace(item, parts={}, members=members, problem=why, known_digest=digest)

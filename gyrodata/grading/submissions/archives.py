@@ -17,7 +17,6 @@ import stat
 import struct
 import zipfile
 import zlib
-from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -187,22 +186,6 @@ def _open_file(root: Path, name: str) -> IO[bytes]:
     if member.flag_bits & 0x1 or member.compress_type not in _PACKED:
         raise OSError("it is encrypted, or packed in a way that no platform uses")
     return archive.open(member)
-
-
-def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
-    """Return the names and sizes [byte] of the files of a class.
-
-    0 for a file that is gone.
-    """
-    if root.is_file():
-        members = _opened(root)[1]
-        return [
-            (name, members[name].file_size if name in members else 0) for name in names
-        ]
-    paths = [(name, root / name) for name in names]
-    return [
-        (name, path.lstat().st_size if path.exists() else 0) for name, path in paths
-    ]
 
 
 def _list_folder(root: Path) -> Listing:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import islice, takewhile
+from itertools import islice
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -107,7 +107,6 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of tables as lines of text, below the titles of each table."""
     titles = list[str]()
-    width = 0
     is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
@@ -115,72 +114,50 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
         if not any(map(_is_number, cells)):
             if not set(line) <= set("-: |"):
                 titles = cells * is_table
-                width = 0
         elif is_table:
-            # Titles on the right of a table of runs have values in as many cells.
-            width = width or len(cells)
-            titles = [] if len(cells) != width > len(titles) else titles
-            row = _Row.below(titles, cells, is_run[at + 1])
             # A column of I_zz with a value for each run is not the answer.
-            line = row.as_prose(is_run[at : at + 3] == [False, True, False])
+            if "inertia" in kinds_of(cells[0]):
+                cells = [*cells[1:], cells[0]]
+            is_alone = is_run[at : at + 3] == [False, True, False]
+            u = "" if is_run[at + 1] else _untitled_u(titles, cells)
+            line = _row_as_prose(titles, cells, u, is_alone)
         yield line
 
 
-class _Row(NamedTuple):
-    """A row of a table with numbers."""
+def _untitled_u(titles: Sequence[str], cells: Sequence[str]) -> str:
+    """Return the second number, if it may be the uncertainty of the first; else ""."""
+    numbers = [cell for cell in cells if _is_number(cell)]
+    if len(numbers) != 2 or any(map(_is_unsure, titles)):
+        return ""
+    both = read_reported("inertia", f"{' ± '.join(numbers)} kg m^2")
+    is_small = 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
+    return numbers[1] if both.fault is None and is_small else ""
 
-    columns: list[tuple[str, str]]  # title and cell; units are behind the numbers
-    unit: str = ""  # that the name of the row states
-    u: str = ""  # the cell with the uncertainty, if no title says which it is
 
-    @classmethod
-    def below(cls, titles: Sequence[str], cells: Sequence[str], is_run: bool) -> _Row:
-        """Find the unit and the uncertainty of a row that is not one of the runs."""
-        # Titles are aligned on the right: the names of rows may have none.
-        missing = [""] * (len(cells) - len(titles))
-        blank = [""] * (len(titles) - len(cells))
-        columns = list(zip([*missing, *titles], [*cells, *blank], strict=True))
-        ahead = [
-            one
-            for one in takewhile(lambda one: not _is_number(one[1]), columns)
-            if "inertia" in kinds_of(one[1])
-        ]
-        columns = [*(one for one in columns if one not in ahead), *ahead]
-        if is_run:
-            return cls(columns)
-        units = (_unit_behind(cell) for cell in cells if not _is_number(cell))
-        unit = next(filter(None, units), "")
-        has_title = any(map(_is_unsure, titles))
-        return cls(columns, unit, "" if has_title else _second_number(columns, unit))
+def _row_as_prose(
+    titles: Sequence[str], cells: Sequence[str], u: str, is_alone: bool
+) -> str:
+    """Write the cells with the sign ± and with units.
 
-    def as_prose(self, is_alone: bool) -> str:
-        """Write the cells with the sign ± and with units.
-
-        `is_alone`: whether the row is the only one of its table, which has titles.
-        """
-        line = ""
-        for title, cell in self.columns:
-            text = self._with_unit(title, cell)
-            if self._is_u(title, cell) and line:
-                line += f" ± {text}{' %' * ('%' in title)}"
-            elif _is_blank_or_unit(text) and not _is_number(cell):
-                line += f" {text}"
-            elif is_alone or re.search(SAYS["other"], title):
-                line += f" | {title} = {text}"
-            else:
-                line += f" | {text}"
-        return line
-
-    def _with_unit(self, title: str, cell: str) -> str:
-        """Write the unit of a title or of the row behind a number instead of a name."""
-        if not _is_number(cell):
-            return re.sub(_IN_BRACKETS, "", cell) if self.unit else cell
-        if re.search(_UNIT, cell):
-            return cell
-        return f"{cell} {_unit_behind(title) or self.unit}".rstrip()
-
-    def _is_u(self, title: str, cell: str) -> bool:
-        return _is_number(cell) and (_is_unsure(title) or cell == self.u)
+    `u`: A cell that is the uncertainty without a title. `is_alone`: Whether the row is
+    the only one of its table, which has titles.
+    """
+    # Titles are aligned on the right: the names of rows may have none.
+    missing = [""] * (len(cells) - len(titles))
+    line = ""
+    for title, cell in zip([*missing, *titles], cells, strict=False):
+        is_number = _is_number(cell)
+        unit = "" if re.search(_UNIT, cell) else _unit_behind(title)
+        text = f"{cell} {unit}".rstrip() if is_number else cell
+        if is_number and line and (_is_unsure(title) or cell == u):
+            line += f" ± {text}{' %' * ('%' in title)}"
+        elif not is_number and _is_blank_or_unit(cell):
+            line += f" {text}"
+        elif is_alone or re.search(SAYS["other"], title):
+            line += f" | {title} = {text}"
+        else:
+            line += f" | {text}"
+    return line
 
 
 def _is_blank_or_unit(cell: str) -> bool:
@@ -189,19 +166,6 @@ def _is_blank_or_unit(cell: str) -> bool:
 
 def _is_number(text: str) -> bool:
     return re.match(rf"\s*+[-+(]*+(?!{_POWER})[.,]?\d", text) is not None
-
-
-def _second_number(columns: Sequence[tuple[str, str]], unit: str) -> str:
-    """Return the second of two numbers with a unit, if it is an uncertainty.
-
-    An uncertainty is a small part of the first number.
-    """
-    numbers = [cell for _, cell in columns if _is_number(cell)]
-    if len(numbers) < 2:
-        return ""
-    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
-    is_small = 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
-    return numbers[1] if both.fault is None and is_small else ""
 
 
 def _is_unsure(text: str) -> bool:

@@ -78,9 +78,7 @@ def grade(
         return
     if path is None:
         refuse("nothing_to_grade")
-    folder = _folder(path, out, form, dry_run)
-    if folder is None and gradebook is not None:
-        refuse("option_needs_folder", option="--gradebook", form=form)
+    folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
     from gyrodata.grading import classroom, output, submissions
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
@@ -325,8 +323,10 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
     )
 
 
-def _folder(path: Path, out: Path | None, form: Form, dry_run: bool) -> Path | None:
-    """Return the folder for the grades; None for no folder.
+def _folder(
+    path: Path, out: Path | None, form: Form, dry_run: bool, needed: bool
+) -> Path | None:
+    """Return the folder for the grades; None for no folder, unless it is needed.
 
     Grades in the folder of the class are refused: they would be taken for a student's.
     """
@@ -336,7 +336,11 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool) -> Path | N
             beside = os.path.relpath(home.parent / _usual_folder(home).name)
             refuse("grades_within_class", out=out, beside=shlex.quote(beside))
         return out
-    return _usual_folder(home) if form == "text" or dry_run else None
+    if form == "text" or dry_run:
+        return _usual_folder(home)
+    if needed:
+        refuse("option_needs_folder", option="--gradebook", form=form)
+    return None
 
 
 def _usual_folder(home: Path) -> Path:

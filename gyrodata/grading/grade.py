@@ -698,22 +698,28 @@ def read_hand_in(
         for note in (*answers.diagnostics, *answers.unread)
         if note.code != diagnostics.ANSWER_ELSEWHERE
     ]
+    note = _note_on_answer(submission, answers, handed_in)
+    return readings, handed_in, (*told, *others, note)
+
+
+def _note_on_answer(
+    submission: Submission, answers: Answers, handed_in: HandIn
+) -> Diagnostic:
+    """Say which answer is read, or why none is."""
     log = shown(PurePosixPath(submission.log_file or "").name)
     file = handed_in.file or log
+    problem = answers.inertia.problem if answers.inertia is not None else None
     if handed_in.inertia is not None:
-        words = _words_of_answer(handed_in.inertia, reported.problem, handed_in)
-        note = Diagnostic.named("answer_read", file, handed_in.line, told=words)
-        return readings, handed_in, (*told, *others, note)
+        words = _words_of_answer(handed_in.inertia, problem, handed_in)
+        return Diagnostic.named("answer_read", file, handed_in.line, told=words)
     files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
     words = f"no I_zz is found in {listing(files)}"
     more = ""
     if answers.inertia is not None:
-        words = f"the answer cannot be read: {reported.problem}"
-        if file == log:
-            more = ", and take its other lines with an I_zz out"
+        words = f"the answer cannot be read: {problem}"
+        more = ", and take its other lines with an I_zz out" * (file == log)
     values = {"told": words, "log": log, "more": more}
-    note = Diagnostic.named("answer_missing", file, handed_in.line, **values)
-    return readings, handed_in, (*told, *others, note)
+    return Diagnostic.named("answer_missing", file, handed_in.line, **values)
 
 
 def _words_of_answer(inertia: float, problem: str | None, handed_in: HandIn) -> str:

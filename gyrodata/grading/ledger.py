@@ -327,32 +327,36 @@ def _decision(
     return people, Decision(what, value, row["by"], row["why"])
 
 
+_HOW_TO_WRITE = {
+    "bonus": "write the points to add, such as 2",
+    CORRECTED: "write the corrected log into the folder of the grades, and its name here",
+    FLAG: "write partners, copied or cleared, and under by who has decided it",
+    "reported": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
+}
+
+
 def _how_to_write(
     row: Mapping[str, str], what: str, points: Mapping[str, float], folder: Path
 ) -> str:
     """Say how to write a value of another kind than its word; "" if it can be used."""
     value = row["value"]
+    is_fine = True
+    how = _HOW_TO_WRITE.get(what, "")
     if what in (*points, "late"):
         most = points.get(what, points["total"])
-        if is_points(value, most):
-            return ""
+        is_fine = is_points(value, most)
         how = f"write a number of points from 0 to {most:g}"
-        return f"{how}; to change the total by a number, write it in a line bonus"
-    if what == "bonus" and read_number(value) is None:
-        return "write the points to add, such as 2"
-    if what == CORRECTED and not (folder / value).is_file():
-        return (
-            "write the corrected log into the folder of the grades, and its name here"
-        )
-    if what == FLAG and (value.casefold() not in VERDICTS or not row["by"]):
-        verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
-        return f"write {verdicts}, and under by who has decided it"
-    if what != "reported":
-        return ""
-    read = read_reported("inertia", value)
-    if read.fault not in ("unreadable", "wrong unit"):
-        return ""
-    return "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
+        how += "; to change the total by a number, write it in a line bonus"
+    elif what == "bonus":
+        is_fine = read_number(value) is not None
+    elif what == CORRECTED:
+        is_fine = (folder / value).is_file()
+    elif what == FLAG:
+        is_fine = value.casefold() in VERDICTS and bool(row["by"])
+    elif what == "reported":
+        fault = read_reported("inertia", value).fault
+        is_fine = fault not in ("unreadable", "wrong unit")
+    return "" if is_fine else how
 
 
 def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:

@@ -119,10 +119,7 @@ def judge_lateness(
     Only the marks and time stamps of the submission are used.
     """
     if rule is None:
-        words = "marked late" if submission.late else ""
-        if submission.late_seconds:
-            words = f"{duration_text(submission.late_seconds)} late"
-        return Lateness(submission.late_seconds, 0.0, words, False)
+        return _lateness_without_rule(submission)
     exception = _exception_for(submission, rule)
     if exception is not None and exception.waive:
         is_late = submission.late or submission.late_seconds
@@ -138,6 +135,14 @@ def judge_lateness(
     reached = (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until))
     lost = points_of(next(reached, rule.beyond), whole)
     return Lateness(seconds, lost, f"{words} late", False)
+
+
+def _lateness_without_rule(submission: Submission) -> Lateness:
+    """Return how late a submission is, for a rubric that deducts nothing."""
+    words = "marked late" if submission.late else ""
+    if submission.late_seconds:
+        words = f"{duration_text(submission.late_seconds)} late"
+    return Lateness(submission.late_seconds, 0.0, words, False)
 
 
 def _lateness_without_time(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import getitem
 from typing import Annotated, Any, TypeVar
@@ -85,9 +85,6 @@ def _explained(
     samples = samples_of(kind)
     what, _, field = message.rstrip("`").partition(" field `")
     key = field or next((one for one in path[::-1] if isinstance(one, str)), "")
-    how = getattr(kind, "HINT", "see how it is written: gyro grade --print-rubric full")
-    if samples.get(key):
-        how = f"write {key} = {' or '.join(map(json.dumps, samples[key]))}"
     if what == "Object contains unknown":
         # A key that is there already is not proposed: it would then be there twice.
         free = [one for one in samples if one not in value]
@@ -95,14 +92,27 @@ def _explained(
         fault = Diagnostic.named("rubric_key_unknown", key=field, hint=hint)
         return fault, (*path, field)
     if field:
+        how = _how(kind, key, samples)
         return Diagnostic.named("rubric_key_missing", key=field, how=how), path
-    if isinstance(value, str) and what.startswith("Invalid enum"):
-        words = samples[key]
-        how = nearest(value, words[0] if isinstance(words[0], list) else words)
+    how = _how(kind, key, samples, value if what.startswith("Invalid enum") else None)
     shown = json.dumps(value, default=str, ensure_ascii=False)
     return Diagnostic.named(
         "rubric_value_unusable", key=key, value=shown, hint=how
     ), path
+
+
+def _how(
+    kind: type, key: str, samples: Mapping[str, list[Any]], word: object = None
+) -> str:
+    """Say how to write a key, or which word is meant by another `word`."""
+    known = samples.get(key, [])
+    if isinstance(word, str):
+        return nearest(word, known[0] if isinstance(known[0], list) else known)
+    if known:
+        return f"write {key} = {' or '.join(map(json.dumps, known))}"
+    return getattr(
+        kind, "HINT", "see how it is written: gyro grade --print-rubric full"
+    )
 
 
 def _keys(place: str) -> Iterator[str | int]:

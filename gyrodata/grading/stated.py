@@ -175,6 +175,12 @@ def _typical(readings: Readings, quantity: str) -> float:
     return statistics.median(sizes) if sizes else {"g": G}.get(quantity, 1.0)
 
 
+def _is_part(turns: float, step: float) -> bool:
+    """Return whether people aim at a number of turns."""
+    rounding = 0.5 * step + 1e-6
+    return any(abs(turns - round(turns * n) / n) <= rounding for n in _PARTS)
+
+
 _PARTS = (12, 8, 10, 36)
 """Usual parts of a turn are multiples of one over these numbers."""
 
@@ -189,13 +195,9 @@ def unusual_turns(readings: Readings) -> str:
     if column is None:
         return ""
     whole = 2 * math.pi if column.role == "angle" else 1.0
-    unusual = []
-    for one in column.readings:
-        value = one.value or 0.0
-        turns = abs(value) / whole
-        rounding = 0.5 * (one.step or 0.0) / whole + 1e-6
-        if all(abs(turns - round(turns * n) / n) > rounding for n in _PARTS):
-            unusual.append(value)
+    values = [one or 0.0 for one in column.values]
+    known = zip(values, column.steps, strict=True)
+    unusual = [one for one, step in known if not _is_part(one / whole, step / whole)]
     repeated = [value for value in unusual if unusual.count(value) > 1]
     if 2 * len(repeated) < len(column.readings):
         return ""

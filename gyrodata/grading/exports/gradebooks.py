@@ -17,7 +17,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -297,8 +297,10 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
 
 def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
     """Return the column of the assignment that the user names, or the only one."""
-    matches = {at: _ASSIGNMENT.fullmatch(title) for at, title in enumerate(sheet.head)}
-    names = {at: (one[0], one[1], one[2]) for at, one in matches.items() if one}
+    names: dict[int, Sequence[str]] = {}
+    for at, title in enumerate(sheet.head):
+        if match := _ASSIGNMENT.fullmatch(title):
+            names[at] = match.group(0, 1, 2)
     chosen = list(names)
     asked = "not one assignment"
     if assignment is not None:
@@ -307,15 +309,13 @@ def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
         asked = f'not exactly one column "{assignment}"'
     if len(chosen) == 1:
         return chosen[0]
-    give = "give the number after its title with --assignment; or "
+    titles = listing([sheet.head[at] for at in names])
     raise InputError.named(
         "gradebook_column_unclear",
         sheet.name,
         name=sheet.name,
         asked=asked,
-        shown=listing([sheet.head[at] for at in names])
-        or "none with a number after its title",
-        give=give if names else "",
+        shown=titles or "none with a number after its title",
     )
 
 
@@ -346,18 +346,26 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
             "no_book_of_moodle", sheet.name, name=sheet.name, columns=told
         )
     top = numbers[-1]
-    places: dict[tuple[str, str], list[int]] = {}
-    for row, number in rows.items():
-        for value in {sheet.value(row, at).casefold() for at in range(2, top - 1)}:
-            places.setdefault(("group", value), []).append(row)
-        places.setdefault(("number", number), []).append(row)
     labels = {row: f"{sheet.value(row, 0)} ({sheet.value(row, 1)})" for row in rows}
     most = sheet.value(next(iter(rows)), top)
     # Dates may be in the last column instead.
     last = columns[-1]
-    has_comments = any(not text or text.startswith("<") for text in values[last])
+    has_comments = any(re.match("<|$", text) for text in values[last])
     comment = last if has_comments and last >= top + 2 else None
+    places = _groups_and_numbers(sheet, rows, top - 1)
     return _Layout("moodle", top - 1, most, labels, places, top, comment)
+
+
+def _groups_and_numbers(
+    sheet: Sheet, rows: Mapping[int, str], end: int
+) -> dict[tuple[str, str], list[int]]:
+    """Return the rows by the number of a participant, and by a group in any column."""
+    places: dict[tuple[str, str], list[int]] = {}
+    for row, number in rows.items():
+        for value in {sheet.value(row, at).casefold() for at in range(2, end)}:
+            places.setdefault(("group", value), []).append(row)
+        places.setdefault(("number", number), []).append(row)
+    return places
 
 
 # --- a CSV sheet in which only single cells may change ---

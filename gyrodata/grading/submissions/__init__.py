@@ -288,31 +288,33 @@ def submission_of(
 
     Also return notes on files left out. `about`: What a platform says about it.
     """
+    files, own = _files_handed_in(paths)
     first = paths[0]
-    if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
-        if len(paths) > 1:
-            raise Faults("").refuse("not_all_files", count=len(paths))
-        files = _without_reports(list_files(first))
-        own = {name: shown(name) for name in files.names}
-    else:
-        for path in paths:
-            if not path.is_file():
-                raise Faults("").refuse(
-                    "file_not_found",
-                    path=str(path),
-                    hint="check its name and its folder",
-                )
-        # An absolute name is found below any folder.
-        own = {str(path.resolve()): shown(path.name) for path in paths}
-        files = Listing(Path.cwd(), tuple(own))
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
     one = replace(one, **about)
-    parts = {"/": one} | {
-        name: replace(one, log_file=file) for name, file in own.items()
-    }
+    parts = {"/": one}
+    for name, file in own.items():
+        parts[name] = replace(one, log_file=file)
     made, choice = _choose(_joined(files.root, parts, "newest"))
     notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
+
+
+def _files_handed_in(paths: Sequence[Path]) -> tuple[Listing, dict[str, str]]:
+    """List files, or those of one folder or zip, with the names to be shown."""
+    is_whole = [path.is_dir() or path.suffix.lower() == ".zip" for path in paths]
+    if any(is_whole) and len(paths) > 1:
+        raise Faults("").refuse("not_all_files", count=len(paths))
+    for path in paths:
+        if not path.exists():
+            hint = "check its name and its folder"
+            raise Faults("").refuse("file_not_found", path=str(path), hint=hint)
+    if is_whole[0]:
+        files = _without_reports(list_files(paths[0]))
+        return files, {name: shown(name) for name in files.names}
+    # An absolute name is found below any folder.
+    own = {str(path.resolve()): shown(path.name) for path in paths}
+    return Listing(Path.cwd(), tuple(own)), own
 
 
 def _without_reports(files: Listing) -> Listing:

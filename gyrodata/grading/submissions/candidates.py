@@ -111,47 +111,49 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     for at, line in enumerate(lines):
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
         is_table = len(cells) > 1
-        if not any(map(_is_number, cells)):
-            if not set(line) <= set("-: |"):
-                titles = cells * is_table
-        elif is_table:
+        has_number = any(map(_is_number, cells))
+        if not has_number and not set(line) <= set("-: |"):
+            titles = cells * is_table
+        if has_number and is_table:
+            own = titles if is_run[at + 1] else _with_title_of_u(titles, cells)
             # A column of I_zz with a value for each run is not the answer.
-            if "inertia" in kinds_of(cells[0]):
-                cells = [*cells[1:], cells[0]]
             is_alone = is_run[at : at + 3] == [False, True, False]
-            u = "" if is_run[at + 1] else _untitled_u(titles, cells)
-            line = _row_as_prose(titles, cells, u, is_alone)
+            line = _row_as_prose(own, cells, is_alone)
         yield line
 
 
-def _untitled_u(titles: Sequence[str], cells: Sequence[str]) -> str:
-    """Return the second number, if it may be the uncertainty of the first; else ""."""
+def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:
+    """Add a title to the second of two numbers if it may be the uncertainty."""
     numbers = [cell for cell in cells if _is_number(cell)]
     if len(numbers) != 2 or any(map(_is_unsure, titles)):
-        return ""
+        return titles
     both = read_reported("inertia", f"{' ± '.join(numbers)} kg m^2")
-    is_small = 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
-    return numbers[1] if both.fault is None and is_small else ""
+    if both.fault is not None or not 0 < (both.u or 0) < 0.2 * abs(both.value or 0):
+        return titles
+    at = cells.index(numbers[1])
+    missing = [""] * (len(cells) - len(titles))
+    whole = [*missing, *titles]
+    return [*whole[:at], f"± {whole[at]}", *whole[at + 1 :]]
 
 
-def _row_as_prose(
-    titles: Sequence[str], cells: Sequence[str], u: str, is_alone: bool
-) -> str:
+def _row_as_prose(titles: Sequence[str], cells: Sequence[str], is_alone: bool) -> str:
     """Write the cells with the sign ± and with units.
 
-    `u`: A cell that is the uncertainty without a title. `is_alone`: Whether the row is
-    the only one of its table, which has titles.
+    `is_alone`: Whether the row is the only one of its table, which has titles.
     """
     # Titles are aligned on the right: the names of rows may have none.
     missing = [""] * (len(cells) - len(titles))
+    columns = list(zip([*missing, *titles], cells, strict=False))
+    if "inertia" in kinds_of(cells[0]):
+        columns = [*columns[1:], columns[0]]
     line = ""
-    for title, cell in zip([*missing, *titles], cells, strict=False):
-        is_number = _is_number(cell)
-        unit = "" if re.search(_UNIT, cell) else _unit_behind(title)
-        text = f"{cell} {unit}".rstrip() if is_number else cell
-        if is_number and line and (_is_unsure(title) or cell == u):
+    for title, cell in columns:
+        text = cell
+        if _is_number(cell) and not re.search(_UNIT, cell):
+            text = f"{cell} {_unit_behind(title)}".rstrip()
+        if line and _is_number(cell) and _is_unsure(title):
             line += f" ± {text}{' %' * ('%' in title)}"
-        elif not is_number and _is_blank_or_unit(cell):
+        elif _is_blank_or_unit(text) and not _is_number(cell):
             line += f" {text}"
         elif is_alone or re.search(SAYS["other"], title):
             line += f" | {title} = {text}"

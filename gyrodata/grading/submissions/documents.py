@@ -229,20 +229,20 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
     printed = []
     tags = []
     for cell in cells:
-        metadata = cell.get("metadata") or {}
-        hidden = metadata.get("jupyter") or {}
-        tags += metadata.get("tags") or ()
+        metadata = cell.get("metadata", {})
+        hidden = metadata.get("jupyter", {})
+        tags += metadata.get("tags", ())
         source = "".join(cell["source"])
         if cell.get("cell_type") == "markdown":
             source, _ = visible.page_seen(visible.markdown_seen(source))
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
             sources.append(source)
         if not hidden.get("outputs_hidden"):
-            texts = (one.get("text", []) for one in cell.get("outputs", []))
-            printed += ["".join(["\n", *text]) for text in texts]
+            printed += [one.get("text", []) for one in cell.get("outputs", [])]
     # "hide-input", "remove-cell", "remove_output"
     doubt = re.search("(?i)hid|remove|exclu", " ".join(map(str, tags))) is not None
-    return "\n".join([*sources, *printed]), doubt
+    outputs = ["".join(["\n", *text]) for text in printed]
+    return "\n".join([*sources, *outputs]), doubt
 
 
 def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:

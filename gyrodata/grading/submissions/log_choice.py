@@ -52,18 +52,20 @@ def choose_log(
         candidates = candidates or _with_endings(files, (*LOGS, *REPORTS))
         with_columns = _read_as_logs(candidates, read)
         chosen, how = _choose_by_content(with_columns, files, attempts)
-        rivals = {
-            name: own
-            for name, own in candidates.items()
-            if with_columns.get(name) or ending(own) not in TEXTS
+        others = {
+            name: own for name, own in candidates.items() if ending(own) not in TEXTS
         }
+        rivals = others | {
+            name: files[name] for name in with_columns if with_columns[name]
+        }
+    if not chosen:
+        return "", how
     with suppress(GyroError):
-        if chosen and not read(chosen):
+        if not read(chosen):
             return "", f"{files[chosen].rpartition('/')[2]} is empty"
-    aside = sorted(own for name, own in rivals.items() if name != chosen)
-    if not chosen or not aside:
-        return chosen, "" if chosen else how
-    return chosen, f"{files[chosen]} is {how}; left aside: {readings.listing(aside)}"
+    aside = sorted({*rivals.values()} - {files[chosen]})
+    words = f"{files[chosen]} is {how}; left aside: {readings.listing(aside)}"
+    return chosen, words * bool(aside)
 
 
 def _with_endings(files: Mapping[str, str], endings: Sequence[str]) -> dict[str, str]:

@@ -341,16 +341,13 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     ) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
         raise ValueError(f"this is not the metadata of an export: {why}") from None
-    matches = {
-        folder: re.fullmatch(r"submission_([0-9A-Za-z]+)", folder) for folder in entries
-    }
-    if not any(matches.values()):
+    about = {}
+    for folder, entry in entries.items():
+        if match := re.fullmatch(r"submission_([0-9A-Za-z]+)", folder):
+            about[folder] = entry.about(folder, match[1])
+    if not about:
         raise ValueError("it lists no submission")
-    return {
-        folder: entries[folder].about(folder, match[1])
-        for folder, match in matches.items()
-        if match
-    }
+    return about
 
 
 def read_live(data: bytes) -> dict[str, Any]:

@@ -330,7 +330,7 @@ def _decision(
 _HOW_TO_WRITE = {
     "bonus": "write the points to add, such as 2",
     CORRECTED: "write the corrected log into the folder of the grades, and its name here",
-    FLAG: "write partners, copied or cleared, and under by who has decided it",
+    FLAG: "write partners, copied or cleared; and write who has decided it, under by",
     "reported": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
 }
 
@@ -344,9 +344,13 @@ def _how_to_write(
     how = _HOW_TO_WRITE.get(what, "")
     if what in (*points, "late"):
         most = points.get(what, points["total"])
-        is_fine = is_points(value, most)
+        # "+2" means two points more.
+        has_sign = what != "late" and value.startswith(("+", "-"))
+        is_fine = is_points(value, most) and not has_sign
+        if has_sign:
+            number = value[:60].removeprefix("+")
+            how = f"to change the total by this number, write bonus,{number}"
         how = f"write a number of points from 0 to {most:g}"
-        how += "; to change the total by a number, write it in a line bonus"
     elif what == "bonus":
         is_fine = read_number(value) is not None
     elif what == CORRECTED:

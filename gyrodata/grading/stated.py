@@ -116,7 +116,7 @@ def _wide_lines(readings: Readings, bench: Mapping[str, Uncertainty]) -> list[st
         quantity = source
         if key in SHARED_UNCERTAINTIES and source in SOURCES:
             quantity = SOURCES[source].quantity
-        if not usual.allows(u, _typical(readings, quantity)):
+        if not usual.allows(u, *_typical(readings, quantity)):
             wide.append(_in_words(key, u, usual))
     return wide
 
@@ -167,22 +167,13 @@ def _words_of(u: Uncertainty, key: str) -> str:
     return " + ".join(parts)
 
 
-def _typical(readings: Readings, quantity: str) -> float:
-    """Return the size of a quantity in a log [SI unit]."""
+def _typical(readings: Readings, quantity: str) -> tuple[float, float]:
+    """Return the size of a quantity in a log, and u of its rounding [SI unit]."""
     column = readings.columns.get(quantity)
-    values = column.values if column is not None else ()
-    sizes = [abs(value) for value in values if value]
-    return statistics.median(sizes) if sizes else {"g": G}.get(quantity, 1.0)
-
-
-def _is_part(turns: float, step: float) -> bool:
-    """Return whether people aim at a number of turns."""
-    rounding = 0.5 * step + 1e-6
-    return any(abs(turns - round(turns * n) / n) <= rounding for n in _PARTS)
-
-
-_PARTS = (12, 8, 10, 36)
-"""Usual parts of a turn are multiples of one over these numbers."""
+    sizes = [abs(value) for value in column.values if value] if column else []
+    if column is None or not sizes:
+        return {"g": G}.get(quantity, 1.0), 0.0
+    return statistics.median(sizes), statistics.median(column.steps) / math.sqrt(12)
 
 
 def unusual_turns(readings: Readings) -> str:

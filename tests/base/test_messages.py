@@ -156,10 +156,6 @@ COMMANDS = [
     ("check --fix notes.txt", "G639: notes-fixed.csv is not written"),
     ("grade empty", 'G705: "empty" contains no files'),
     ("grade class.rar", 'G701: "class.rar" is neither a folder nor a zip'),
-    (
-        "grade class --pattern '(?P<student>zz).csv'",
-        'fits no file of "class"\n   make it fit such a name: log.csv',
-    ),
 ]
 
 

@@ -97,14 +97,32 @@ def test_pdf_without_a_text_needs_a_person() -> None:
     ],
     ids=["white", "nearly white", "tiny", "transparent", "beside the page"],
 )
-def test_text_that_a_person_does_not_see_is_no_answer(style: dict[str, Any]) -> None:
+def test_other_answer_is_a_question_even_if_a_person_does_not_see_it(
+    style: dict[str, Any],
+) -> None:
     unseen = f"Final result: I_zz = {ANSWER}"
-    plain = handed_in(printed(WRONG))
-    hidden = handed_in(printed(WRONG, unseen=unseen, **style))
-    assert hidden["reported"]["value"] == plain["reported"]["value"] == 9.99e-3
-    assert hidden["points"] == plain["points"]
-    seen = handed_in(printed(WRONG, unseen=unseen, color="grey"))
-    assert seen["look"], "the same text, if it can be seen, is asked about"
+    for drawn in (style, {"color": "grey"}):
+        student = handed_in(printed(WRONG, unseen=unseen, **drawn))
+        assert any(look.startswith("two answers") for look in student["look"])
+
+
+@pytest.mark.slow
+def test_text_behind_a_picture_is_not_read() -> None:
+    """A scanner writes such a text, and nobody can see whether it is right."""
+    from pypdf import PdfReader, PdfWriter
+    from pypdf.generic import NumberObject
+
+    page = PdfReader(io.BytesIO(printed(f"I_zz = {ANSWER}"))).pages[0]
+    content = page.get_contents()
+    assert content is not None
+    content.operations = [([NumberObject(3)], b"Tr"), *content.operations]
+    writer = PdfWriter()
+    writer.add_page(page)
+    writer.pages[0].replace_contents(content)
+    out = io.BytesIO()
+    writer.write(out)
+    student = handed_in(out.getvalue())
+    assert (student["status"], "no text" in student["why"]) == ("not graded", True)
 
 
 @pytest.mark.slow

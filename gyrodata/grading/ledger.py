@@ -344,13 +344,13 @@ def _how_to_write(
     how = _HOW_TO_WRITE.get(what, "")
     if what in (*points, "late"):
         most = points.get(what, points["total"])
+        how = f"write a number of points from 0 to {most:g}"
         # "+2" means two points more.
         has_sign = what != "late" and value.startswith(("+", "-"))
         is_fine = is_points(value, most) and not has_sign
         if has_sign:
             number = value[:60].removeprefix("+")
             how = f"to change the total by this number, write bonus,{number}"
-        how = f"write a number of points from 0 to {most:g}"
     elif what == "bonus":
         is_fine = read_number(value) is not None
     elif what == CORRECTED:

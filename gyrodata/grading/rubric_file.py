@@ -92,27 +92,24 @@ def _explained(
         fault = Diagnostic.named("rubric_key_unknown", key=field, hint=hint)
         return fault, (*path, field)
     if field:
-        how = _how(kind, key, samples)
+        how = _how(key, samples)
         return Diagnostic.named("rubric_key_missing", key=field, how=how), path
-    how = _how(kind, key, samples, value if what.startswith("Invalid enum") else None)
+    word = value if what.startswith("Invalid enum") else None
+    how = _how(key, samples, word) if place else getattr(kind, "HINT", "")
     shown = json.dumps(value, default=str, ensure_ascii=False)
     return Diagnostic.named(
         "rubric_value_unusable", key=key, value=shown, hint=how
     ), path
 
 
-def _how(
-    kind: type, key: str, samples: Mapping[str, list[Any]], word: object = None
-) -> str:
+def _how(key: str, samples: Mapping[str, list[Any]], word: object = None) -> str:
     """Say how to write a key, or which word is meant by another `word`."""
     known = samples.get(key, [])
     if isinstance(word, str):
         return nearest(word, known[0] if isinstance(known[0], list) else known)
     if known:
         return f"write {key} = {' or '.join(map(json.dumps, known))}"
-    return getattr(
-        kind, "HINT", "see how it is written: gyro grade --print-rubric full"
-    )
+    return "see how it is written: gyro grade --print-rubric full"
 
 
 def _keys(place: str) -> Iterator[str | int]:

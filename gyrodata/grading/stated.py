@@ -176,6 +176,16 @@ def _typical(readings: Readings, quantity: str) -> tuple[float, float]:
     return statistics.median(sizes), statistics.median(column.steps) / math.sqrt(12)
 
 
+_PARTS = (12, 8, 10, 36)
+"""Usual parts of a turn are multiples of one over these numbers."""
+
+
+def _is_part(turns: float, step: float) -> bool:
+    """Return whether people aim at a number of turns."""
+    rounding = 0.5 * step + 1e-6
+    return any(abs(turns - round(turns * n) / n) <= rounding for n in _PARTS)
+
+
 def unusual_turns(readings: Readings) -> str:
     """Say that most runs have a number of turns that nobody aims at, such as 0.8547.
 

@@ -78,10 +78,7 @@ def test_feedback_is_the_stored_text_and_the_page_agrees(name: str) -> None:
         for key, value in one.items()
         if key in ("src", "href")
     ]
-    assert [source.split(";")[0] for source in sources] == ["data:image/png"] * 2, (
-        "it needs no other file"
-    )
-    assert "a line" in [one.get("alt") for _, one in page.tags]
+    assert sources == [], "it needs no other file"
 
 
 def with_everywhere(text: str) -> Grade:

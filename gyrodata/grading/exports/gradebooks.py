@@ -338,8 +338,11 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     """
     columns = range(2, len(sheet.head))
     values = {at: {sheet.value(row, at) for row in rows} for at in columns}
-    equal = [at for at in columns if len(values[at]) == 1]
-    numbers = [at for at in equal if read_number(*values[at]) is not None]
+    numbers = [
+        at
+        for at, some in values.items()
+        if len(some) == 1 and read_number(*some) is not None
+    ]
     if not numbers:
         told = f"; its columns are: {listing(sheet.head)}"
         raise InputError.named(

@@ -148,9 +148,7 @@ def _row_as_prose(titles: Sequence[str], cells: Sequence[str], is_alone: bool) -
         columns = [*columns[1:], columns[0]]
     line = ""
     for title, cell in columns:
-        text = cell
-        if _is_number(cell) and not re.search(_UNIT, cell):
-            text = f"{cell} {_unit_behind(title)}".rstrip()
+        text = _with_unit(title, cell)
         if line and _is_number(cell) and _is_unsure(title):
             line += f" ± {text}{' %' * ('%' in title)}"
         elif _is_blank_or_unit(text) and not _is_number(cell):
@@ -160,6 +158,13 @@ def _row_as_prose(titles: Sequence[str], cells: Sequence[str], is_alone: bool) -
         else:
             line += f" | {text}"
     return line
+
+
+def _with_unit(title: str, cell: str) -> str:
+    """Write the unit of a title behind a number that has none."""
+    if not _is_number(cell) or re.search(_UNIT, cell):
+        return cell
+    return f"{cell} {_unit_behind(title)}".rstrip()
 
 
 def _is_blank_or_unit(cell: str) -> bool:

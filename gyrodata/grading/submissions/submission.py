@@ -197,7 +197,7 @@ class Submission(Struct, frozen=True, dict=True):
         """Return the value that the log or another text reports."""
         rows = name, self.log()
         if hides_cells(name, data):
-            # What nobody sees of a text is left out.
+            # A text leaves out whatever nobody sees.
             return read_answers(None, [*self.documents, rows])
         answers = read_answers(log, self.documents)
         if answers.inertia is not None:

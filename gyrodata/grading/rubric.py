@@ -331,7 +331,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         if zero[:2] != (name, opposite.split()[0]) or least > low or most < high:
             raise unfit(
                 "conditions_do_not_fit",
-                "full" if relation == "outside" else "zero",
+                "full",
                 zero=self.zero,
                 full=self.full,
                 name=name,

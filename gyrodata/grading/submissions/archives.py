@@ -124,7 +124,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     ``//`` follows a zip in the class. Raises InputError.
     """
     try:
-        with _open_file(root, name) as file:
+        with open_file(root, name) as file:
             data = file.read(most + 1)
         if len(data) <= most:
             return data
@@ -143,7 +143,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
 
 
-def _open_file(root: Path, name: str) -> IO[bytes]:
+def open_file(root: Path, name: str) -> IO[bytes]:
     """Open a file of a class, or one in a zip; raise OSError if it cannot be read."""
     outer, _, inner = name.rpartition("//")
     plain = root / name

@@ -68,8 +68,10 @@ class Usual(Struct, frozen=True):
         It is the uncertainty of a value that was rounded with the uncertainty
         `rounding`.
         """
-        most = OVER_USUAL * (self.u.at(value) + rounding)
-        if self.of_bench is not None:
+        most = self.u.at(value) + rounding
+        if self.of_bench is None:
+            most *= OVER_USUAL
+        else:
             most = max(most, OVER_BENCH * self.of_bench.at(value))
         return stated.at(value) <= most
 

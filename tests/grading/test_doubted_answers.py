@@ -16,6 +16,7 @@ from grading.test_own_grade import (
     STUDENT,
     TITLES,
     WRONG,
+    packed,
     page,
     word,
 )
@@ -56,6 +57,15 @@ PAGES = {
 def notebook(tag: str) -> str:
     cell = {"cell_type": "code", "source": [f"# {RIGHT}"], "outputs": []}
     return json.dumps({"cells": [{**cell, "metadata": {"tags": [tag]}}]})
+
+
+def styled_word(properties: str) -> bytes:
+    """Write a Word file whose only answer has a style of its own."""
+    style = f'<w:style w:styleId="S1"><w:rPr>{properties}</w:rPr></w:style>'
+    styles = f'<w:styles xmlns:w="w">{style}</w:styles>'
+    run = f'<w:r><w:rPr><w:rStyle w:val="S1"/></w:rPr><w:t>{RIGHT}</w:t></w:r>'
+    document = f'<w:document xmlns:w="w"><w:body><w:p>{run}</w:p></w:body></w:document>'
+    return packed(word__document_xml=document, word__styles_xml=styles)
 
 
 def report_book(hide: Callable[[Any], None]) -> bytes:
@@ -106,7 +116,10 @@ DOUBTED: dict[str, tuple[str, str | bytes]] = {
         f"ipynb, {tag}": ("report.ipynb", notebook(tag))
         for tag in ("hide-input", "remove-cell", "hide_cell")
     },
+    "docx, style hides": ("report.docx", styled_word("<w:vanish/>")),
+    "docx, style is tiny": ("report.docx", styled_word('<w:sz w:val="2"/>')),
     "docx, light": ("report.docx", word('<w:color w:val="F7F7F7"/>')),
+    "md, above": ("report.md", f'---\ntitle: "{RIGHT}"\n---\n\nOur report.\n'),
     "tex, white": ("report.tex", f"Our report.\n\n\\color{{white}}\n{RIGHT}\n"),
     "tex, size": ("report.tex", f"{{\\fontsize{{1}}{{1}}\\selectfont {RIGHT}}}\n"),
     **{

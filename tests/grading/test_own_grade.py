@@ -247,6 +247,7 @@ SEEN = {
         "report.html",
         page(RIGHT, "<style>@media print { p, body { display: none } }</style>"),
     ),
+    "hidden before": ("report.html", page(f"<p hidden>no<p>{RIGHT}</p>")),
     "word, white on a shade": (
         "report.docx",
         word('<w:color w:val="FFFFFF"/><w:shd w:fill="000000"/>'),

@@ -97,13 +97,40 @@ def test_pdf_without_a_text_needs_a_person() -> None:
     ],
     ids=["white", "nearly white", "tiny", "transparent", "beside the page"],
 )
-def test_other_answer_is_a_question_even_if_a_person_does_not_see_it(
+def test_text_that_a_person_does_not_see_is_no_answer(style: dict[str, Any]) -> None:
+    unseen = f"Final result: I_zz = {ANSWER}"
+    plain = handed_in(printed(WRONG))
+    hidden = handed_in(printed(WRONG, unseen=unseen, **style))
+    assert hidden["reported"]["value"] == plain["reported"]["value"] == 9.99e-3
+    assert hidden["points"] == plain["points"]
+    assert any("text that nobody sees" in look for look in hidden["look"])
+    seen = handed_in(printed(WRONG, unseen=unseen, color="grey"))
+    assert seen["look"], "the same text, if it can be seen, is asked about"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "style", [{"color": "white"}, {"fontsize": 0.5}, {"alpha": 0.01}]
+)
+def test_only_answer_that_nobody_sees_has_no_effect_and_is_told(
     style: dict[str, Any],
 ) -> None:
-    unseen = f"Final result: I_zz = {ANSWER}"
-    for drawn in (style, {"color": "grey"}):
-        student = handed_in(printed(WRONG, unseen=unseen, **drawn))
-        assert any(look.startswith("two answers") for look in student["look"])
+    plain = handed_in(printed("Our report."))
+    hidden = handed_in(printed("Our report.", unseen=f"I_zz = {ANSWER}", **style))
+    assert hidden["reported"] == plain["reported"]
+    assert hidden["points"] == plain["points"]
+    new = [look for look in hidden["look"] if look not in plain["look"]]
+    (question,) = new
+    assert question.startswith("report.pdf contains text that nobody sees")
+
+
+@pytest.mark.slow
+def test_unseen_text_beside_an_answer_of_the_log_is_told() -> None:
+    log = f"# reported_inertia: {ANSWER}\n{LOG}"
+    report = printed("Our report.", unseen=WRONG, color="white")
+    student = handed_in(report, log)
+    assert student["points"] == handed_in(printed("Our report."), log)["points"]
+    assert any("text that nobody sees" in look for look in student["look"])
 
 
 @pytest.mark.slow

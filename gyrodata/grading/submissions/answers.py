@@ -67,6 +67,7 @@ def read_answers(
         log = None
     remarks = [Document(log.name, _remarks(log))] if log is not None else []
     texts = [find_candidates(one) for one in (*remarks, *documents)]
+    cuts = tuple(text.cut for text in texts if text.cut)
     values = [one for text in texts for one in text.values]
     named = [one for one in values if not one.compared]
     unread = _unread(documents, has_answer=bool(log or named))
@@ -76,8 +77,8 @@ def read_answers(
     elif named:
         chosen, answers = _best(named)
     else:
-        return Answers(unread=unread)
-    questions = [*(text.cut for text in texts), _doubt(chosen, named)]
+        return Answers(questions=cuts, unread=unread)
+    questions = [*cuts, _doubt(chosen, named)]
     if answers.inertia and answers.inertia.fault != "given twice":
         # A word of a comparison does not make another answer harmless.
         questions.append(_disagrees(chosen, answers.file, values))

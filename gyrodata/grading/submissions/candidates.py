@@ -24,6 +24,7 @@ from gyrodata.grading.submissions.documents import (
     SAYS,
     Document,
 )
+from gyrodata.grading.submissions.visible import HAS_UNIT
 from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Reported, read_reported
@@ -76,9 +77,13 @@ def find_candidates(document: Document) -> Text:
         *(line[LONGEST_LINE:] for line in document.lines[:end]),
         *(text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
     ]
-    if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
+    if len(values) > _MOST_VALUES or any(map(HAS_UNIT.search, unread)):
+        why = "is too long"
+    elif any(map(HAS_UNIT.search, document.unseen)):
+        why = "contains text that nobody sees"
+    else:
         return Text(values)
-    cut = f"{document.name} is too long: a part of it is not read"
+    cut = f"{document.name} {why}: a part of it is not read"
     cut += ", and may have another answer"
     return Text(values[:_MOST_VALUES], cut)
 
@@ -203,11 +208,6 @@ def _unit_behind(text: str) -> str:
 
 _IN_BRACKETS = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
-_HAS_UNIT = re.compile(
-    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
-    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
-)
-"""A unit of I_zz in a text that is not read."""
 _OTHER_UNIT = (
     r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"
     r"|\*\*)?[\d²³]?){1,3}"

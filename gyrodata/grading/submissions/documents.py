@@ -9,14 +9,12 @@ from __future__ import annotations
 import csv
 import html
 import io
-import logging
 import re
 import tomllib
 import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +25,7 @@ from gyrodata import readings
 from gyrodata.base.errors import GyroError
 from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.archives import PDF, TABLES, WORKBOOKS, ending
+from gyrodata.grading.submissions.portable import pdf_lines
 from gyrodata.readings import workbook
 
 _WORDS = tomllib.loads(
@@ -48,13 +47,21 @@ class Document(Struct, frozen=True):
     name: str  # to be shown
     lines: Sequence[str] = ()  # of plain text; the cells of a table are separated by |
     doubt: bool = False  # whether a person may not see a part of it
+    unseen: Sequence[str] = ()  # lines that nobody sees, which are not read
     problem: str = ""  # why it cannot be read; or ""
 
 
 def read_document(name: str, data: bytes) -> Document:
     """Read a file as lines of plain text; never raises."""
+    unseen: list[str] = []
     try:
-        lines, doubt = _read_lines(name, data)
+        if ending(name) == PDF:
+            doubt = False
+            lines, unseen = pdf_lines(data)
+            if not any(map(str.strip, lines)):
+                raise ValueError(NO_TEXT)
+        else:
+            lines, doubt = _read_lines(name, data)
     except GyroError as error:
         return Document(name, problem=error.diagnostics[0].message)
     except RecursionError:
@@ -65,9 +72,8 @@ def read_document(name: str, data: bytes) -> Document:
         why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
-    return Document(
-        name, [without_marks(visible.line_seen(one)) for one in lines], doubt
-    )
+    plain = [without_marks(visible.line_seen(one)) for one in lines]
+    return Document(name, plain, doubt, unseen)
 
 
 def without_marks(line: str) -> str:
@@ -101,14 +107,13 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
         shown = [one for one in workbook.read_sheets(data) if not one.is_hidden]
         lines = [line for sheet in shown for line in _rows_of(sheet)]
         return lines, any(map(workbook.unseen_cells, shown))
-    if kind == PDF:
-        return _pdf_lines(data), False
     text, doubt = _text_of(name, data, kind)
     text = _without_struck(text, kind)
     if kind in TABLES:
         return in_cells(readings.lablog.split_lines(text)), doubt
     text = visible.text_seen(text)
     if kind == ".md":
+        doubt = visible.has_answer_above(text)
         text = visible.markdown_seen(text)
     if kind not in _PAGES:
         doubt = doubt or visible.may_be_unseen(text)
@@ -116,47 +121,43 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
     return readings.lablog.split_lines(text), doubt or is_hiding
 
 
-_MOST_PAGES = 100
-_INVISIBLE = 3  # a mode in which letters are not painted
-
-
-def _pdf_lines(data: bytes) -> list[str]:
-    """Return the lines of a PDF, but for pages with text that is not painted.
-
-    A scanner adds such text behind a picture: nobody can see whether it is right.
-    """
-    from pypdf import PdfReader
-
-    logging.getLogger("pypdf").setLevel(logging.CRITICAL)
-    lines = []
-    try:
-        for page in islice(PdfReader(io.BytesIO(data)).pages, _MOST_PAGES):
-            content = page.get_contents()
-            modes = content.operations if content is not None else ()
-            if ([_INVISIBLE], b"Tr") not in modes:
-                lines += page.extract_text(extraction_mode="layout").splitlines()
-    except Exception as error:
-        # pypdf raises errors of many kinds for a file that is damaged on purpose.
-        raise ValueError(f"{type(error).__name__}: {error}") from None
-    if not any(map(str.strip, lines)):
-        raise ValueError(NO_TEXT)
-    return lines
-
-
 def _text_of(name: str, data: bytes, kind: str) -> tuple[str, bool]:
     """Return a file as text, still with its markup, and whether cells are hidden."""
     if kind == ".odt":
         raise ValueError(NOT_READ)
     if kind == WORD and data.startswith(b"PK"):
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            part = archive.open("word/document.xml").read(readings.MAX_BYTES)
-        return re.sub(r">\s+<", "><", part.decode("utf-8", "replace")), False
+        return _text_of_word(data)
     text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
         return _json_as_lines(text), False
     if kind == ".ipynb":
         return _notebook_text(msgspec.json.decode(text)["cells"])
     return text, False
+
+
+def _text_of_word(data: bytes) -> tuple[str, bool]:
+    """Return the XML of Word with the styles that it uses.
+
+    Also return whether such a style hides text.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        text = _part(archive, "word/document.xml")
+        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
+    names = re.findall(r'<w:(?:[pr]Style|basedOn)\s+w:val="([^"]*)"', text + styles)
+    used = ""
+    for style in re.split(r"(?=<w:style\b)", styles):
+        if not {*re.findall(r'w:styleId="([^"]*)"', style)}.isdisjoint(names):
+            used += style
+    hides = re.search('<w:vanish(?: w:val="(?:true|on|1)")?\\s*/>', used)
+    return text + used, hides is not None
+
+
+_STYLES = "word/styles.xml"
+
+
+def _part(archive: zipfile.ZipFile, name: str) -> str:
+    text = archive.open(name).read(readings.MAX_BYTES).decode("utf-8", "replace")
+    return re.sub(r">\s+<", "><", text)
 
 
 def _json_as_lines(text: str) -> str:

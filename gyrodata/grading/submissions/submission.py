@@ -202,7 +202,9 @@ class Submission(Struct, frozen=True, dict=True):
         answers = read_answers(log, self.documents)
         if answers.inertia is not None:
             return answers
-        return replace(read_answers(None, [rows]), unread=answers.unread)
+        in_rows = read_answers(None, [rows])
+        questions = (*answers.questions, *in_rows.questions)
+        return replace(in_rows, unread=answers.unread, questions=questions)
 
     @property
     def beside_log(self) -> list[str]:

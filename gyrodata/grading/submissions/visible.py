@@ -16,6 +16,9 @@ _NO_TEXT = frozenset(
 """Elements whose text nobody sees."""
 _NO_END = "area base br col embed hr img input link meta param source track wbr"
 _WITHOUT_END = frozenset(_NO_END.split())
+_BLOCKS = "p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote"
+_PARAGRAPHS = frozenset(_BLOCKS.split())
+"""Elements that end a paragraph."""
 _HIDES = re.compile(
     r"display:none|visibility:(?:hidden|collapse)|opacity:0(?!\.?\d*[1-9])"
     r"|font-size:[0-2](?:\.\d*)?(?:px|pt|[;}]|$)"
@@ -86,6 +89,8 @@ class _Seen(HTMLParser):
         """The open elements, and whether each is hidden."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag in _PARAGRAPHS and self.open[-1][0] == "p":
+            self.open.pop()
         self.written.append(f"<{tag}>")
         if tag in _WITHOUT_END:
             return
@@ -153,13 +158,23 @@ _LINK = re.compile(
 )
 """A definition of a link in Markdown, which is not shown: ``[//]: # (a remark)``."""
 _FRONT = re.compile(r"(?s)\A---[ \t]*\n.*?\n(?:---|\.\.\.)[ \t]*(?=\n|\Z)")
-"""Lines about a page of Markdown, above it, which are not shown."""
+"""Lines about a page of Markdown, above it, which may not be shown."""
+HAS_UNIT = re.compile(
+    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
+    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
+)
+"""A unit of I_zz in a text that is not read."""
 
 
 def markdown_seen(text: str) -> str:
-    """Return Markdown without what is said about the page, and without links."""
-    text = _FRONT.sub(lambda found: "\n" * found[0].count("\n"), text)
+    """Return Markdown without definitions of links."""
     return _LINK.sub("", text)
+
+
+def has_answer_above(text: str) -> bool:
+    """Return whether lines above a page of Markdown may contain an answer."""
+    front = _FRONT.match(text)
+    return front is not None and HAS_UNIT.search(front[0]) is not None
 
 
 WIDE = re.compile(r"[ \t\u00a0\u2000-\u200a\u3000]{200}")

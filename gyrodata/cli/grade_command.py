@@ -205,7 +205,7 @@ def _write(
     from gyrodata.grading import output
 
     written = list(output.write_results(grades, folder, filled))
-    output.write_feedback(grades, folder)
+    tell(*output.write_feedback(grades, folder))
     if not quiet:
         tell(*written)
 

@@ -468,7 +468,8 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
     """
     text = repr((item.digest, item.name, sorted(item.ids.items()), item.members))
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
-    about = {"submission": digest, "rubric": rubric.digest}
+    # The rubric without its references is compared first.
+    about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
     return {**about, "desk": reported, "tool": __version__}
 
 

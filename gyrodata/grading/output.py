@@ -161,16 +161,17 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     return names
 
 
-def write_feedback(found: ClassGrades, folder: Path) -> None:
+def write_feedback(found: ClassGrades, folder: Path) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
     A page that a person has changed, and one of a student who is no longer in the
-    class, is kept in `PUBLISHED`.
+    class, is kept in `PUBLISHED`: a line is returned about each.
     """
     names = feedback_names(found)
     archived = _read_archive(folder / ARCHIVE)
     # The digest of each page's content, which is also its comment in the zip.
     digests: dict[str, bytes] = {}
+    kept: list[str] = []
     for grade in found.grades:
         content = repr((__version__, encode(grade))).encode()
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
@@ -182,13 +183,14 @@ def write_feedback(found: ClassGrades, folder: Path) -> None:
             path = folder / FEEDBACK / page
             checksum, _ = archived.get(page, (None, b""))
             if path.exists() and zlib.crc32(path.read_bytes()) != checksum:
-                _keep(folder, page, data)
+                kept += _keep(folder, page, "was changed by hand; what it was", data)
             write_whole(path, [data], private=True)
     for page in archived.keys() - digests.keys():
-        _keep(folder, page)
+        kept += _keep(folder, page, "is of nobody in this class: it")
         (folder / FEEDBACK / page).unlink(missing_ok=True)
     if digests != {page: comment for page, (_, comment) in archived.items()}:
         _write_archive(folder, digests)
+    return sorted(kept)
 
 
 def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
@@ -236,14 +238,19 @@ def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
             archive.writestr(entry, data, zipfile.ZIP_DEFLATED, compresslevel=1)
 
 
-def _keep(folder: Path, page: str, new: bytes = b"") -> None:
-    """Keep a page that gets other contents, or is removed, below `PUBLISHED`."""
+def _keep(folder: Path, page: str, why: str, new: bytes = b"") -> list[str]:
+    """Keep a page that gets other contents, or is removed, below `PUBLISHED`.
+
+    Return a line about it.
+    """
     path = folder / FEEDBACK / page
     old = path.read_bytes() if path.exists() else new
-    if old != new:
-        kept = folder / PUBLISHED / FEEDBACK / page
-        name = f"{kept.stem}-{_digest(old)}"
-        write_whole(kept.with_stem(name), [old], private=True, sync=True)
+    if old == new:
+        return []
+    kept = Path(PUBLISHED, FEEDBACK, page)
+    kept = kept.with_stem(f"{kept.stem}-{_digest(old)}")
+    write_whole(folder / kept, [old], private=True, sync=True)
+    return [f"{FEEDBACK}/{page} {why} is kept as {kept.as_posix()}"]
 
 
 # --- what a run says ---

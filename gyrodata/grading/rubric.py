@@ -424,13 +424,21 @@ class Rubric(_Table, frozen=True, dict=True):
         """True if the reference is taken from the class."""
         return "from" in (self.reference or {})
 
+    def _hash(self, *left_out: str) -> str:
+        content = to_builtins(self, builtin_types=(dt.datetime,))
+        content = {key: value for key, value in content.items() if key not in left_out}
+        text = json.dumps(content, sort_keys=True, default=dt.datetime.isoformat)
+        return hashlib.sha256(text.encode()).hexdigest()
+
     @cached_property
     def digest(self) -> str:
         """Hash of all that can change a grade: not of remarks and spaces."""
-        content = to_builtins(self, builtin_types=(dt.datetime,))
-        del content["name"]
-        text = json.dumps(content, sort_keys=True, default=dt.datetime.isoformat)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return self._hash("name")
+
+    @cached_property
+    def judged(self) -> str:
+        """Digest without the references, which only the whole class uses."""
+        return self._hash("name", "reference")
 
 
 BUILT_IN = ("simple", "full", "manual")

@@ -138,7 +138,7 @@ def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> No
         '[reference]\nfrom = "class"',
         '[reference.all]\ninertia="4.4e-3 kg m^2"\nu="1 %"',
     )
-    assert again(stated) == [f"graded 4 (the rubric changed): {every}"]
+    assert again(stated) == [f"graded 4 (the reference changed): {every}"]
     again()
     journal = tmp_path / "grades" / "journal.ndjson"
     grades = journal.read_text(encoding="utf-8")

@@ -100,7 +100,11 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
             None,
             "no log: only a.png, b.txt",
         ),
-        ({"a.xlsx": "PK\3\4"}, "a.xlsx", None),
+        (
+            {"a.xlsx": "PK\3\4"},
+            None,
+            "a.xlsx is damaged, such as a file that was not uploaded to its end; hand it in again",
+        ),
         ({"lab.csv": ""}, None, "lab.csv is empty"),
         ({"lab.rar": "x"}, None, "no log: only lab.rar"),
         ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Literal
@@ -16,6 +18,7 @@ from gyrodata.grading.submissions.archives import (
     SHEETS,
     TABLES,
     TEXTS,
+    WORKBOOKS,
     ending,
     place_of,
 )
@@ -25,6 +28,7 @@ Attempts = Literal["newest", "oldest"]
 
 NO_LOG = ("no log", "no files")
 """First words of a note if there is no file that may be a log."""
+_CUT = "is damaged, such as a file that was not uploaded to its end"
 
 
 def choose_log(
@@ -61,8 +65,12 @@ def choose_log(
     if not chosen:
         return "", how
     with suppress(GyroError):
-        if not read(chosen):
-            return "", f"{files[chosen].rpartition('/')[2]} is empty"
+        file = files[chosen].rpartition("/")[2]
+        data = read(chosen)
+        if not data:
+            return "", f"{file} is empty"
+        if ending(file) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
+            return "", f"{file} {_CUT}; hand it in again"
     aside = sorted({*rivals.values()} - {files[chosen]})
     words = f"{files[chosen]} is {how}; left aside: {readings.listing(aside)}"
     return chosen, words * bool(aside)

@@ -21,11 +21,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
+from os.path import commonprefix
 from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.base.errors import printable, shown
 from gyrodata.grading.submissions.archives import LOGS, Listing, ending
@@ -105,6 +107,8 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
             for name, rest in inner.items()
         }
         if lms == "auto" or any(named.values()):
+            if platform == "blackboard":
+                named = _with_user_names(named)
             return platform, named
     if lms in NAMED:
         return lms, dict.fromkeys(files.names)
@@ -207,6 +211,23 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
         log_file=groups.get("file"),
         feedback_stem=printable(groups.get("stem") or stem),
     )
+
+
+def _with_user_names(named: Named) -> Named:
+    """Call each student of Blackboard by the user name, which may contain a ``_``.
+
+    It follows the name of the assignment, with which all files begin.
+    """
+    owners = {part.student for part in named.values() if part}
+    # These are not paths, but names whose beginning is equal.
+    shared = commonprefix([*owners]) if len(owners) > 1 else ""  # noqa: RUF071
+    at = shared.rfind("_") + 1
+    for name, part in named.items():
+        if part is not None:
+            user = part.student[at:] if at else part.name
+            ids = {"username": user}
+            named[name] = replace(part, student=user, name=user, ids=ids)
+    return named
 
 
 def _time_of_stamp(stamp: str) -> str | None:

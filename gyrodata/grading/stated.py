@@ -129,10 +129,14 @@ def _wide_columns(readings: Readings, bench: Mapping[str, Uncertainty]) -> list[
     for role, column in readings.columns.items():
         source = _LIKE.get(role) or ("spin" if role.startswith("spin") else role)
         usual = _usual(source, role, stated_u(role, bench))
+        turns = readings.columns.get("turns") if role == "precession_period" else None
         for run, u in column.stated:
             value = column.values[run]
             rounding = column.steps[run] / math.sqrt(12)
-            if value is not None and not usual.allows(u, value, rounding):
+            # The time of a run was divided by its turns, and so was its uncertainty.
+            count = (turns.values[run] if turns else None) or 1.0
+            divided = Uncertainty(u.absolute * count, u.relative)
+            if value is not None and not usual.allows(divided, value, rounding):
                 wide[role] = _in_words(role, u, usual)
     return list(wide.values())
 
@@ -178,14 +182,17 @@ def _typical(readings: Readings, quantity: str) -> tuple[float, float]:
     return statistics.median(sizes), statistics.median(column.steps) / math.sqrt(12)
 
 
-_PARTS = (12, 8, 10, 36)
+_PARTS = (12, 8, 10)
 """Usual parts of a turn are multiples of one over these numbers."""
+_SMALL_PARTS, _SMALL = 36, 0.25
+"""Multiples of 10° are usual below a quarter of a turn, and in a column of angles."""
 
 
-def _is_part(turns: float, step: float) -> bool:
-    """Return whether people aim at a number of turns."""
+def _is_part(turns: float, step: float, has_small: bool) -> bool:
+    """Return whether people aim at a number of turns, or at such a part of one."""
     rounding = 0.5 * step + 1e-6
-    return any(abs(turns - round(turns * n) / n) <= rounding for n in _PARTS)
+    parts = (*_PARTS, _SMALL_PARTS) if has_small or abs(turns) < _SMALL else _PARTS
+    return any(abs(turns - round(turns * n) / n) <= rounding for n in parts)
 
 
 def unusual_turns(readings: Readings) -> str:
@@ -197,10 +204,14 @@ def unusual_turns(readings: Readings) -> str:
     column = readings.columns.get("turns") or readings.columns.get("angle")
     if column is None:
         return ""
-    whole = 2 * math.pi if column.role == "angle" else 1.0
+    is_angle = column.role == "angle"
+    whole = 2 * math.pi if is_angle else 1.0
     values = [one or 0.0 for one in column.values]
-    known = zip(values, column.steps, strict=True)
-    unusual = [one for one, step in known if not _is_part(one / whole, step / whole)]
+    unusual = [
+        value
+        for value, step in zip(values, column.steps, strict=True)
+        if not _is_part(value / whole, step / whole, is_angle)
+    ]
     repeated = [value for value in unusual if unusual.count(value) > 1]
     if 2 * len(repeated) < len(column.readings):
         return ""

@@ -126,7 +126,9 @@ MARKDOWN = {
 WORDS = {
     **{tag: word(f"<w:{tag}/>") for tag in ("vanish",)},
     "white": word('<w:color w:val="FFFFFF"/>'),
+    "nearly white": word('<w:color w:val="FEFEFE"/>'),
     "small": word('<w:sz w:val="2"/>'),
+    "narrow": word('<w:w w:val="1"/>'),
     "deleted": word("", around="<w:del>{}</w:del>"),
 }
 UNSEEN: dict[str, tuple[str, str | bytes]] = {

@@ -70,8 +70,10 @@ _IDS = (
     "moodle",
     "canvas",
     "canvas_anonymous",
+    "username",
     "brightspace",
     "gradescope",
+    "email",
 )
 
 _NO_SUBMISSION = (

@@ -51,10 +51,11 @@ _BACKGROUND = re.compile(
 )
 _IN_PRINT = re.compile(r"@media\s+print\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _TINY = re.compile(
-    r"<w:szw:val=\"(?:\d|10)\"|fontsize\{[0-4](?:\.\d*)?\D|scalebox\{0"
+    r"<w:(?:sz|w)w:val=\"(?:\d|10)\"|fontsize\{[0-4](?:\.\d*)?\D|scalebox\{0"
     r"|setbox|sbox|savebox|begin\{lrbox"
+    r"|\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)\{"
 )
-"""Letters of Word or LaTeX that nobody reads, and boxes that may not be printed."""
+"""Letters of Word or LaTeX that nobody reads, and what may not be printed."""
 
 
 def may_be_unseen(text: str, styles: str = "") -> bool:
@@ -139,7 +140,7 @@ _NOT_TYPESET = re.compile(
 _IN_WHITE = re.compile(
     r"\\textcolor\s*\{white\}\s*\{[^{}]*\}"
     r"|(?s:<w:r(?:\s[^<>]*)?>\s*<w:rPr>(?:(?!</w:r>).)*?"
-    r"<w:(?:color w:val=\"[Ff]{6}|sz w:val=\"[0-4])\".*?</w:r>)"
+    r"<w:(?:color w:val=\"(?:[Ff][C-Fc-f]){3}|(?:sz|w) w:val=\"[0-4])\".*?</w:r>)"
 )
 """White text of LaTeX and Word, and letters of Word that nobody can read."""
 

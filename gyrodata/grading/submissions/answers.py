@@ -67,8 +67,8 @@ def read_answers(
         log = None
     remarks = [Document(log.name, _remarks(log))] if log is not None else []
     texts = [find_candidates(one) for one in (*remarks, *documents)]
-    cuts = tuple(text.cut for text in texts if text.cut)
-    values = [one for text in texts for one in text.values]
+    cuts = tuple(filter(None, (text.cut for text in texts)))
+    values = [*chain.from_iterable(text.values for text in texts)]
     named = [one for one in values if not one.compared]
     unread = _unread(documents, has_answer=bool(log or named))
     if log is not None:

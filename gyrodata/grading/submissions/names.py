@@ -109,9 +109,7 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
             for name, rest in inner.items()
         }
         if lms == "auto" or any(named.values()):
-            if platform == "blackboard":
-                named = _with_user_names(named)
-            return platform, named
+            return platform, _with_user_names(platform, named)
     if lms in NAMED:
         return lms, dict.fromkeys(files.names)
     return "folder", _name_by_folders(files, outer)
@@ -215,11 +213,13 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     )
 
 
-def _with_user_names(named: Named) -> Named:
+def _with_user_names(platform: str, named: Named) -> Named:
     """Call each student of Blackboard by the user name, which may contain a ``_``.
 
     It follows the name of the assignment, with which all files begin.
     """
+    if platform != "blackboard":
+        return named
     owners = {part.student for part in named.values() if part}
     # These are not paths, but names whose beginning is equal.
     shared = commonprefix([*owners]) if len(owners) > 1 else ""  # noqa: RUF071

@@ -48,7 +48,6 @@ def grade(
         Literal["simple", "full", "manual"] | None, Option("--print-rubric")
     ] = None,
     lms: Annotated[Platform, Option("--lms", metavar="PLATFORM")] = "auto",
-    pattern: Annotated[str | None, Option("--pattern", metavar="REGEX")] = None,
     attempts: Annotated[Literal["newest", "oldest"], Option("--attempts")] = "newest",
     out: Annotated[Path | None, Option("--out", "-o", metavar="DIR")] = None,
     workers: Annotated[int | None, Option("--workers", min=0, max=256)] = None,
@@ -57,7 +56,6 @@ def grade(
     gradebook: Annotated[Path | None, Option("--gradebook", metavar="FILE")] = None,
     assignment: Annotated[str | None, Option("--assignment", metavar="TITLE")] = None,
     gradescope: Annotated[Path | None, Option("--gradescope", metavar="DIR")] = None,
-    figures: Annotated[bool, Option("--figures")] = False,
     roster: Annotated[Path | None, Option("--roster", metavar="FILE")] = None,
     previous: Annotated[list[Path] | None, Option("--previous", metavar="DIR")] = None,
     dry_run: Annotated[bool, Option("--dry-run")] = False,
@@ -87,14 +85,13 @@ def grade(
         return
     if path is None:
         refuse("nothing_to_grade")
-    needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
-    folder = _folder(path, out, form, dry_run, needed)
+    folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
     from gyrodata.grading import classroom, output, submissions
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
 
     judged = read_rubric(*_rubric(rubric))
-    found = submissions.list_submissions(path.absolute(), lms, pattern, attempts)
+    found = submissions.list_submissions(path.absolute(), lms, attempts)
     book = _read_gradebook(gradebook, assignment, found, judged)
     people = _read_roster(roster or gradebook, found)
     # Decisions are used too if the grades are only printed.
@@ -108,7 +105,6 @@ def grade(
         cluster=_executor_of(cluster) if cluster else None,
         journal=None if folder is None else folder / classroom.JOURNAL,
         keep=not dry_run,
-        figures=target / output.FIGURES if target is not None and figures else None,
         progress=None if quiet else progress_bar(len(found.items), "graded "),
     )
     years = _earlier(previous or [])
@@ -126,7 +122,7 @@ def grade(
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
                 output.write_rubric(target, _rubric(rubric)[0])
-                _write(grades, target, filled, options.figures, quiet)
+                _write(grades, target, filled, quiet)
         except KeyboardInterrupt:
             kept = "nothing is kept"
             if target:
@@ -210,14 +206,13 @@ def _write(
     grades: ClassGrades,
     folder: Path,
     filled: Filled | None,
-    figures: Path | None,
     quiet: bool,
 ) -> None:
     """Write the results and the feedback of a class."""
     from gyrodata.grading import output
 
     written = list(output.write_results(grades, folder, filled))
-    tell(*output.write_feedback(grades, folder, figures))
+    tell(*output.write_feedback(grades, folder))
     if not quiet:
         tell(*written)
 
@@ -336,9 +331,9 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
 
 
 def _folder(
-    path: Path, out: Path | None, form: Form, dry_run: bool, needed: Sequence[str]
+    path: Path, out: Path | None, form: Form, dry_run: bool, needed: bool
 ) -> Path | None:
-    """Return the folder for the grades; None for no folder, unless an option needs one.
+    """Return the folder for the grades; None for no folder, unless it is needed.
 
     Grades in the folder of the class are refused: they would be taken for a student's.
     """
@@ -351,7 +346,7 @@ def _folder(
     if form == "text" or dry_run:
         return _usual_folder(home)
     if needed:
-        refuse("option_needs_folder", option=needed[0], form=form)
+        refuse("option_needs_folder", option="--gradebook", form=form)
     return None
 
 

@@ -16,7 +16,7 @@ from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Literal, NamedTuple, TypeVar
+from typing import Literal, TypeVar
 
 from msgspec import Struct, ValidationError
 from msgspec.structs import replace
@@ -71,9 +71,6 @@ OTHER_VERSION = "gyrodata changed"  # first words of a reason to grade again
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
-Figures = Mapping[str, tuple[bytes, str]]
-"""PNG file of each figure, and what it shows in words, by its name."""
-
 
 class GradingOptions(Struct, frozen=True):
     """How a class is graded; no option changes a grade."""
@@ -85,9 +82,6 @@ class GradingOptions(Struct, frozen=True):
     cluster: Executor | None = None  # grades on other machines instead
     journal: Path | None = None  # the file of earlier grades and of those of this run
     keep: bool = True  # False: the journal is only read
-    figures: Path | None = (
-        None  # folder for the figures of each student; None: none are drawn
-    )
     progress: Callable[[int], None] | None = (
         None  # receives the number of grades that are made
     )
@@ -198,7 +192,7 @@ def grade_class(
         desk.applied(grade, item, entries[grade.student].seen)
         for grade, item in zip(looked, items, strict=True)
     ]
-    diagnostics = (*submissions.diagnostics, *notes, *work.undrawn_notes())
+    diagnostics = (*submissions.diagnostics, *notes)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items, diagnostics=diagnostics),
@@ -212,7 +206,6 @@ def grade_class(
         desk=desk,
         roster=roster,
         partners=groups,
-        figures={key: one.figures for key, one in entries.items() if one.figures},
     )
 
 
@@ -447,9 +440,6 @@ class Entry(Struct, frozen=True, kw_only=True):
     lost: str = ""
     """Why the run lost the grade (a time limit, a process that died), so that it is
     tried again; else ""."""
-    figures: Mapping[
-        str, str
-    ] = {}  # what each figure shows, in words, by the name of the figure
     seen: Mapping[
         str, str
     ] = {}  # for each line of the desk, the digest of the submission for which it was written
@@ -476,15 +466,7 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
 
     `reported` is the value that a person typed in.
     """
-    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
-    text = repr(
-        (
-            item.digest,
-            item.name,
-            sorted(item.ids.items()),
-            *(item.members if counts_files else ()),
-        )
-    )
+    text = repr((item.digest, item.name, sorted(item.ids.items()), item.members))
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     # The rubric without its references is compared first.
     about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
@@ -523,8 +505,6 @@ class _Work(Struct):
     entries: dict[str, Entry]
     again: dict[str, str]
     """Why the grades of this run are made, by student."""
-    undrawn: dict[str, list[str]]
-    """Names of students without figures, by the reason."""
 
     @classmethod
     def begun(
@@ -538,7 +518,7 @@ class _Work(Struct):
         path = options.journal
         journal = path.read_bytes() if path is not None and path.is_file() else b""
         known, damaged = read_journal(journal)
-        return cls(rubric, options, desk, unopened, journal, known, damaged, {}, {}, {})
+        return cls(rubric, options, desk, unopened, journal, known, damaged, {}, {})
 
     @property
     def writes(self) -> Path | None:
@@ -546,46 +526,44 @@ class _Work(Struct):
         return self.options.journal if self.options.keep else None
 
     def grade(self, items: Sequence[Submission]) -> None:
-        """Take each grade from the journal, or make it."""
-        waiting: list[_Task] = []
+        """Take each grade from the journal, or make it in a worker."""
+        waiting: list[tuple[Submission, str]] = []
         for item in items:
             reported = self.desk.value(item.student, "reported") or ""
             entry = self.known.get(item.student)
             why = _why_again(entry, item, self.rubric, reported)
-            if entry is not None and not why and self._lacks_figures(entry, item):
-                why = "its figures are missing"
-            if entry is None or why:
-                self.again[item.student] = why
-                waiting.append((item, reported))
-            else:
+            if entry is not None and not why:
                 seen = self.desk.first_seen(entry.grade, item, entry.seen)
                 self.entries[item.student] = replace(entry, seen=seen)
+                continue
+            self.again[item.student] = why
+            if item.student in self.unopened:
+                self._keep(item, self.unopened[item.student])
+            else:
+                waiting.append((item, reported))
+        if waiting:
+            _load_analysis()
+        work = partial(_grade_one, self.rubric)
         # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-        answers = _answers(waiting, self.rubric, self.options, self.unopened)
-        with closing(answers):
-            for item, answer in answers:
+        with self.options.run(work, waiting) as answers:
+            for (item, _), answer in answers:
                 self._keep(item, answer)
 
-    def _keep(self, item: Submission, answer: _Answer) -> None:
-        """Keep a grade that was made, also if the run is stopped afterwards."""
-        if answer.undrawn:
-            self.undrawn.setdefault(answer.undrawn, []).append(item.name)
+    def _keep(self, item: Submission, answer: bytes | Failed) -> None:
+        """Keep a grade that was made, also if the run is stopped afterwards.
+
+        A submission that stopped its worker, or cannot be opened, is not graded.
+        """
+        if isinstance(answer, Failed):
+            grade = not_graded(item, self.rubric, f"{answer}; {LOOK}")
+            answer = encode(Entry(inputs={}, grade=grade, lost=str(answer)))
         # The grade goes through JSON at once, so that a grade from the journal is the
         # same to the last digit.
-        grade = decode(answer.grade, Grade)
+        entry = decode(answer, Entry)
         before = self.known.get(item.student)
-        entry = Entry(
-            inputs=answer.inputs,
-            grade=grade,
-            lost=answer.lost,
-            figures={name: words for name, (_, words) in answer.figures.items()},
-            seen=self.desk.first_seen(grade, item, before.seen if before else {}),
-        )
+        seen = self.desk.first_seen(entry.grade, item, before.seen if before else {})
+        entry = replace(entry, seen=seen)
         self.entries[item.student] = entry
-        # The figures are written first, so that everything in the journal exists.
-        for name, (data, _) in answer.figures.items():
-            path = figure_path(self.options.figures or Path(), item, name)
-            disk.write_whole(path, [data], private=True)
         if self.writes:
             # The last line may have no end, if a run was stopped.
             disk.add_to(self.writes, b"\n%b\n" % encode(entry))
@@ -600,69 +578,6 @@ class _Work(Struct):
             disk.write_whole(self.writes, lines, private=True, sync=True)
         return entries
 
-    def undrawn_notes(self) -> list[Diagnostic]:
-        """Warn about the figures that cannot be drawn."""
-        return [
-            Diagnostic.named(
-                "figure_not_drawn",
-                what=f"the figures of {listing(sorted(some), 5)}",
-                why=why,
-            )
-            for why, some in sorted(self.undrawn.items())
-        ]
-
-    def _lacks_figures(self, entry: Entry, item: Submission) -> bool:
-        """Return whether figures are wanted, and one of an entry does not exist."""
-        folder = self.options.figures
-        if folder is None or not entry.grade.own:
-            return False
-        paths = [figure_path(folder, item, name) for name in entry.figures]
-        return not paths or not all(path.is_file() for path in paths)
-
-
-def _answers(
-    waiting: Sequence[_Task],
-    rubric: Rubric,
-    options: GradingOptions,
-    unopened: Mapping[str, Failed],
-) -> Generator[tuple[Submission, _Answer], None, None]:
-    """Grade submissions in workers; one that fails is not graded, with the reason."""
-    opened = []
-    for item, reported in waiting:
-        if item.student in unopened:
-            yield item, _failed(item, rubric, unopened[item.student])
-        else:
-            opened.append((item, reported))
-    if not opened:
-        return
-    _load_analysis()
-    work = partial(_grade_one, rubric, options.figures is not None)
-    with options.run(work, opened) as answers:
-        for (item, _), answer in answers:
-            if isinstance(answer, Failed):
-                answer = _failed(item, rubric, answer)
-            yield item, answer
-
-
-def _failed(item: Submission, rubric: Rubric, failed: Failed) -> _Answer:
-    """Return the grade of a submission that stopped its worker, or cannot be opened."""
-    grade = not_graded(item, rubric, f"{failed}; {LOOK}")
-    return _Answer({}, encode(grade), {}, lost=str(failed))
-
-
-_Task = tuple[Submission, str]
-"""A submission, and I_zz as a person typed it, or ""."""
-
-
-class _Answer(NamedTuple):
-    """The result of a worker for one submission."""
-
-    inputs: dict[str, str]
-    grade: bytes  # JSON
-    figures: Figures
-    undrawn: str = ""  # why a figure cannot be drawn
-    lost: str = ""  # why nothing is graded: the worker stopped, or no file opens
-
 
 def _unread_copy(submission: Submission) -> Submission:
     """Return a copy that keeps none of the texts that were read.
@@ -673,26 +588,12 @@ def _unread_copy(submission: Submission) -> Submission:
     return replace(submission, known_digest=digest)
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
-    """Grade one submission, in a worker."""
+def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
+    """Grade one submission in a worker, with I_zz as a person typed it, or ""."""
     submission = _unread_copy(task[0])
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
-    if not draws or not grade.own:
-        return _Answer(inputs, encode(grade), {})
-    from gyrodata import analysis
-    from gyrodata.reporting.figures import alt_text, render
-
-    found = analysis.analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-    faults: dict[str, str] = {}
-    drawn = render(found, "png", faults=faults).items()
-    figures = {name: (data, alt_text(found, name)) for name, data in drawn}
-    return _Answer(inputs, encode(grade), figures, next(iter(faults.values()), ""))
-
-
-def figure_path(folder: Path, item: Submission, name: str) -> Path:
-    """Return the path of a figure of a student."""
-    return folder / disk.file_name(item.feedback_stem) / f"{name}.png"
+    return encode(Entry(inputs=inputs, grade=grade))
 
 
 # --- a class that has been graded ---
@@ -716,8 +617,6 @@ class ClassGrades(Struct, frozen=True, dict=True):
         str, str
     ]  # why students were graded in this run, by key; the other grades were known
     damaged: int  # lines of the journal that could not be read
-    figures: Mapping[str, Mapping[str, str]]
-    """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person
     roster: Roster = EVERYBODY
     partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster

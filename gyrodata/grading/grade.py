@@ -549,10 +549,6 @@ def _looks(evidence: Evidence) -> list[str]:
         found.append(
             f"several mistakes explain the reported I_zz equally well: {words}"
         )
-    elif any("+" in slip.kind for slip in evidence.slips):
-        found.append(
-            f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}"
-        )
     elif evidence.slips:
         found += _doubts_of_slip(evidence)
     found += filter(None, [unusual_turns(evidence.analysis.readings)])
@@ -687,7 +683,7 @@ def read_hand_in(
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
-    reported = answers.inertia or read_reported("inertia", "")
+    reported = answers.inertia or ReportedValue("inertia", "")
     handed_in = HandIn(
         text=reported.text or None,
         inertia=reported.value,
@@ -702,31 +698,27 @@ def read_hand_in(
         for note in (*answers.diagnostics, *answers.unread)
         if note.code != diagnostics.ANSWER_ELSEWHERE
     ]
-    found = _note_on_answer(submission, answers, reported, handed_in)
-    return readings, handed_in, (*told, *others, found)
+    note = _note_on_answer(submission, answers, handed_in)
+    return readings, handed_in, (*told, *others, note)
 
 
 def _note_on_answer(
-    submission: Submission, answers: Answers, reported: ReportedValue, handed_in: HandIn
+    submission: Submission, answers: Answers, handed_in: HandIn
 ) -> Diagnostic:
     """Say which answer is read, or why none is."""
     log = shown(PurePosixPath(submission.log_file or "").name)
-    if handed_in.inertia is not None:
-        what = _words_of_answer(handed_in.inertia, reported.problem, handed_in)
-        return Diagnostic.named(
-            "answer_read", handed_in.file or "", handed_in.line, told=what, log=log
-        )
-    if answers.inertia is None:
-        files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
-        more = ""
-        what = f"no I_zz is found in {listing(files)}"
-    else:
-        more = ""
-        what = f"the answer cannot be read: {reported.problem}"
-        if handed_in.file == log:
-            more = ", and take its other lines with an I_zz out"
-    values = {"told": what, "log": log, "more": more}
     file = handed_in.file or log
+    problem = answers.inertia.problem if answers.inertia is not None else None
+    if handed_in.inertia is not None:
+        words = _words_of_answer(handed_in.inertia, problem, handed_in)
+        return Diagnostic.named("answer_read", file, handed_in.line, told=words)
+    files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
+    words = f"no I_zz is found in {listing(files)}"
+    more = ""
+    if answers.inertia is not None:
+        words = f"the answer cannot be read: {problem}"
+        more = ", and take its other lines with an I_zz out" * (file == log)
+    values = {"told": words, "log": log, "more": more}
     return Diagnostic.named("answer_missing", file, handed_in.line, **values)
 
 

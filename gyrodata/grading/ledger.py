@@ -307,23 +307,60 @@ def _decision(
     """Read the students and the decision of a line, or raise UnfitError."""
     what = _word_of(row, points)
     value = row["value"]
-    people = sorted({_student(one, known) for one in _names_of(row, what, known)})
+    name = row["student"]
+    is_group = what == FLAG and name.casefold() not in known
+    names = name.split(BETWEEN) if is_group else [name]
+    people = sorted({_student(one, known) for one in names})
     if what not in (*points, *WORDS, CORRECTED):
         near = nearest(row["what"], (*points, *WORDS[1:]))
         raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
-    if what in BARE or not value:
-        return people, Decision(what, "", row["by"], row["why"])
-    if what in (*points, "late"):
-        _check_points(what, value, points.get(what, points["total"]))
-    elif what == "partner":
-        value = _student(value, known)
-    elif what == CORRECTED and not (folder / value).is_file():
-        raise unfit("desk_log_not_found", what=what, value=value[:60])
-    elif what == FLAG:
-        value = _verdict(value, row["by"])
-    else:
-        _check_value(what, value)
+    if what in BARE:
+        value = ""
+    elif value:
+        if what == "partner":
+            value = _student(value, known)
+        how = _how_to_write(row, what, points, folder)
+        if how:
+            raise unfit("desk_value_unfit", what=what, value=value[:60], how=how)
+        if what == FLAG:
+            value = value.casefold()
     return people, Decision(what, value, row["by"], row["why"])
+
+
+_HOW_TO_WRITE = {
+    "bonus": "write the points to add, such as 2",
+    CORRECTED: "write the corrected log into the folder of the grades, and its name here",
+    FLAG: "write partners, copied or cleared; and write who has decided it, under by",
+    "reported": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
+}
+
+
+def _how_to_write(
+    row: Mapping[str, str], what: str, points: Mapping[str, float], folder: Path
+) -> str:
+    """Say how to write a value of another kind than its word; "" if it can be used."""
+    value = row["value"]
+    is_fine = True
+    how = _HOW_TO_WRITE.get(what, "")
+    if what in (*points, "late"):
+        most = points.get(what, points["total"])
+        how = f"write a number of points from 0 to {most:g}"
+        # "+2" means two points more.
+        has_sign = what != "late" and value.startswith(("+", "-"))
+        is_fine = is_points(value, most) and not has_sign
+        if has_sign:
+            number = value[:60].removeprefix("+")
+            how = f"to change the total by this number, write bonus,{number}"
+    elif what == "bonus":
+        is_fine = read_number(value) is not None
+    elif what == CORRECTED:
+        is_fine = (folder / value).is_file()
+    elif what == FLAG:
+        is_fine = value.casefold() in VERDICTS and bool(row["by"])
+    elif what == "reported":
+        fault = read_reported("inertia", value).fault
+        is_fine = fault not in ("unreadable", "wrong unit")
+    return "" if is_fine else how
 
 
 def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:
@@ -334,49 +371,6 @@ def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:
         return what
     is_points = what in points and read_number(row["value"]) is not None
     return what if is_points else CORRECTED
-
-
-def _names_of(row: Mapping[str, str], what: str, known: Known) -> list[str]:
-    """Return the names of the students of a line; a line of ``flag`` has several."""
-    name = row["student"]
-    is_one = what != FLAG or name.casefold() in known
-    return [name] if is_one else name.split(BETWEEN)
-
-
-def _check_points(what: str, value: str, most: float) -> None:
-    """Raise UnfitError if a value is not a number of points."""
-    values = {"what": what, "value": value[:60], "most": most}
-    if what != "late" and value.startswith(("+", "-")):
-        number = value[:60].removeprefix("+")
-        raise unfit("desk_points_with_sign", **values, number=number)
-    if not is_points(value, most):
-        raise unfit("desk_points_unfit", **values, half=most / 2)
-
-
-def _check_value(what: str, value: str) -> None:
-    """Raise UnfitError if a value is of another kind than its word."""
-    if what == "bonus" and read_number(value) is None:
-        raise unfit("desk_bonus_not_a_number", what=what, value=value[:60])
-    if what != "reported":
-        return
-    read = read_reported("inertia", value)
-    if read.fault in ("unreadable", "wrong unit"):
-        problem = read.problem or "it is not a number"
-        raise unfit(
-            "desk_report_unreadable", what=what, value=value[:60], problem=problem
-        )
-
-
-def _verdict(value: str, by: str) -> str:
-    """Return how a flag is settled; raise UnfitError if it is not, or by nobody."""
-    verdict = value.casefold()
-    if verdict not in VERDICTS:
-        verdicts = f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
-        values = {"value": value[:60], "verdicts": verdicts}
-        raise unfit("desk_flag_not_settled", what=FLAG, **values)
-    if not by:
-        raise unfit("desk_flag_by_nobody", what=FLAG)
-    return verdict
 
 
 def _student(name: str, known: Known) -> str:

@@ -6,7 +6,7 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
@@ -19,7 +19,6 @@ from gyrodata.grading.classroom import (
     JOURNAL,
     OTHER_VERSION,
     ClassGrades,
-    figure_path,
 )
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_pages
@@ -28,7 +27,7 @@ from gyrodata.readings import listing
 from gyrodata.reporting.values import count_text
 from gyrodata.results import encode
 
-FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
+TABLE, PUBLISHED = "grades.csv", "published"
 RUBRIC = "rubric-used.toml"
 
 
@@ -162,48 +161,40 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     return names
 
 
-def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> list[str]:
+def write_feedback(found: ClassGrades, folder: Path) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
-    `figures` is the folder with the figures of each student, None if none are drawn.
-    Returns lines about pages that a person had changed, and of students who are no
-    longer in the class.
+    A page that a person has changed, and one of a student who is no longer in the
+    class, is kept in `PUBLISHED`: a line is returned about each.
     """
     names = feedback_names(found)
     archived = _read_archive(folder / ARCHIVE)
-    changed: list[str] = []
-    # The content of each page; the digest is also its comment in the zip.
+    # The digest of each page's content, which is also its comment in the zip.
     digests: dict[str, bytes] = {}
-    for grade, item in zip(found.grades, found.submissions.items, strict=True):
-        pictures = {}
-        if figures is not None:
-            for name, words in found.figures.get(grade.student, {}).items():
-                picture = figure_path(figures, item, name).read_bytes()
-                pictures[name] = (picture, words)
-        checksums = [(zlib.crc32(data), words) for data, words in pictures.values()]
-        content = repr((__version__, encode(grade), checksums)).encode()
+    kept: list[str] = []
+    for grade in found.grades:
+        content = repr((__version__, encode(grade))).encode()
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
         digests |= dict.fromkeys(pages, _digest(content).encode())
-        if not _are_up_to_date(folder, pages, digests, archived):
-            texts = feedback_pages(grade, pictures).values()
-            for page, text in zip(pages, texts, strict=True):
-                data = text.encode("utf-8", "replace")
-                changed += _replace_page(folder, page, data, archived)
-    changed += _remove_other_pages(folder, digests, archived)
-    comments = {name: comment for name, (_, comment) in (archived or {}).items()}
-    if not archived or digests != comments:
+        if all(_is_up_to_date(folder, page, digests, archived) for page in pages):
+            continue
+        for page, text in zip(pages, feedback_pages(grade).values(), strict=True):
+            data = text.encode("utf-8", "replace")
+            path = folder / FEEDBACK / page
+            checksum, _ = archived.get(page, (None, b""))
+            if path.exists() and zlib.crc32(path.read_bytes()) != checksum:
+                kept += _keep(folder, page, "was changed by hand; what it was", data)
+            write_whole(path, [data], private=True)
+    for page in archived.keys() - digests.keys():
+        kept += _keep(folder, page, "is of nobody in this class: it")
+        (folder / FEEDBACK / page).unlink(missing_ok=True)
+    if digests != {page: comment for page, (_, comment) in archived.items()}:
         _write_archive(folder, digests)
-    return sorted(changed)
+    return sorted(kept)
 
 
-_Archived = dict[str, tuple[int, bytes]] | None
-"""Checksum and comment of each page in the zip; None without a zip, so that no page
-counts as changed; empty if it cannot be read, so that any page may have been changed."""
-
-
-def _read_archive(path: Path) -> _Archived:
-    if not path.exists():
-        return None
+def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
+    """Return the checksum and the comment of each page in the zip, if it is whole."""
     try:
         with zipfile.ZipFile(path) as archive:
             return {
@@ -219,59 +210,18 @@ def _read_archive(path: Path) -> _Archived:
         return {}
 
 
-def _are_up_to_date(
+def _is_up_to_date(
     folder: Path,
-    pages: Sequence[str],
+    page: str,
     digests: Mapping[str, bytes],
-    archived: _Archived,
+    archived: Mapping[str, tuple[int, bytes]],
 ) -> bool:
-    """Return whether pages show the grade already, and nobody has changed them."""
-    if not archived:
-        return False
-    for page in pages:
-        path = folder / FEEDBACK / page
-        if not path.exists():
-            return False
-        checksum = zlib.crc32(path.read_bytes())
-        if archived.get(page) != (checksum, digests[page]):
-            return False
-    return True
-
-
-def _replace_page(
-    folder: Path, page: str, data: bytes, archived: _Archived
-) -> list[str]:
-    """Write a page; return a line about the old one if a person had changed it."""
+    """Return whether a page shows the grade already, and nobody has changed it."""
     path = folder / FEEDBACK / page
-    old = path.read_bytes() if path.exists() else None
-    if old == data:
-        return []
-    changed = []
-    is_ours = archived is None or zlib.crc32(old or b"") in archived.get(page, ())
-    # The old page is kept first: it must not be lost if it cannot be kept.
-    if old and not is_ours:
-        kept = _keep(folder, page, old)
-        changed.append(
-            f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}"
-        )
-    write_whole(path, [data], private=True)
-    return changed
-
-
-def _remove_other_pages(
-    folder: Path, digests: Mapping[str, bytes], archived: _Archived
-) -> list[str]:
-    """Keep the pages of students who are no longer in the class at another place."""
-    changed = []
-    for path in sorted((folder / FEEDBACK).rglob("*.*")):
-        page = path.relative_to(folder / FEEDBACK).as_posix()
-        if archived and page in archived and page not in digests:
-            kept = _keep(folder, page, path.read_bytes())
-            path.unlink()
-            changed.append(
-                f"{FEEDBACK}/{page} is of nobody in this class: it is kept as {kept}"
-            )
-    return changed
+    if not path.exists():
+        return False
+    checksum = zlib.crc32(path.read_bytes())
+    return archived.get(page) == (checksum, digests[page])
 
 
 def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
@@ -288,16 +238,19 @@ def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
             archive.writestr(entry, data, zipfile.ZIP_DEFLATED, compresslevel=1)
 
 
-def _keep(folder: Path, page: str, data: bytes) -> str:
-    """Keep a page that gyro replaces or removes.
+def _keep(folder: Path, page: str, why: str, new: bytes = b"") -> list[str]:
+    """Keep a page that gets other contents, or is removed, below `PUBLISHED`.
 
-    Return its new place below the folder of the grades.
+    Return a line about it.
     """
-    kept = Path(PUBLISHED, FEEDBACK, page).with_stem(
-        f"{Path(page).stem}-{_digest(data)}"
-    )
-    write_whole(folder / kept, [data], private=True, sync=True)
-    return kept.as_posix()
+    path = folder / FEEDBACK / page
+    old = path.read_bytes() if path.exists() else new
+    if old == new:
+        return []
+    kept = Path(PUBLISHED, FEEDBACK, page)
+    kept = kept.with_stem(f"{kept.stem}-{_digest(old)}")
+    write_whole(folder / kept, [old], private=True, sync=True)
+    return [f"{FEEDBACK}/{page} {why} is kept as {kept.as_posix()}"]
 
 
 # --- what a run says ---

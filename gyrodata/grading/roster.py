@@ -309,25 +309,21 @@ def _find_by_name(
     absent = []
     unclear: dict[str, str] = {}
     for person in rows:
-        taken = {*by_id, *people}
-        called = (keys_of(known, meant) for known in (*person.ids, person.name))
-        free = (set(keys) - taken for keys in called)
+        called = (set(keys_of(known, meant)) for known in (*person.ids, person.name))
+        free = (keys - by_id.keys() - people.keys() for keys in called)
         students = next(filter(None, free), set())
-        rivals = rows_of.get(forms_of(person.name)[1], ())
-        if len(students) > 1 or (students and len(rivals) > 1):
-            why = (
-                f"gyro cannot tell whose row of the roster this is: "
-                f"{listing(sorted(rivals))} have the same name"
-            )
-            for student in students:
-                unclear[student] = (
-                    f'{why}; add a column "identifier", with {student} in the right row'
-                )
-        elif students:
+        rivals = rows_of[forms_of(person.name)[1]]
+        if not students:
+            absent.append(person)
+        elif len(students) == len(rivals) == 1:
             (student,) = students
             people[student] = person._replace(student=student)
-        else:
-            absent.append(person)
+        for student in students - people.keys():
+            unclear[student] = (
+                f"gyro cannot tell whose row of the roster this is: "
+                f"{listing(sorted(rivals))} have the same name; add a column "
+                f'"identifier", with {student} in the right row'
+            )
     return Roster(people, tuple(absent), unclear)
 
 

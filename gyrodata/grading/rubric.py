@@ -219,7 +219,12 @@ CONDITION = (
     rf"(?:(?P<sign><=|>=|≤|≥)\s*(?P<bound>{_NUMBER})|(?P<word>in|outside)\s+"
     rf"(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER}))\s*$"
 )
-_OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
+_OPPOSITE = {
+    "<=": ">= NUMBER",
+    ">=": "<= NUMBER",
+    "in": "outside LOW..HIGH",
+    "outside": "in",
+}
 
 
 class Curve(NamedTuple):
@@ -253,24 +258,14 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    name = match["name"]
     relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low = float(match["low"] or match["bound"])
     high = float(match["high"] or match["bound"])
-    if low > high or (low == high and match["word"]):
-        raise unfit(
-            "condition_bounds_reversed",
-            key,
-            text=text,
-            relation=relation,
-            **match.groupdict(),
-        )
-    return (
-        name,
-        relation,
-        -math.inf if relation == "<=" else low,
-        math.inf if relation == ">=" else high,
-    )
+    if match["word"] and low >= high:
+        raise unfit("condition_unclear", key, text=text)
+    least = -math.inf if relation == "<=" else low
+    most = math.inf if relation == ">=" else high
+    return match["name"], relation, least, most
 
 
 # --- the file ---
@@ -320,7 +315,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         zero = parse_condition(self.zero, "zero")
         name, relation, low, high = parse_condition(self.full, "full")
         known = (kind.full.split()[0], *kind.variables)
-        opposite = _OPPOSITE.get(relation)
+        opposite = _OPPOSITE[relation]
         if name not in known:
             raise unfit(
                 "condition_of_other_check",
@@ -329,23 +324,20 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
                 check=self.check,
                 known=" or ".join(known),
             )
-        if opposite is None:
-            raise unfit("condition_full_outside", "full", name=name)
         # "zero" says from which value on there are no points; the other end is
         # infinite.
-        ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[
-            relation
-        ]
-        if zero[:2] != (name, opposite.split()[0]) or ends[0] > low or ends[1] < high:
+        least = {"<=": -math.inf, ">=": zero[3]}.get(relation, zero[2])
+        most = {"<=": zero[2], ">=": math.inf}.get(relation, zero[3])
+        if zero[:2] != (name, opposite.split()[0]) or least > low or most < high:
             raise unfit(
                 "conditions_do_not_fit",
-                "zero",
+                "full",
                 zero=self.zero,
                 full=self.full,
                 name=name,
                 opposite=opposite,
             )
-        return Curve(name, (low, high), ends)
+        return Curve(name, (low, high), (least, most))
 
     @property
     def told(self) -> str:
@@ -435,9 +427,8 @@ class Rubric(_Table, frozen=True, dict=True):
     def _hash(self, *left_out: str) -> str:
         content = to_builtins(self, builtin_types=(dt.datetime,))
         content = {key: value for key, value in content.items() if key not in left_out}
-        return hashlib.sha256(
-            json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()
-        ).hexdigest()
+        text = json.dumps(content, sort_keys=True, default=dt.datetime.isoformat)
+        return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
     def digest(self) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import getitem
 from typing import Annotated, Any, TypeVar
@@ -77,57 +77,49 @@ def _explained(
     The words come from msgspec and from the JSON Schema of the record.
     """
     message, _, place = str(error).partition(" - at `$")
-    path = (*path, *_keys(place, reduce(getitem, path, values)))
+    path = (*path, *_keys(place))
     cause = error.__cause__
     if isinstance(cause, UnfitError):
         return cause.diagnostic, (*path, *cause.path)
     value = reduce(getitem, path, values)
     samples = samples_of(kind)
-    heads = [part for part in path if isinstance(part, str)]
-    kind_of_fault, _, field = message.rstrip("`").partition(" field `")
-    if kind_of_fault == "Object missing required":
-        how = _how([*heads, field], samples)
-        return Diagnostic.named("rubric_key_missing", key=field, how=how), path
-    if kind_of_fault == "Object contains unknown":
+    what, _, field = message.rstrip("`").partition(" field `")
+    key = field or next((one for one in path[::-1] if isinstance(one, str)), "")
+    if what == "Object contains unknown":
         # A key that is there already is not proposed: it would then be there twice.
-        free = [key for key in samples if key not in value]
+        free = [one for one in samples if one not in value]
         hint = nearest(field, free, "take it out")
-        where = f" in [{'.'.join(heads)}]" if path else ""
-        fault = Diagnostic.named(
-            "rubric_key_unknown", key=field, where=where, hint=hint
-        )
+        fault = Diagnostic.named("rubric_key_unknown", key=field, hint=hint)
         return fault, (*path, field)
-    hint = _how(heads, samples) if place else getattr(kind, "HINT", "")
-    return _unusable((heads or [""])[-1], value, message, samples, hint), path
-
-
-def _unusable(
-    key: str, value: object, message: str, samples: dict[str, list[str]], hint: str
-) -> Diagnostic:
-    """Say that a value cannot be used; propose the nearest word if it is one of few."""
-    if isinstance(value, str) and message.startswith("Invalid enum"):
-        words = [json.loads(sample) for sample in samples[key]]
-        hint = nearest(value, words[0] if isinstance(words[0], list) else words)
-    is_kind = key == "check" and isinstance(value, str)
-    name = "criterion_kind_unknown" if is_kind else "rubric_value_unusable"
+    if field:
+        how = _how(key, samples)
+        return Diagnostic.named("rubric_key_missing", key=field, how=how), path
+    word = value if what.startswith("Invalid enum") else None
+    how = _how(key, samples, word) if place else getattr(kind, "HINT", "")
     shown = json.dumps(value, default=str, ensure_ascii=False)
-    return Diagnostic.named(name, key=key, value=shown, hint=hint)
+    return Diagnostic.named(
+        "rubric_value_unusable", key=key, value=shown, hint=how
+    ), path
 
 
-def _keys(place: str, value: Any) -> Iterator[str | int]:
-    """Yield the keys of a place as msgspec writes it: ``.criterion[0].points``."""
-    for number, key in re.findall(r"\[(\d+|\.\.\.)\]|\.(\w+)", place):
-        step = int(number) if number.isdigit() else key
-        if number == "...":
-            # Some key of a table of texts: the first one without a text.
-            step = min(value, key=lambda one: _likeness_to_text(value[one]))
-        value = value[step]
-        yield step
+def _how(key: str, samples: Mapping[str, list[Any]], word: object = None) -> str:
+    """Say how to write a key, or which word is meant by another `word`."""
+    known = samples.get(key, [])
+    if isinstance(word, str):
+        return nearest(word, known[0] if isinstance(known[0], list) else known)
+    if known:
+        return f"write {key} = {' or '.join(map(json.dumps, known))}"
+    return "see how it is written: gyro grade --print-rubric full"
 
 
-def _likeness_to_text(value: object) -> int:
-    """Return 1 for a table, 2 for a text, and 0 for other values."""
-    return 2 if isinstance(value, str) else int(isinstance(value, dict))
+def _keys(place: str) -> Iterator[str | int]:
+    """Yield the keys of a place as msgspec writes it: ``.criterion[0].points``.
+
+    The keys of a table of texts are not known: they end the place.
+    """
+    known = place.partition("[...]")[0]
+    for number, key in re.findall(r"\[(\d+)\]|\.(\w+)", known):
+        yield int(number) if number else key
 
 
 def _spot(text: str, path: Path) -> tuple[int, int, int]:
@@ -159,44 +151,17 @@ def _marks(text: str, name: str) -> list[re.Match[str]]:
     return [*re.finditer(head, text)] or [*re.finditer(key, own)]
 
 
-def samples_of(kind: type) -> dict[str, list[str]]:
+def samples_of(kind: type) -> dict[str, list[Any]]:
     """Return the words or examples that can be written for each key.
 
     The keys are those of a record and of all records in it.
-
-    A table has its head without a name: "[]", or "[[]]" if there may be several.
     """
-    samples: dict[str, list[str]] = {}
+    samples: dict[str, list[Any]] = {}
     for table in schema(kind)["$defs"].values():
         for key, shape in table.get("properties", {}).items():
-            found = [
-                sample
-                for part in (shape, *shape.get("anyOf", ()))
-                for sample in _samples(part)
-            ]
-            samples[key] = list(dict.fromkeys([*samples.get(key, ()), *found]))
+            known = samples.setdefault(key, [])
+            for part in (shape, *shape.get("anyOf", ())):
+                known += part.get("enum", part.get("examples", ()))
+            words = shape.get("items", {}).get("enum")
+            known += [words] if words else []
     return samples
-
-
-def _samples(shape: dict[str, Any]) -> list[str]:
-    """Return what can be written for one shape of the JSON Schema."""
-    items = shape.get("items", {})
-    if "$ref" in shape or "$ref" in items or shape.get("type") == "object":
-        return ["[[]]" if items else "[]"]
-    if "enum" in items:
-        return [json.dumps(items["enum"])]
-    return [json.dumps(one) for one in shape.get("enum", shape.get("examples", ()))]
-
-
-def _how(keys: list[str], known: dict[str, list[str]]) -> str:
-    """Write how to write the last of the keys that lead to it."""
-    key = keys[-1]
-    samples = known.get(key, ['"class"'] if key == "from" else [])
-    if not samples:
-        return f"write {key} as a text in quotation marks, with its unit if it has one"
-    if samples[0] in ("[]", "[[]]"):
-        head = samples[0].replace("[]", f"[{'.'.join(keys)}]")
-        return f"write a table, headed {head}"
-    # Times have no quotation marks.
-    written = f"write {key} = {' or '.join(samples)}"
-    return re.sub(r'"(\d{4}-\d\d-\d\dT.*?)"', r"\1", written)

@@ -231,13 +231,7 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
 
 FROM = 3.0  # no slip is searched for if an accepted fit is nearer than this [u]
 
-WITHIN, BOTH_WITHIN = 2.0, 1.0
-"""Largest distance from the report [u] at which one mistake, or two together, explain
-it. There are many pairs, and one of them agrees by chance more easily."""
-
-# largest u of a fit with two mistakes, as a share of its value: a fit that says nothing
-# agrees by chance
-CLEAR = 0.5
+WITHIN = 2.0  # largest distance from the report [u] at which a mistake explains it
 
 SLIP_U = 0.01
 """Largest u, as a share, for the distance from a slip: with a larger one, many answers
@@ -258,7 +252,7 @@ MOST = 3  # slips that are named
 class Slip(Struct, frozen=True):
     """A known mistake that explains a reported value."""
 
-    kind: str  # stable name: "rpm_as_rad_s", or two of them with " + " between
+    kind: str  # stable name: "rpm_as_rad_s"
     words: str  # the mistake in words
     check: str  # how to check it, in words
     factor: float  # reported value over the value of the same fit without the slip [1]
@@ -298,11 +292,12 @@ def find_slips(
     honest = [distance(reported, one.value, step, own.yardstick) for one in own.values]
     if min(honest) <= FROM:
         return []
-    search = _Search(reported, step, own)
-    singles = list(possible_mistakes(own, readings, measured).values())
-    found = search.explained_by(singles, WITHIN)
-    if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
-        found += search.explained_by(_pairs(singles), BOTH_WITHIN, CLEAR)
+    found = []
+    for kind in possible_mistakes(own, readings, measured).values():
+        fits = with_mistake(kind, own)
+        fits.sort(key=lambda one: abs(one.value - reported))
+        slips = (_slip(kind, fit, reported, step, own) for fit in fits)
+        found += [(kind.rank, slip) for slip in slips if slip is not None][:1]
     return _most_likely(found)
 
 
@@ -310,48 +305,23 @@ Ranked = list[tuple[int, "Slip"]]
 """Slips with their ranks: 0 for a mistake that the units of the log suggest."""
 
 
-class _Search(NamedTuple):
-    """The search for mistakes that explain one answer."""
-
-    reported: float  # [kg*m^2]
-    step: float  # of its last digit [kg*m^2]
-    own: OwnRuns
-
-    def explained_by(
-        self, kinds: Iterable[Mistake], within: float, clear: float = math.inf
-    ) -> Ranked:
-        """Return the mistakes with a fit nearer to the answer than `within` [u].
-
-        A fit whose u is more than the share `clear` of its value says nothing.
-        """
-        found = []
-        for kind in kinds:
-            fits = with_mistake(kind, self.own)
-            fits.sort(key=lambda one: abs(one.value - self.reported))
-            for fit in fits:
-                slip = self._slip(kind, fit, within)
-                if slip is not None and (fit.u or 0.0) <= clear * abs(fit.value):
-                    found.append((kind.rank, slip))
-                    break
-        return found
-
-    def _slip(self, kind: Mistake, fit: OwnValue, within: float) -> Slip | None:
-        """Return a mistake if a fit with it explains the answer."""
-        plain = {one.name: one.value for one in self.own.values}
-        if not fit.value or fit.name not in plain:
-            return None
-        usual = self.own.yardstick
-        yardstick = min(usual, SLIP_U)
-        away = distance(self.reported, fit.value, self.step, yardstick)
-        # A value among honest answers cannot be separated from them.
-        low = min(plain.values()) * (1 - FROM * usual)
-        high = max(plain.values()) * (1 + FROM * usual)
-        if away > min(within, NEAREST / yardstick) or low <= fit.value <= high:
-            return None
-        factor = fit.value / plain[fit.name]
-        away *= yardstick / usual
-        words = kind.kind, kind.words, kind.check
-        return Slip(*words, factor, fit.name, fit.u, away)
+def _slip(
+    kind: Mistake, fit: OwnValue, reported: float, step: float, own: OwnRuns
+) -> Slip | None:
+    """Return a mistake if a fit with it explains the answer."""
+    plain = {one.name: one.value for one in own.values}
+    if not fit.value or fit.name not in plain:
+        return None
+    yardstick = min(own.yardstick, SLIP_U)
+    away = distance(reported, fit.value, step, yardstick)
+    # A value among honest answers cannot be separated from them.
+    low = min(plain.values()) * (1 - FROM * own.yardstick)
+    high = max(plain.values()) * (1 + FROM * own.yardstick)
+    if away > min(WITHIN, NEAREST / yardstick) or low <= fit.value <= high:
+        return None
+    factor = fit.value / plain[fit.name]
+    away *= yardstick / own.yardstick
+    return Slip(kind.kind, kind.words, kind.check, factor, fit.name, fit.u, away)
 
 
 def _most_likely(found: Ranked) -> list[Slip]:
@@ -452,31 +422,6 @@ def unusual(readings: Readings) -> int:
         any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some)
         for size, some in columns
     )
-
-
-def _pairs(singles: list[Mistake]) -> list[Mistake]:
-    """List all pairs of forgotten steps: students put raw numbers into the formula."""
-    found = []
-    for one, other in itertools.combinations(
-        [kind for kind in singles if kind.forgets], 2
-    ):
-        if one.forgets != other.forgets:
-            words = f"perhaps {one.words}, and {other.words}"
-            check = f"{one.check}; {other.check}"
-            both = Mistake(
-                f"{one.kind} + {other.kind}",
-                words,
-                check,
-                rank=max(one.rank, other.rank),
-            )
-            found.append(
-                replace(
-                    both,
-                    torque=one.torque * other.torque,
-                    product=one.product * other.product,
-                )
-            )
-    return found
 
 
 # --- references of stations ---

@@ -118,8 +118,10 @@ DOUBTED: dict[str, tuple[str, str | bytes]] = {
     },
     "docx, style hides": ("report.docx", styled_word("<w:vanish/>")),
     "docx, style is tiny": ("report.docx", styled_word('<w:sz w:val="2"/>')),
+    "docx, narrow style": ("report.docx", styled_word('<w:w w:val="1"/>')),
     "docx, light": ("report.docx", word('<w:color w:val="F7F7F7"/>')),
     "md, above": ("report.md", f'---\ntitle: "{RIGHT}"\n---\n\nOur report.\n'),
+    "tex, braces": ("report.tex", f"\\phantom{{{{}}{RIGHT}}}\n"),
     "tex, white": ("report.tex", f"Our report.\n\n\\color{{white}}\n{RIGHT}\n"),
     "tex, size": ("report.tex", f"{{\\fontsize{{1}}{{1}}\\selectfont {RIGHT}}}\n"),
     **{

@@ -242,19 +242,19 @@ zero = "d >= 3"
 
 MORE = [
     ("G723", "RUBRIC", "", "write schema = 1", ""),
-    ("G723", "", "[[late]]\ngrace = '1 h'", "headed [late]", "[late]\ngrace = '1 h'"),
+    ("G723", "", "[[late]]\ngrace = '1 h'", "--print-rubric", "[late]\ngrace = '1 h'"),
     (
         "G723",
         "",
         "[late.tier]\nuntil='1 h'\ndeduct=0",
-        "headed [[late.tier]]",
+        "--print-rubric",
         "[[late.tier]]\nuntil='1 h'\ndeduct=0",
     ),
     (
         "G723",
         "",
         "[bench]\nu_time = 0.3",
-        "write u_time as a text",
+        "--print-rubric",
         "[bench]\nu_time = '0.3 s'",
     ),
 ]
@@ -283,8 +283,6 @@ def test_a_rubric_mended_by_a_person(
 
 
 ZIP = packed(CLASS)
-FLAT = {f"flat/{student}_lab.csv": text for student, text in PEOPLE.items()}
-DASH = FLAT | {"flat/bob_lab.csv": None, "flat/bob-lab.csv": PEOPLE["bob"]}
 CANVAS = {
     f"named/{student}_{i}_5432_lab.csv": text
     for i, (student, text) in enumerate(PEOPLE.items())
@@ -297,7 +295,6 @@ METADATA = (
     "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: "
     "a@uni.example\n"
 )
-PATTERN = r"flat --pattern '(?P<student>\w+)_lab\.csv'"
 DESK, BOB = "grades/desk.csv", ["20.00", "12.00", "19.50"]
 
 
@@ -335,14 +332,13 @@ CASES: list[Any] = [
         "named --lms canvas",
         CANVAS,
     ),
-    ("G706", r"flat --pattern '(\w+)_lab\.csv'", FLAT, PATTERN[5:], PATTERN, {}),
     (
         "G707",
-        PATTERN,
-        DASH,
-        "change --pattern so that it fits these as well",
-        PATTERN.replace("_", "[-_]"),
-        {},
+        "named",
+        CANVAS | {"named/notes.txt": "x"},
+        "canvas names files such as doejane_9876_5432_lab.csv",
+        "named",
+        {"named/notes.txt": None},
     ),
     (
         "G708",
@@ -546,11 +542,12 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
 
 
 @pytest.mark.slow
-def test_figures_need_a_folder(home: Path) -> None:
-    assert hint_of(
-        gyro("grade", "class", "--format", "json", "--figures"), "G767"
-    ).startswith("add --out ")
-    assert grade("class --format json --figures --out new")[1] == POINTS
+def test_a_gradebook_needs_a_folder(home: Path) -> None:
+    book = HINTS["books"]["canvas"]["book"].replace("Homework (111),", "")
+    (home / "book.csv").write_text(book.replace("10.00,", ""), encoding="utf-8")
+    words = ("grade", "class", "--format", "json", "--gradebook", "book.csv")
+    assert hint_of(gyro(*words), "G767").startswith("add --out ")
+    assert grade(f"{shlex.join(words[1:])} --out new")[1] == POINTS
 
 
 def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import io
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 from grading.classes import make_folder, packed
@@ -82,13 +82,13 @@ def graded(folder: Path, *options: str) -> tuple[Result, dict[str, dict[str, str
 def test_hostile_submissions_cost_nobody_else_anything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    main, read = os.getpid(), archives.read_start
+    main, read = os.getpid(), archives.open_file
 
-    def reading(*where: Any) -> bytes:
+    def reading(*where: Any) -> IO[bytes]:
         assert os.getpid() != main, f"the main process opens {where[1]}"
         return read(*where)
 
-    monkeypatch.setattr(archives, "read_start", reading)
+    monkeypatch.setattr(archives, "open_file", reading)
     _, alone = graded(make_folder(tmp_path / "good", GOOD))
     hostile = {
         f"{student}/{name}": data

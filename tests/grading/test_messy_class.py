@@ -405,15 +405,6 @@ def test_log_in_the_text_field_of_a_platform_is_asked_for_as_a_file(
         item.read()
 
 
-def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
-    table = (
-        "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n"
-        "2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
-    )
-    found = read_answers(None, [("a.csv", table.encode())]).inertia
-    assert (found and found.value, found and found.u) == (0.0044, 5e-5)
-
-
 def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     files = {
         "ann/lab.csv": LOG,
@@ -467,8 +458,8 @@ def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
     )
     hints = {
         "p1,total,+2": "write bonus,2",
-        "p1,log,no.csv": "write the corrected log there",
-        "p1,late,99": "or 0",
+        "p1,log,no.csv": "write the corrected log into the folder of the grades",
+        "p1,late,99": "from 0 to 20",
     }
     for line, hint in hints.items():
         room.grade(f"student,what,value\n{line}", code=2)

@@ -126,7 +126,9 @@ MARKDOWN = {
 WORDS = {
     **{tag: word(f"<w:{tag}/>") for tag in ("vanish",)},
     "white": word('<w:color w:val="FFFFFF"/>'),
+    "nearly white": word('<w:color w:val="FEFEFE"/>'),
     "small": word('<w:sz w:val="2"/>'),
+    "narrow": word('<w:w w:val="1"/>'),
     "deleted": word("", around="<w:del>{}</w:del>"),
 }
 UNSEEN: dict[str, tuple[str, str | bytes]] = {
@@ -432,6 +434,10 @@ CELLS = {
         "mass [g],position [cm],spin [rpm],time [s],u_time [s],turns",
         lambda c: [*c[:4], "5", c[4]],
     ),
+    "column of many turns": with_columns(
+        "mass [g],position [cm],spin [rpm],time [s],u_time [s],turns",
+        lambda c: [*c[:3], f"{12 * float(c[3]):.2f}", "5", f"{12 * Fraction(c[4])}"],
+    ),
     "cell": with_columns(
         "mass [g],position [cm],spin [rpm],time [s],turns",
         lambda c: [f"{c[0]} ± 10", *c[1:]],
@@ -472,6 +478,19 @@ def test_unusual_number_of_turns_is_a_question(factor: float) -> None:
         {"ann/lab.csv": f"{answer}\n{with_turns(factor)}"}, "--lms", "folder"
     )["students"].values()
     assert any("unusual number of turns" in look for look in one["look"])
+
+
+@pytest.mark.slow
+def test_ten_degrees_less_than_a_turn_is_a_question() -> None:
+    log = with_columns(
+        TITLES,
+        lambda c: [*c[:3], f"{float(c[3]) * 0.9722 / Fraction(c[4]):.2f}", "0.9722"],
+    )
+    answer = reported_line(OWN, 0.012 * OWN)
+    (one,) = grade({"ann/lab.csv": f"{answer}\n{log}"}, "--lms", "folder")[
+        "students"
+    ].values()
+    assert one["look"] == ["9 runs have an unusual number of turns: 0.9722"]
 
 
 @pytest.mark.parametrize(
@@ -526,6 +545,7 @@ def test_refusal_is_not_switched_off() -> None:
         ("", "0.9 s", True),
         ("0.5 s", "0.9 s", False),
         ("0.5 s", "1.1 s", True),
+        ("0.1 s", "0.5 s", True),
     ],
 )
 def test_usual_uncertainty_is_that_of_the_bench(

@@ -103,8 +103,53 @@ def test_text_that_a_person_does_not_see_is_no_answer(style: dict[str, Any]) -> 
     hidden = handed_in(printed(WRONG, unseen=unseen, **style))
     assert hidden["reported"]["value"] == plain["reported"]["value"] == 9.99e-3
     assert hidden["points"] == plain["points"]
+    assert any("text that nobody sees" in look for look in hidden["look"])
     seen = handed_in(printed(WRONG, unseen=unseen, color="grey"))
     assert seen["look"], "the same text, if it can be seen, is asked about"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "style", [{"color": "white"}, {"fontsize": 0.5}, {"alpha": 0.01}]
+)
+def test_only_answer_that_nobody_sees_has_no_effect_and_is_told(
+    style: dict[str, Any],
+) -> None:
+    plain = handed_in(printed("Our report."))
+    hidden = handed_in(printed("Our report.", unseen=f"I_zz = {ANSWER}", **style))
+    assert hidden["reported"] == plain["reported"]
+    assert hidden["points"] == plain["points"]
+    new = [look for look in hidden["look"] if look not in plain["look"]]
+    (question,) = new
+    assert question.startswith("report.pdf contains text that nobody sees")
+
+
+@pytest.mark.slow
+def test_unseen_text_beside_an_answer_of_the_log_is_told() -> None:
+    log = f"# reported_inertia: {ANSWER}\n{LOG}"
+    report = printed("Our report.", unseen=WRONG, color="white")
+    student = handed_in(report, log)
+    assert student["points"] == handed_in(printed("Our report."), log)["points"]
+    assert any("text that nobody sees" in look for look in student["look"])
+
+
+@pytest.mark.slow
+def test_text_behind_a_picture_is_not_read() -> None:
+    """A scanner writes such a text, and nobody can see whether it is right."""
+    from pypdf import PdfReader, PdfWriter
+    from pypdf.generic import NumberObject
+
+    page = PdfReader(io.BytesIO(printed(f"I_zz = {ANSWER}"))).pages[0]
+    content = page.get_contents()
+    assert content is not None
+    content.operations = [([NumberObject(3)], b"Tr"), *content.operations]
+    writer = PdfWriter()
+    writer.add_page(page)
+    writer.pages[0].replace_contents(content)
+    out = io.BytesIO()
+    writer.write(out)
+    student = handed_in(out.getvalue())
+    assert (student["status"], "no text" in student["why"]) == ("not graded", True)
 
 
 @pytest.mark.slow

@@ -178,10 +178,9 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     if was is None or now is None:
         return Change(student, name, before, after, ())
     parts = tuple(_changed_cells(was, now))
-    is_same = before == after and was["name"] == now["name"]
-    return (
-        None if is_same and not parts else Change(student, name, before, after, parts)
-    )
+    if before == after and was["name"] == now["name"] and not parts:
+        return None
+    return Change(student, name, before, after, parts)
 
 
 def _changed_cells(was: Row, now: Row) -> Iterator[CellChange]:
@@ -200,12 +199,10 @@ def _total(row: Row | None) -> str | None:
 
 def _same(column: str, old: str, new: str) -> bool:
     """Return whether two cells look the same: distances are shown with two digits."""
-    if old == new or column not in DISTANCES:
+    numbers = [ledger.read_number(one) for one in (old, new)]
+    if column not in DISTANCES or None in numbers:
         return old == new
-    try:
-        return f"{float(old):.2g}" == f"{float(new):.2g}"
-    except ValueError:
-        return False
+    return f"{numbers[0]:.2g}" == f"{numbers[1]:.2g}"
 
 
 DISTANCES = ("d", "z")

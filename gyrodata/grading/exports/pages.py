@@ -7,13 +7,12 @@ HTML is escaped, and each text from outside becomes one harmless line.
 
 from __future__ import annotations
 
-import base64
 import math
 import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -30,7 +29,6 @@ from gyrodata.grading.ledger import Offer, short
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines, templates
-from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.values import (
     count_text,
     factor_text,
@@ -59,9 +57,8 @@ def environment() -> Environment:
     }
     made.filters |= {
         "address": lambda path: quote(path.encode("utf-8", "replace")),
-        "base64": base64.b64encode,
     }
-    made.globals |= {"version": __version__, "FIGURES": FIGURES}
+    made.globals |= {"version": __version__}
     # Titles, rules and reasons are the same for many students, and numbers in the two
     # pages of one student.
     made.filters |= {
@@ -119,16 +116,11 @@ def _markdown_safe(text: object) -> str:
 # --- the feedback for a student ---
 
 
-def feedback_pages(
-    grade: Grade, figures: Mapping[str, tuple[bytes, str]] = {}
-) -> dict[str, str]:
+def feedback_pages(grade: Grade) -> dict[str, str]:
     """Write the feedback for one student as one HTML page, and as Markdown.
 
     The HTML page needs no other file. The key of each text is the ending of its file.
-
-    `figures`: PNG file, and what it shows in words, by name: "period", "product",
-    "torque", "residuals". Gives: Every name, note and number from outside is escaped;
-    no clock time.
+    Every name, note and number from outside is escaped; there is no clock time.
     """
     content = _content(grade)
     template = environment().get_template
@@ -136,7 +128,7 @@ def feedback_pages(
         r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)
     ).strip()
     return {
-        ".html": template("feedback.html.jinja").render(content, figures=figures),
+        ".html": template("feedback.html.jinja").render(content),
         ".md": f"{text}\n",
     }
 

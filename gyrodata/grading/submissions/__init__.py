@@ -30,7 +30,6 @@ from gyrodata.grading.submissions.archives import (
     list_inner,
     place_of,
     read_file,
-    sizes_of,
 )
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
@@ -51,14 +50,13 @@ __all__ = [
 def find_submissions(
     path: str | Path,
     lms: str = "auto",
-    pattern: str | None = None,
     attempts: Attempts = "newest",
 ) -> Submissions:
     """Find the submissions of a class as `list_submissions` does.
 
     The log of each submission is chosen in this process.
     """
-    listed = list_submissions(path, lms, pattern, attempts)
+    listed = list_submissions(path, lms, attempts)
     chosen = [choose(item) for item in listed.items]
     notes = [note for _, some in chosen for note in some]
     return replace(
@@ -71,10 +69,9 @@ def find_submissions(
 def list_submissions(
     path: str | Path,
     lms: str = "auto",
-    pattern: str | None = None,
     attempts: Attempts = "newest",
 ) -> Submissions:
-    r"""List the submissions of a class by the names of their files.
+    """List the submissions of a class by the names of their files.
 
     Parameters
     ----------
@@ -83,8 +80,6 @@ def list_submissions(
         platform gives.
     lms : str
         The platform that named the files, of `names.PLATFORMS`; "auto" finds it.
-    pattern : str, optional
-        A regular expression for other names, such as ``(?P<student>\w+)_lab\.csv``.
     attempts : {"newest", "oldest"}
         Which of several attempts is graded.
 
@@ -103,7 +98,7 @@ def list_submissions(
         raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
     root = Path(path)
     files = _without_reports(list_files(root))
-    platform, owners = names.name_all(files, lms, pattern)
+    platform, owners = names.name_all(files, lms)
     named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
     about, notes = _read_metadata(root, named)
     notes = [*named.files.diagnostics, *notes, *_files_of_no_student(root, named)]
@@ -121,7 +116,7 @@ def list_submissions(
                 )
             )
     if not items:
-        raise _no_submission(root, named.files, lms, pattern)
+        raise _no_submission(root, named.files, lms)
     return Submissions(named.platform, _with_different_names(items), tuple(notes))
 
 
@@ -165,28 +160,21 @@ def _read_metadata(
 
 def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
     """Name the files whose names say no student."""
-    expected = [names.EXPORT, "/"]
-    if named.platform == "brightspace":
-        expected.append("index.html")
+    expected = (names.EXPORT, "/", "index.html")
     left = sorted(
         shown(name)
         for name, owner in named.owners.items()
-        if owner is None and not name.endswith(tuple(expected))
+        if owner is None and not name.endswith(expected)
     )
     if not left:
         return []
-    count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
-    hint = "change --pattern so that it fits these as well, or rename them"
-    if named.platform in names.PLATFORMS:
-        hint = (
-            f"rename them, if they count: {named.platform} names files such as "
-            f"{names.PLATFORMS[named.platform].sample}"
-        )
-    return [
-        Faults(root.name).message(
-            "files_of_no_student", count=count, names=listing(left, 5), hint=hint
-        )
-    ]
+    values = {
+        "count": "1 file is" if len(left) == 1 else f"{len(left)} files are",
+        "names": listing(left, 5),
+        "lms": named.platform,
+        "sample": names.PLATFORMS[named.platform].sample,
+    }
+    return [Faults(root.name).message("files_of_no_student", **values)]
 
 
 def _by_student(
@@ -267,22 +255,13 @@ def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
     )
 
 
-def _no_submission(
-    root: Path, files: Listing, lms: str, pattern: str | None
-) -> GyroError:
+def _no_submission(root: Path, files: Listing, lms: str) -> GyroError:
     """Return the error of a class without a submission."""
-    if not files.names:
-        message = "class_empty"
-    elif pattern is not None:
-        message = "pattern_fits_nothing"
-    else:
-        message = "no_submission"
     platform = "folder" if lms == "auto" else lms
     return Faults(root.name).refuse(
-        message,
+        "no_submission" if files.names else "class_empty",
         root=root.name,
         one=shown(next(iter(files.names), "")),
-        pattern=pattern,
         lms="a platform" if lms == "auto" else lms,
         sample=names.PLATFORMS[platform].sample,
     )
@@ -309,31 +288,33 @@ def submission_of(
 
     Also return notes on files left out. `about`: What a platform says about it.
     """
+    files, own = _files_handed_in(paths)
     first = paths[0]
-    if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
-        if len(paths) > 1:
-            raise Faults("").refuse("not_all_files", count=len(paths))
-        files = _without_reports(list_files(first))
-        own = {name: shown(name) for name in files.names}
-    else:
-        for path in paths:
-            if not path.is_file():
-                raise Faults("").refuse(
-                    "file_not_found",
-                    path=str(path),
-                    hint="check its name and its folder",
-                )
-        # An absolute name is found below any folder.
-        own = {str(path.resolve()): shown(path.name) for path in paths}
-        files = Listing(Path.cwd(), tuple(own))
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
     one = replace(one, **about)
-    parts = {"/": one} | {
-        name: replace(one, log_file=file) for name, file in own.items()
-    }
+    parts = {"/": one}
+    for name, file in own.items():
+        parts[name] = replace(one, log_file=file)
     made, choice = _choose(_joined(files.root, parts, "newest"))
     notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
+
+
+def _files_handed_in(paths: Sequence[Path]) -> tuple[Listing, dict[str, str]]:
+    """List files, or those of one folder or zip, with the names to be shown."""
+    is_whole = [path.is_dir() or path.suffix.lower() == ".zip" for path in paths]
+    if any(is_whole) and len(paths) > 1:
+        raise Faults("").refuse("not_all_files", count=len(paths))
+    for path in paths:
+        if not path.exists():
+            hint = "check its name and its folder"
+            raise Faults("").refuse("file_not_found", path=str(path), hint=hint)
+    if is_whole[0]:
+        files = _without_reports(list_files(paths[0]))
+        return files, {name: shown(name) for name in files.names}
+    # An absolute name is found below any folder.
+    own = {str(path.resolve()): shown(path.name) for path in paths}
+    return Listing(Path.cwd(), tuple(own)), own
 
 
 def _without_reports(files: Listing) -> Listing:
@@ -383,9 +364,9 @@ def _choose(item: Submission) -> tuple[Submission, str]:
     if not item.parts:
         return item, ""
     own, damage = _with_inner_files(item)
-    choice = choose_log(own, partial(read_file, item.source), item.attempts)
+    name, note = choose_log(own, partial(read_file, item.source), item.attempts)
     # What the platform says about the file of the log is true for the submission.
-    outer = choice.name.partition("//")[0] if choice.name else next(iter(item.parts))
+    outer = name.partition("//")[0] or next(iter(item.parts))
     named = item.parts[outer]
     made = replace(
         item,
@@ -393,15 +374,14 @@ def _choose(item: Submission) -> tuple[Submission, str]:
         feedback_stem=named.feedback_stem,
         parts={},
         members=tuple(sorted(own)),
-        report_names=_texts(item.parts, own, choice.name),
+        report_names=_texts(item.parts, own, name),
+        problem=None,
     )
     if item.log_name is not None:
-        return replace(made, problem=None), ""
-    if choice.name is None:
-        problem = f"{choice.note}; {damage}" if damage else choice.note
-        return replace(made, problem=problem), ""
-    chosen = replace(made, log_name=choice.name, log_file=own[choice.name])
-    return replace(chosen, problem=None), choice.note
+        return made, ""
+    if name:
+        return replace(made, log_name=name, log_file=own[name]), note
+    return replace(made, problem=f"{note}; {damage}" if damage else note), ""
 
 
 def _with_inner_files(item: Submission) -> tuple[dict[str, str], str]:
@@ -425,7 +405,7 @@ def _with_inner_files(item: Submission) -> tuple[dict[str, str], str]:
 
 
 def _texts(
-    parts: Mapping[str, Submission], own: Mapping[str, str], log: str | None
+    parts: Mapping[str, Submission], own: Mapping[str, str], log: str
 ) -> tuple[str, ...]:
     """Return the texts that may contain the answer.
 
@@ -444,7 +424,5 @@ def _texts(
 def unread(item: Submission, why: str) -> Submission:
     """Return a listed submission whose files cannot be opened, with the reason."""
     members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
-    # Another file of the same name usually has another size.
-    about = repr(sizes_of(item.source, members))
-    digest = hashlib.sha256(about.encode("utf-8", "replace")).hexdigest()
+    digest = hashlib.sha256(repr(members).encode("utf-8", "replace")).hexdigest()
     return replace(item, parts={}, members=members, problem=why, known_digest=digest)

@@ -31,7 +31,6 @@ from gyrodata.grading.submissions.documents import (
     NO_TEXT,
     SAYS,
     Document,
-    Unseen,
     in_cells,
     read_document,
     without_marks,
@@ -55,34 +54,31 @@ class Answers(Struct, frozen=True):
 def read_answers(
     log: readings.Readings | None,
     reports: Iterable[Document | tuple[str, bytes]] = (),
-    unseen: Unseen | None = None,
 ) -> Answers:
     """Find the value that the log reports, or another text if the log reports none.
 
-    `reports` are the other texts, or their names and bytes, and `unseen` what is hidden
-    in the log. Never raises: a value that cannot be read has a fault.
+    `reports` are the other texts, or their names and bytes. Never raises: a value that
+    cannot be read has a fault.
     """
     documents = [
         one if isinstance(one, Document) else read_document(*one) for one in reports
     ]
-    unseen = unseen or Unseen()
-    if log is not None and not _is_seen(log, unseen):
+    if log is not None and "inertia" not in log.reported:
         log = None
     remarks = [Document(log.name, _remarks(log))] if log is not None else []
     texts = [find_candidates(one) for one in (*remarks, *documents)]
-    values = [one for text in texts for one in text.values]
+    cuts = tuple(filter(None, (text.cut for text in texts)))
+    values = [*chain.from_iterable(text.values for text in texts)]
     named = [one for one in values if not one.compared]
     unread = _unread(documents, has_answer=bool(log or named))
     if log is not None:
-        chosen = Candidate(
-            Rank(True, True, True), log.name, _in_log(log), _is_doubted(log, unseen)
-        )
+        chosen = Candidate(Rank(True, True, True), log.name, _in_log(log))
         answers = Answers(chosen.read, (), log.name)
     elif named:
         chosen, answers = _best(named)
     else:
-        return Answers(unread=unread)
-    questions = [*(text.cut for text in texts), _doubt(chosen, named)]
+        return Answers(questions=cuts, unread=unread)
+    questions = [*cuts, _doubt(chosen, named)]
     if answers.inertia and answers.inertia.fault != "given twice":
         # A word of a comparison does not make another answer harmless.
         questions.append(_disagrees(chosen, answers.file, values))
@@ -153,24 +149,6 @@ def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
 def _is_draft(one: Candidate) -> bool:
     (rank, _), _ = version_of(one.file)
     return rank < 0
-
-
-def _is_seen(log: readings.Readings, unseen: Unseen) -> bool:
-    """Return whether a log has an answer that a person who opens it may see."""
-    if "inertia" not in log.reported:
-        return False
-    line = log.reported["inertia"].line
-    if line is None:
-        return True
-    above = [title.strip("'") for before, title in log.sheets if before < line]
-    text = readings.lablog.split_lines(log.source_text)[line - 1]
-    return unseen.sheets.isdisjoint(above[-1:]) and visible.line_seen(text) == text
-
-
-def _is_doubted(log: readings.Readings, unseen: Unseen) -> bool:
-    """Return whether the answer of a log is in a cell that is not shown."""
-    text = log.reported["inertia"].text
-    return any(text in cell for cell in unseen.cells)
 
 
 def _doubt(chosen: Candidate, found: Iterable[Candidate]) -> str:

@@ -17,7 +17,6 @@ import stat
 import struct
 import zipfile
 import zlib
-from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -103,32 +102,20 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(root, "class_not_there")
-        if ending(root.name) and ending(root.name) in (
-            *LOGS,
-            *TEXTS,
-        ):  # a workbook is a zip as well
-            near = (
-                root.relative_to(Path.cwd())
-                if root.is_relative_to(Path.cwd())
-                else root
-            )
+        # A workbook is a zip as well.
+        if ending(root.name) in {*LOGS, *TEXTS} - {""}:
+            here = Path.cwd()
+            near = root.relative_to(here) if root.is_relative_to(here) else root
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
-        if zipfile.is_zipfile(root):
-            return _opened(root)[2]
         with root.open("rb") as file:
-            cut = file.read(4) == b"PK\x03\x04"
-        raise (
-            _refusal(root, "zip_damaged", why="its end is missing")
-            if cut
-            else _refusal(root, "class_is_no_zip")
-        )
+            is_zip = file.read(2) == b"PK"
+        if not is_zip:
+            raise _refusal(root, "class_is_no_zip")
+        return _opened(root)[2]
     except OSError as error:
         raise _refusal(
             root, "class_unreadable", why=error.strerror or str(error)
         ) from None
-
-
-_FIRST = 65_536  # bytes of a file that are read first; few have more
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
@@ -136,27 +123,12 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
 
     ``//`` follows a zip in the class. Raises InputError.
     """
-    data = read_start(root, name, most + 1)
-    if len(data) <= most:
-        return data
-    name = name.rpartition("/")[2]
-    raise Faults(name).refuse(
-        "file_of_class_unreadable",
-        name=name,
-        why=f"it is larger than {size_text(most)}",
-    )
-
-
-def read_start(root: Path, name: str, count: int) -> bytes:
-    """Read the first `count` bytes of a file of a class.
-
-    The name as in `read_file`. Raises InputError.
-    """
     try:
-        with _open_file(root, name) as file:
-            # To ask for the most at once takes memory for it.
-            data = file.read(min(_FIRST, count))
-            return data + (file.read(count - _FIRST) if len(data) == _FIRST else b"")
+        with open_file(root, name) as file:
+            data = file.read(most + 1)
+        if len(data) <= most:
+            return data
+        why = f"it is larger than {size_text(most)}"
     except OSError as error:
         why = error.strerror or str(error)
     except (
@@ -171,7 +143,7 @@ def read_start(root: Path, name: str, count: int) -> bytes:
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
 
 
-def _open_file(root: Path, name: str) -> IO[bytes]:
+def open_file(root: Path, name: str) -> IO[bytes]:
     """Open a file of a class, or one in a zip; raise OSError if it cannot be read."""
     outer, _, inner = name.rpartition("//")
     plain = root / name
@@ -189,22 +161,6 @@ def _open_file(root: Path, name: str) -> IO[bytes]:
     return archive.open(member)
 
 
-def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
-    """Return the names and sizes [byte] of the files of a class.
-
-    0 for a file that is gone.
-    """
-    if root.is_file():
-        members = _opened(root)[1]
-        return [
-            (name, members[name].file_size if name in members else 0) for name in names
-        ]
-    paths = [(name, root / name) for name in names]
-    return [
-        (name, path.lstat().st_size if path.exists() else 0) for name, path in paths
-    ]
-
-
 def _list_folder(root: Path) -> Listing:
     found: list[str] = []
     folders: list[str] = []
@@ -212,23 +168,16 @@ def _list_folder(root: Path) -> Listing:
     errors: list[OSError] = []
     faults = Faults(root.name)
     for path, inner, files in os.walk(root, onerror=errors.append):
-        below = (
-            os.path.relpath(path, root).replace(os.sep, "/") + "/"
-            if path != str(root)
-            else ""
-        )
+        below = os.path.relpath(path, root).replace(os.sep, "/") + "/"
+        below = below.removeprefix("./")
         folders.append(below)
         inner[:] = [name for name in inner if not _STREWN.search(f"{below}{name}/")]
-        for name in (
-            f"{below}{name}"
-            for name in (*inner, *files)
-            if not _STREWN.search(f"{below}{name}")
-        ):
+        for name in (f"{below}{name}" for name in (*inner, *files)):
             state = os.lstat(root / name)
             if stat.S_ISLNK(state.st_mode):
                 # It may lead to the files of another student, or of the grader.
                 left_out.append(faults.message("link_left_out", name=name))
-            elif stat.S_ISREG(state.st_mode):
+            elif stat.S_ISREG(state.st_mode) and not _STREWN.search(name):
                 found.append(name)
         if len(folders) + len(found) > MOST_FILES:
             raise _refusal(root, "class_too_large", most=str(MOST_FILES))

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import islice, takewhile
+from itertools import islice
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -24,6 +24,7 @@ from gyrodata.grading.submissions.documents import (
     SAYS,
     Document,
 )
+from gyrodata.grading.submissions.visible import HAS_UNIT
 from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Reported, read_reported
@@ -76,9 +77,13 @@ def find_candidates(document: Document) -> Text:
         *(line[LONGEST_LINE:] for line in document.lines[:end]),
         *(text for _, text in sentences if len(text) > _LONGEST_SENTENCE),
     ]
-    if len(values) <= _MOST_VALUES and not any(map(_HAS_UNIT.search, unread)):
+    if len(values) > _MOST_VALUES or any(map(HAS_UNIT.search, unread)):
+        why = "is too long"
+    elif any(map(HAS_UNIT.search, document.unseen)):
+        why = "contains text that nobody sees"
+    else:
         return Text(values)
-    cut = f"{document.name} is too long: a part of it is not read"
+    cut = f"{document.name} {why}: a part of it is not read"
     cut += ", and may have another answer"
     return Text(values[:_MOST_VALUES], cut)
 
@@ -107,80 +112,64 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of tables as lines of text, below the titles of each table."""
     titles = list[str]()
-    width = 0
     is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
         is_table = len(cells) > 1
-        if not any(map(_is_number, cells)):
-            if not set(line) <= set("-: |"):
-                titles = cells * is_table
-                width = 0
-        elif is_table:
-            # Titles on the right of a table of runs have values in as many cells.
-            width = width or len(cells)
-            titles = [] if len(cells) != width > len(titles) else titles
-            row = _Row.below(titles, cells, is_run[at + 1])
+        has_number = any(map(_is_number, cells))
+        if not has_number and not set(line) <= set("-: |"):
+            titles = cells * is_table
+        if has_number and is_table:
+            own = titles if is_run[at + 1] else _with_title_of_u(titles, cells)
             # A column of I_zz with a value for each run is not the answer.
-            line = row.as_prose(is_run[at : at + 3] == [False, True, False])
+            is_alone = is_run[at : at + 3] == [False, True, False]
+            line = _row_as_prose(own, cells, is_alone)
         yield line
 
 
-class _Row(NamedTuple):
-    """A row of a table with numbers."""
+def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:
+    """Add a title to the second of two numbers if it may be the uncertainty."""
+    numbers = [cell for cell in cells if _is_number(cell)]
+    if len(numbers) != 2 or any(map(_is_unsure, titles)):
+        return titles
+    both = read_reported("inertia", f"{' ± '.join(numbers)} kg m^2")
+    if both.fault is not None or not 0 < (both.u or 0) < 0.2 * abs(both.value or 0):
+        return titles
+    at = cells.index(numbers[1])
+    missing = [""] * (len(cells) - len(titles))
+    whole = [*missing, *titles]
+    return [*whole[:at], f"± {whole[at]}", *whole[at + 1 :]]
 
-    columns: list[tuple[str, str]]  # title and cell; units are behind the numbers
-    unit: str = ""  # that the name of the row states
-    u: str = ""  # the cell with the uncertainty, if no title says which it is
 
-    @classmethod
-    def below(cls, titles: Sequence[str], cells: Sequence[str], is_run: bool) -> _Row:
-        """Find the unit and the uncertainty of a row that is not one of the runs."""
-        # Titles are aligned on the right: the names of rows may have none.
-        missing = [""] * (len(cells) - len(titles))
-        blank = [""] * (len(titles) - len(cells))
-        columns = list(zip([*missing, *titles], [*cells, *blank], strict=True))
-        ahead = [
-            one
-            for one in takewhile(lambda one: not _is_number(one[1]), columns)
-            if "inertia" in kinds_of(one[1])
-        ]
-        columns = [*(one for one in columns if one not in ahead), *ahead]
-        if is_run:
-            return cls(columns)
-        units = (_unit_behind(cell) for cell in cells if not _is_number(cell))
-        unit = next(filter(None, units), "")
-        has_title = any(map(_is_unsure, titles))
-        return cls(columns, unit, "" if has_title else _second_number(columns, unit))
+def _row_as_prose(titles: Sequence[str], cells: Sequence[str], is_alone: bool) -> str:
+    """Write the cells with the sign ± and with units.
 
-    def as_prose(self, is_alone: bool) -> str:
-        """Write the cells with the sign ± and with units.
+    `is_alone`: Whether the row is the only one of its table, which has titles.
+    """
+    # Titles are aligned on the right: the names of rows may have none.
+    missing = [""] * (len(cells) - len(titles))
+    columns = list(zip([*missing, *titles], cells, strict=False))
+    if "inertia" in kinds_of(cells[0]):
+        columns = [*columns[1:], columns[0]]
+    line = ""
+    for title, cell in columns:
+        text = _with_unit(title, cell)
+        if line and _is_number(cell) and _is_unsure(title):
+            line += f" ± {text}{' %' * ('%' in title)}"
+        elif _is_blank_or_unit(text) and not _is_number(cell):
+            line += f" {text}"
+        elif is_alone or re.search(SAYS["other"], title):
+            line += f" | {title} = {text}"
+        else:
+            line += f" | {text}"
+    return line
 
-        `is_alone`: whether the row is the only one of its table, which has titles.
-        """
-        line = ""
-        for title, cell in self.columns:
-            text = self._with_unit(title, cell)
-            if self._is_u(title, cell) and line:
-                line += f" ± {text}{' %' * ('%' in title)}"
-            elif _is_blank_or_unit(text) and not _is_number(cell):
-                line += f" {text}"
-            elif is_alone or re.search(SAYS["other"], title):
-                line += f" | {title} = {text}"
-            else:
-                line += f" | {text}"
-        return line
 
-    def _with_unit(self, title: str, cell: str) -> str:
-        """Write the unit of a title or of the row behind a number instead of a name."""
-        if not _is_number(cell):
-            return re.sub(_IN_BRACKETS, "", cell) if self.unit else cell
-        if re.search(_UNIT, cell):
-            return cell
-        return f"{cell} {_unit_behind(title) or self.unit}".rstrip()
-
-    def _is_u(self, title: str, cell: str) -> bool:
-        return _is_number(cell) and (_is_unsure(title) or cell == self.u)
+def _with_unit(title: str, cell: str) -> str:
+    """Write the unit of a title behind a number that has none."""
+    if not _is_number(cell) or re.search(_UNIT, cell):
+        return cell
+    return f"{cell} {_unit_behind(title)}".rstrip()
 
 
 def _is_blank_or_unit(cell: str) -> bool:
@@ -189,19 +178,6 @@ def _is_blank_or_unit(cell: str) -> bool:
 
 def _is_number(text: str) -> bool:
     return re.match(rf"\s*+[-+(]*+(?!{_POWER})[.,]?\d", text) is not None
-
-
-def _second_number(columns: Sequence[tuple[str, str]], unit: str) -> str:
-    """Return the second of two numbers with a unit, if it is an uncertainty.
-
-    An uncertainty is a small part of the first number.
-    """
-    numbers = [cell for _, cell in columns if _is_number(cell)]
-    if len(numbers) < 2:
-        return ""
-    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
-    is_small = 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
-    return numbers[1] if both.fault is None and is_small else ""
 
 
 def _is_unsure(text: str) -> bool:
@@ -232,11 +208,6 @@ def _unit_behind(text: str) -> str:
 
 _IN_BRACKETS = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
-_HAS_UNIT = re.compile(
-    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
-    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
-)
-"""A unit of I_zz in a text that is not read."""
 _OTHER_UNIT = (
     r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"
     r"|\*\*)?[\d²³]?){1,3}"
@@ -352,7 +323,7 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    return Candidate(rank, place, read, read.line in document.doubted, compared)
+    return Candidate(rank, place, read, document.doubt, compared)
 
 
 def _is_other(around: str) -> bool:

@@ -1,7 +1,7 @@
 """The texts of a student as lines of plain text, and why a file cannot be read.
 
-Of each line it is known whether a person who opens the file may not see it: an answer
-there is a question.
+Of each text it is known whether a person who opens the file may not see a part of it:
+an answer there is a question.
 """
 
 from __future__ import annotations
@@ -46,14 +46,22 @@ class Document(Struct, frozen=True):
 
     name: str  # to be shown
     lines: Sequence[str] = ()  # of plain text; the cells of a table are separated by |
-    doubted: frozenset[int] = frozenset()  # numbers of lines that may be unseen
+    doubt: bool = False  # whether a person may not see a part of it
+    unseen: Sequence[str] = ()  # lines that nobody sees, which are not read
     problem: str = ""  # why it cannot be read; or ""
 
 
 def read_document(name: str, data: bytes) -> Document:
     """Read a file as lines of plain text; never raises."""
+    unseen: list[str] = []
     try:
-        lines = _read_lines(name, data)
+        if ending(name) == PDF:
+            doubt = False
+            lines, unseen = pdf_lines(data)
+            if not any(map(str.strip, lines)):
+                raise ValueError(NO_TEXT)
+        else:
+            lines, doubt = _read_lines(name, data)
     except GyroError as error:
         return Document(name, problem=error.diagnostics[0].message)
     except RecursionError:
@@ -64,16 +72,15 @@ def read_document(name: str, data: bytes) -> Document:
         why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
         return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
-    doubted = {number for number, line in enumerate(lines, 1) if visible.DOUBT in line}
-    plain = [without_marks(line) for line in lines]
-    return Document(name, plain, frozenset(doubted))
+    plain = [without_marks(visible.line_seen(one)) for one in lines]
+    return Document(name, plain, doubt, unseen)
 
 
 def without_marks(line: str) -> str:
     """Return a line without characters that have no width."""
     if line.isascii():
         return line
-    return "".join(c for c in line if unicodedata.category(c) not in ("Cf", "Co"))
+    return "".join(c for c in line if unicodedata.category(c) != "Cf")
 
 
 _LONGEST_REASON = 80
@@ -90,39 +97,67 @@ _DAMAGED = (
 )
 
 
-def _read_lines(name: str, data: bytes) -> list[str]:
-    """Read a file as lines of text, with bars between the cells of a table."""
+def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
+    """Read a file as lines of text, with bars between the cells of a table.
+
+    Also return whether a person may not see a part of it.
+    """
     kind = ending(name)
     if kind in WORKBOOKS:
-        sheets = workbook.read_sheets(data)
-        return [line for one in sheets if not one.is_hidden for line in _rows_of(one)]
-    if kind == PDF:
-        lines = pdf_lines(data)
-        if not any(map(str.strip, lines)):
-            raise ValueError(NO_TEXT)
-        return [visible.line_seen(line) for line in lines]
-    text = _without_struck(_text_of(name, data, kind), kind)
-    if kind not in TABLES:
-        text = visible.latex_seen(text)
+        shown = [one for one in workbook.read_sheets(data) if not one.is_hidden]
+        lines = [line for sheet in shown for line in _rows_of(sheet)]
+        return lines, any(map(workbook.unseen_cells, shown))
+    text, doubt = _text_of(name, data, kind)
+    text = _without_struck(text, kind)
+    if kind in TABLES:
+        return in_cells(readings.lablog.split_lines(text)), doubt
+    text = visible.text_seen(text)
     if kind == ".md":
+        doubt = visible.has_answer_above(text)
         text = visible.markdown_seen(text)
-    text = _without_markup(text, kind)
-    lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
-    return in_cells(lines) if kind in TABLES else lines
+    if kind not in _PAGES:
+        doubt = doubt or visible.may_be_unseen(text)
+    text, is_hiding = _without_markup(text, kind)
+    return readings.lablog.split_lines(text), doubt or is_hiding
 
 
-def _text_of(name: str, data: bytes, kind: str) -> str:
-    """Return a file as text, still with its markup."""
+def _text_of(name: str, data: bytes, kind: str) -> tuple[str, bool]:
+    """Return a file as text, still with its markup, and whether cells are hidden."""
     if kind == ".odt":
         raise ValueError(NOT_READ)
     if kind == WORD and data.startswith(b"PK"):
         return _text_of_word(data)
     text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
-        return _json_as_lines(text)
+        return _json_as_lines(text), False
     if kind == ".ipynb":
-        return "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
-    return text
+        return _notebook_text(msgspec.json.decode(text)["cells"])
+    return text, False
+
+
+def _text_of_word(data: bytes) -> tuple[str, bool]:
+    """Return the XML of Word with the styles that it uses.
+
+    Also return whether such a style hides text.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        text = _part(archive, "word/document.xml")
+        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
+    names = re.findall(r'<w:(?:[pr]Style|basedOn)\s+w:val="([^"]*)"', text + styles)
+    used = ""
+    for style in re.split(r"(?=<w:style\b)", styles):
+        if not {*re.findall(r'w:styleId="([^"]*)"', style)}.isdisjoint(names):
+            used += style
+    hides = re.search('<w:vanish(?: w:val="(?:true|on|1)")?\\s*/>', used)
+    return text + used, hides is not None
+
+
+_STYLES = "word/styles.xml"
+
+
+def _part(archive: zipfile.ZipFile, name: str) -> str:
+    text = archive.open(name).read(readings.MAX_BYTES).decode("utf-8", "replace")
+    return re.sub(r">\s+<", "><", text)
 
 
 def _json_as_lines(text: str) -> str:
@@ -149,89 +184,66 @@ _PAGES = (".html", ".htm")
 _TAG = re.compile(r"(?i)</p>|<(?:br|sup)\b")
 
 
-def _without_markup(text: str, kind: str) -> str:
-    """Turn the page of a browser or a word processor into lines as they are shown."""
-    if kind in _PAGES or (kind not in (".md", WORD) and _TAG.search(text)):
-        text = visible.page_seen(text)
+def _without_markup(text: str, kind: str) -> tuple[str, bool]:
+    """Turn the page of a browser or a word processor into lines as they are shown.
+
+    Also return whether a style of the page may hide some.
+    """
+    doubt = False
+    is_page = kind in (*_PAGES, ".md")
+    if is_page or (kind != WORD and _TAG.search(text)):
+        text, doubt = visible.page_seen(text)
     if kind not in (*_PAGES, WORD) and not _TAG.search(text):
-        return text
+        return text, doubt
     for pattern, plain in _MARKUP:
         text = re.sub(pattern, plain, text)
     lines = map(str.strip, html.unescape(text).split("\n"))
-    return "\n".join(filter(None, lines))
+    return "\n".join(filter(None, lines)), doubt
 
 
 def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
-    """Give the rows of a sheet as lines; cells that are not shown are doubted."""
-    unseen = workbook.unseen_cells(sheet)
-    for number, row in enumerate(sheet.rows, 1):
-        cells = ["" if cell is None else str(cell) for cell in row]
-        yield " | ".join(
-            visible.doubted(cell) if (number, at) in unseen else cell
-            for at, cell in enumerate(cells, 1)
-        )
+    """Give the rows of a sheet as lines."""
+    for row in sheet.rows:
+        yield " | ".join("" if cell is None else str(cell) for cell in row)
 
 
-class Unseen(Struct, frozen=True):
-    """The cells of a workbook that are not shown."""
-
-    sheets: frozenset[str] = frozenset()  # names of hidden sheets
-    cells: frozenset[str] = frozenset()  # texts of cells that are not shown
-
-
-def unseen_in(name: str, data: bytes) -> Unseen:
-    """Return what is hidden in a workbook; nothing if it is none, or cannot be read."""
+def hides_cells(name: str, data: bytes) -> bool:
+    """Return whether a log has sheets, cells or a part of a line that nobody sees."""
     if ending(name) not in WORKBOOKS:
-        return Unseen()
+        return _WIDE.search(data) is not None
     try:
         sheets = workbook.read_sheets(data)
     except ValueError:
-        return Unseen()
-    cells = {
-        str(sheet.rows[row - 1][column - 1])
-        for sheet in sheets
-        for row, column in workbook.unseen_cells(sheet)
-    }
-    titles = frozenset(sheet.title for sheet in sheets if sheet.is_hidden)
-    return Unseen(titles, frozenset(cells))
+        return False
+    return any(one.is_hidden or workbook.unseen_cells(one) for one in sheets)
 
 
-def _text_of_word(data: bytes) -> str:
-    """Return the XML of Word, without the text in it that is hidden."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        text = re.sub(r">\s+<", "><", _part(archive, "word/document.xml"))
-        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
-    return visible.word_seen(text, styles)
+_WIDE = re.compile(rb"[ \t]{200}(?=[^\s])")
 
 
-_STYLES = "word/styles.xml"
+def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
+    """Return the text of a notebook: the cells, and what they printed.
 
-
-def _part(archive: zipfile.ZipFile, name: str) -> str:
-    with archive.open(name) as file:
-        return file.read(readings.MAX_BYTES).decode("utf-8", "replace")
-
-
-def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the texts of a notebook: the cells, and what they printed."""
-    printed: list[str] = []
+    Also return whether a page of it leaves some out.
+    """
+    sources = []
+    printed = []
+    tags = []
     for cell in cells:
-        metadata = cell.get("metadata") or {}
-        hidden = metadata.get("jupyter") or {}
-        # "hide-input", "remove-cell", "remove_output": what a page of it leaves out.
-        tags = " ".join(map(str, metadata.get("tags") or ()))
-        mark = visible.doubted if re.search("(?i)hid|remove|exclu", tags) else str
+        metadata = cell.get("metadata", {})
+        hidden = metadata.get("jupyter", {})
+        tags += metadata.get("tags", ())
         source = "".join(cell["source"])
         if cell.get("cell_type") == "markdown":
-            source = visible.markdown_seen(source)
+            source, _ = visible.page_seen(visible.markdown_seen(source))
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
-            yield mark(source)
+            sources.append(source)
         if not hidden.get("outputs_hidden"):
-            printed += [
-                mark("".join(["\n", *one.get("text", [])]))
-                for one in cell.get("outputs", [])
-            ]
-    yield from printed
+            printed += [one.get("text", []) for one in cell.get("outputs", [])]
+    # "hide-input", "remove-cell", "remove_output"
+    doubt = re.search("(?i)hid|remove|exclu", " ".join(map(str, tags))) is not None
+    outputs = ["".join(["\n", *text]) for text in printed]
+    return "\n".join([*sources, *outputs]), doubt
 
 
 def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:

@@ -2,11 +2,11 @@
 
 The names that platforms give and their metadata determine the student.
 
-`platforms.toml` describes how the platforms name files. The user may give a pattern
-instead, and a folder for each student needs neither. Gradescope adds metadata with
-submitters and times: a running autograder finds JSON; an export contains YAML written
-by Ruby, with symbols for keys and many megabytes of results and histories, of which
-only the lines with submitters and times are parsed.
+`platforms.toml` describes how the platforms name files; a folder for each student
+needs no such name. Gradescope adds metadata with submitters and times: a running
+autograder finds JSON; an export contains YAML written by Ruby, with symbols for keys
+and many megabytes of results and histories, of which only the lines with submitters and
+times are parsed.
 
 Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them
 (``[':submitters'][0][':sid']``).
@@ -17,7 +17,7 @@ from __future__ import annotations
 import base64
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -32,22 +32,10 @@ from msgspec.structs import replace
 from gyrodata.base.errors import printable, shown
 from gyrodata.grading.submissions.archives import LOGS, Listing, ending
 from gyrodata.grading.submissions.submission import Submission
-from gyrodata.readings import Faults
 
 # of a running autograder, and of an export
 LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"
 LARGEST = 100_000_000  # bytes of a metadata file that are read
-
-
-class Book(Struct, frozen=True):
-    """The sheet of grades of a platform; `platforms.toml` explains the fields."""
-
-    noun: str
-    begins: str = ""
-    maximum: str = ""
-    assignment: str = ""
-    unlock: str = ""
-    known_by: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
 
 class Platform(Struct, frozen=True):
@@ -55,7 +43,6 @@ class Platform(Struct, frozen=True):
 
     sample: str  # name of one file, for messages
     names: tuple[str, ...] = ()  # regular expressions of a whole name
-    book: Book | None = None
 
     def match(self, name: str) -> re.Match[str] | None:
         """Match the name of a file below the class.
@@ -103,17 +90,12 @@ _NO_SUBMISSION = (
 """Endings of files in a flat folder that are not submissions."""
 
 
-def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]:
+def name_all(files: Listing, lms: str) -> tuple[str, Named]:
     """Find out which platform named the files, and read each name.
 
-    `lms` is a platform or "auto", `pattern` a regular expression of the user instead.
-    The names that are returned include folders in which a student has no file.
+    `lms` is a platform or "auto". The names that are returned include folders in which
+    a student has no file.
     """
-    if pattern is not None:
-        own = _read_pattern(pattern)
-        return "pattern", {
-            name: _take_apart(own.search(name), files.root) for name in files.names
-        }
     outer = _only_folder(files)
     if lms == "folder":
         return "folder", _name_by_folders(files, outer)
@@ -127,9 +109,7 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
             for name, rest in inner.items()
         }
         if lms == "auto" or any(named.values()):
-            if platform == "blackboard":
-                named = _with_user_names(named)
-            return platform, named
+            return platform, _with_user_names(platform, named)
     if lms in NAMED:
         return lms, dict.fromkeys(files.names)
     return "folder", _name_by_folders(files, outer)
@@ -203,60 +183,53 @@ def _contains_several_students(files: Listing, outer: str) -> bool:
     return len(students) > 1
 
 
-def _read_pattern(text: str) -> re.Pattern[str]:
-    """Check a regular expression of the user.
-
-    It needs a group ``student``, and may have other groups of `_take_apart`.
-    """
-    try:
-        if "student" in (pattern := re.compile(text)).groupindex:
-            return pattern
-        why = "does not say which part is the student"
-    except re.error as error:
-        why = f"is not a regular expression: {error}"
-    raise Faults("").refuse("pattern_unusable", pattern=text, why=why)
-
-
 def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
-    """Read the groups of a match; in a pattern of the user, the file needs no group."""
+    """Read the groups of a match."""
     if match is None:
         return None
     groups = {kind: text for kind, text in match.groupdict().items() if text}
-    kind = next((kind for kind in ("student", *_IDS) if kind in groups), None)
-    if kind is None:
-        return None
-    key = shown(groups[kind])
-    if kind == "canvas_anonymous":
+    ids = {kind: shown(groups[kind]) for kind in _IDS if kind in groups}
+    key = shown(groups.get("student", "")) or next(iter(ids.values()))
+    if "canvas_anonymous" in groups:
         key = f"anon_{key}"
     person = shown(groups.get("name", "")) or key
     if person == "Participant":
         # In anonymous submissions, Moodle calls everybody so.
         person = f"Participant {key}"
-    item = Submission(
-        key,
-        person,
-        _ids_in(groups),
-        root,
-        late="late" in groups,
-        submitted=groups.get("submitted") or _time_of_stamp(groups.get("stamp", "")),
-    )
-    file = match.string.rpartition("/")[2]
-    if kind == "student":
-        own = groups.get("file", file)
-        stem = key.replace("/", "_")
-        return replace(item, log_file=own, feedback_stem=stem)
-    # Without its ending, both of "lab.csv.gz".
-    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    stem = printable(groups.get("stem") or stem)
-    return replace(item, log_file=groups.get("file"), feedback_stem=stem)
-
-
-def _ids_in(groups: Mapping[str, str]) -> dict[str, str]:
-    """Return the ids on platforms that a name contains."""
-    ids = {known: shown(groups[known]) for known in _IDS if known in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
-    return ids
+    file = match.string.rpartition("/")[2]
+    # Without its ending, both of "lab.csv.gz".
+    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
+    return Submission(
+        key,
+        person,
+        ids,
+        root,
+        late="late" in groups,
+        submitted=_time_of_stamp(groups.get("stamp", "")),
+        log_file=groups.get("file"),
+        feedback_stem=printable(groups.get("stem") or stem),
+    )
+
+
+def _with_user_names(platform: str, named: Named) -> Named:
+    """Call each student of Blackboard by the user name, which may contain a ``_``.
+
+    It follows the name of the assignment, with which all files begin.
+    """
+    if platform != "blackboard":
+        return named
+    owners = {part.student for part in named.values() if part}
+    # These are not paths, but names whose beginning is equal.
+    shared = commonprefix([*owners]) if len(owners) > 1 else ""  # noqa: RUF071
+    at = shared.rfind("_") + 1
+    for name, part in named.items():
+        if part is not None:
+            user = part.student[at:] if at else part.name
+            ids = {"username": user}
+            named[name] = replace(part, student=user, name=user, ids=ids)
+    return named
 
 
 def _time_of_stamp(stamp: str) -> str | None:
@@ -294,30 +267,6 @@ def _flat_key(name: str) -> str:
         or name
     )
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
-
-
-def _with_user_names(named: Named) -> Named:
-    """Find the user name of each student in names of Blackboard; it may contain a _."""
-    platform = PLATFORMS["blackboard"]
-    matches = {name: platform.match(name.rpartition("/")[2]) for name in named}
-    owners = {name: match["owner"] for name, match in matches.items() if match}
-    users = _users_of(owners.values())
-    for name, owner in owners.items():
-        user = users[owner]
-        part = named[name]
-        named[name] = part and replace(
-            part, student=user, name=user, ids={"username": user}
-        )
-    return named
-
-
-def _users_of(owners: Iterable[str]) -> dict[str, str]:
-    """Return the user name behind the name of the assignment, which all files share."""
-    distinct = sorted(set(owners))
-    # These are not paths, but names whose beginning is equal.
-    shared = commonprefix(distinct)  # noqa: RUF071
-    at = shared.rfind("_") + 1 if len(distinct) > 1 else 0
-    return {one: shown(one[at:] if at else one.rpartition("_")[2]) for one in distinct}
 
 
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` ---
@@ -415,16 +364,13 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     ) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
         raise ValueError(f"this is not the metadata of an export: {why}") from None
-    matches = {
-        folder: re.fullmatch(r"submission_([0-9A-Za-z]+)", folder) for folder in entries
-    }
-    if not any(matches.values()):
+    about = {}
+    for folder, entry in entries.items():
+        if match := re.fullmatch(r"submission_([0-9A-Za-z]+)", folder):
+            about[folder] = entry.about(folder, match[1])
+    if not about:
         raise ValueError("it lists no submission")
-    return {
-        folder: entries[folder].about(folder, match[1])
-        for folder, match in matches.items()
-        if match
-    }
+    return about
 
 
 def read_live(data: bytes) -> dict[str, Any]:

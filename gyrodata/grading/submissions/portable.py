@@ -8,15 +8,10 @@ from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from msgspec import Struct
-from msgspec.structs import replace
-
-from gyrodata.physics import Floats
 
 if TYPE_CHECKING:
     from pypdf import PageObject
@@ -27,105 +22,94 @@ FAINTEST = 0.2  # opacity of text that a person can read
 WHITE = 0.9  # share of white in the colour of text that a person cannot read
 
 _SHOWING = (b"Tj", b"TJ", b"'", b'"')
-_COLOURS = (b"g", b"rg", b"k", b"cs", b"sc", b"scn")
-_PAINTED = (0, 1, 2, 4, 5, 6)  # modes in which letters are filled or drawn
+_NOT_PAINTED = (3, 7)  # modes in which letters are neither filled nor drawn
+_MATRIX, _COLOUR = b"Tm", b"g"
+_SAME = dict.fromkeys((b"BT", b"Td", b"TD"), _MATRIX)
+_SAME |= dict.fromkeys((b"rg", b"k", b"cs", b"sc", b"scn"), _COLOUR)
+"""Operators that change what another one sets."""
 
 
-def pdf_lines(data: bytes) -> list[str]:
-    """Return the lines of a PDF; raise ValueError if it cannot be read."""
+def pdf_lines(data: bytes) -> tuple[list[str], list[str]]:
+    """Return the lines of a PDF that a person sees, and those that nobody sees.
+
+    Raises ValueError if it cannot be read.
+    """
     from pypdf import PdfReader
 
     logging.getLogger("pypdf").setLevel(logging.CRITICAL)
+    seen: list[str] = []
+    unseen: list[str] = []
     try:
-        reader = PdfReader(io.BytesIO(data))
-        lines = []
-        for page in islice(reader.pages, MOST_PAGES):
-            _leave_out_unseen(page)
-            lines += page.extract_text(extraction_mode="layout").splitlines()
+        for page in islice(PdfReader(io.BytesIO(data)).pages, MOST_PAGES):
+            whole = page.extract_text(extraction_mode="layout").splitlines()
+            lines = whole
+            if _leaves_out_unseen(page):
+                lines = page.extract_text(extraction_mode="layout").splitlines()
+            seen += lines
+            unseen += [line for line in whole if line not in lines]
     except Exception as error:
         # pypdf raises errors of many kinds for a file that is damaged on purpose.
         raise ValueError(f"{type(error).__name__}: {error}") from None
-    return lines
+    return seen, unseen
 
 
-class _Ink(Struct, frozen=True):
-    """How text is painted."""
-
-    place: Floats  # matrix of the page, shape (3, 3)
-    text: Floats  # matrix of the text, shape (3, 3)
-    size: float = 1.0  # of the font
-    is_white: bool = False
-    is_painted: bool = True
-    opacity: float = 1.0
-
-    def is_seen(self, page: PageObject) -> bool:
-        """Return whether a person sees text that is painted so."""
-        whole = self.text @ self.place
-        height = self.size * np.hypot(whole[1, 0], whole[1, 1])
-        x, y = whole[2, :2]
-        box = page.mediabox
-        is_on_page = box.left <= x <= box.right and box.bottom <= y <= box.top
-        is_inked = self.is_painted and not self.is_white and self.opacity > FAINTEST
-        return bool(is_inked and is_on_page and height >= SMALLEST)
-
-
-def _leave_out_unseen(page: PageObject) -> None:
-    """Remove the text of a page that a person does not see."""
+def _leaves_out_unseen(page: PageObject) -> bool:
+    """Remove the text of a page that a person does not see; return whether it has any."""
+    from pypdf import Transformation
     from pypdf.generic import NameObject
 
     content = page.get_contents()
     if content is None:
-        return
-    ink = _Ink(np.eye(3), np.eye(3))
-    outer: list[_Ink] = []
+        return False
+    same = Transformation()
+    ink = {b"cm": same, _MATRIX: same, b"gs": 1.0, b"Tr": [0], _COLOUR: [0]}
+    outer = []
     kept = []
     for operands, operator in content.operations:
         if operator == b"q":
-            outer.append(ink)
+            outer.append(ink.copy())
         elif operator == b"Q" and outer:
             ink = outer.pop()
         elif operator not in _SHOWING:
-            ink = _with_operator(ink, operator, operands, page)
-        if operator not in _SHOWING or ink.is_seen(page):
-            kept.append((operands, operator))
+            ink[_SAME.get(operator, operator)] = _set(ink, operator, operands, page)
+        elif not _is_seen(ink, page):
+            continue
+        kept.append((operands, operator))
+    if len(kept) == len(content.operations):
+        return False
     content.operations = kept
     page[NameObject("/Contents")] = content
+    return True
 
 
-def _with_operator(
-    ink: _Ink, operator: bytes, operands: Sequence[Any], page: PageObject
-) -> _Ink:
-    """Return how text is painted after an operator of the page."""
-    change: dict[str, Any] = {}
+def _set(
+    ink: Mapping[bytes, Any], operator: bytes, operands: Any, page: PageObject
+) -> Any:
+    """Return what an operator of a page sets for the text behind it."""
+    from pypdf import Transformation
+
     if operator == b"cm":
-        change["place"] = _matrix(operands) @ ink.place
-    elif operator in (b"BT", b"Tm", b"Td", b"TD"):
-        change["text"] = _text_matrix(ink.text, operator, operands)
-    elif operator == b"Tf":
-        change["size"] = float(operands[1])
-    elif operator == b"Tr":
-        change["is_painted"] = int(operands[0]) in _PAINTED
-    elif operator in _COLOURS:
-        change["is_white"] = _is_white(operands)
-    elif operator == b"gs":
+        return Transformation(operands).transform(ink[operator])
+    if operator in (b"BT", b"Tm"):
+        return Transformation(operands or (1, 0, 0, 1, 0, 0))
+    if operator in (b"Td", b"TD"):
+        return Transformation().translate(*operands).transform(ink[_MATRIX])
+    if operator == b"gs":
         resources: Any = page["/Resources"]
-        state = resources["/ExtGState"][operands[0]]
-        change["opacity"] = float(state.get("/ca", ink.opacity))
-    return replace(ink, **change)
+        return resources["/ExtGState"][operands[0]].get("/ca", ink[operator])
+    return operands
 
 
-def _text_matrix(text: Floats, operator: bytes, operands: Sequence[Any]) -> Floats:
-    """Return the matrix of the text at its beginning, or after it moves."""
-    if operator == b"BT":
-        return np.eye(3)
-    if operator == b"Tm":
-        return _matrix(operands)
-    return _matrix([1, 0, 0, 1, *operands]) @ text
-
-
-def _matrix(numbers: Sequence[Any]) -> Floats:
-    a, b, c, d, e, f = map(float, numbers)
-    return np.array([[a, b, 0.0], [c, d, 0.0], [e, f, 1.0]])
+def _is_seen(ink: Mapping[bytes, Any], page: PageObject) -> bool:
+    """Return whether a person sees text with such a place, size, colour and opacity."""
+    whole = ink[_MATRIX].transform(ink[b"cm"])
+    x, y = whole.apply_on((0, 0))
+    box = page.mediabox
+    is_on_page = box.left <= x <= box.right and box.bottom <= y <= box.top
+    height = ink[b"Tf"][1] * math.hypot(*whole.matrix[1][:2])
+    is_painted = ink[b"Tr"][0] not in _NOT_PAINTED and not _is_white(ink[_COLOUR])
+    is_inked = is_painted and ink[b"gs"] > FAINTEST
+    return is_inked and is_on_page and height >= SMALLEST
 
 
 def _is_white(colour: Sequence[Any]) -> bool:

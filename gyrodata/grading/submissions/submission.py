@@ -24,8 +24,8 @@ from gyrodata.grading.submissions.archives import place_of, read_file
 from gyrodata.grading.submissions.documents import (
     Document,
     as_log,
+    hides_cells,
     read_document,
-    unseen_in,
 )
 from gyrodata.grading.submissions.log_choice import Attempts
 from gyrodata.measurements import measure
@@ -179,25 +179,32 @@ class Submission(Struct, frozen=True, dict=True):
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:
         """Return the reported value, and which texts cannot be read."""
-        own = read_answers(None, self.documents) if self.log_of else None
-        if own is not None and (own.inertia is not None or not self.shares_answer):
-            # The answer in the log of a partner is that of the partner.
-            answers = own
-            in_log = False
-        else:
-            hidden = unseen_in(name, data)
-            answers = read_answers(log, self.documents, hidden)
-            in_log = True
+        answers = read_answers(None, self.documents) if self.log_of else Answers()
+        # The answer in the log of a partner is that of the partner.
+        if answers.inertia is None and (self.shares_answer or not self.log_of):
+            answers = self._answers_with_log(log, name, data)
         # All that follows is about the log, also when it is analysed.
         reads_file(place_of(self.log_name or ""))
-        if answers.inertia is None and in_log:
-            in_rows = read_answers(None, [(name, self.log())])
-            answers = replace(in_rows, unread=answers.unread)
         unread = list(answers.unread)
         for text in self.texts.values():
             if isinstance(text, InputError):
                 unread += text.diagnostics
         return replace(answers, unread=tuple(unread))
+
+    def _answers_with_log(
+        self, log: readings.Readings, name: str, data: bytes
+    ) -> Answers:
+        """Return the value that the log or another text reports."""
+        rows = name, self.log()
+        if hides_cells(name, data):
+            # A text leaves out whatever nobody sees.
+            return read_answers(None, [*self.documents, rows])
+        answers = read_answers(log, self.documents)
+        if answers.inertia is not None:
+            return answers
+        in_rows = read_answers(None, [rows])
+        questions = (*answers.questions, *in_rows.questions)
+        return replace(in_rows, unread=answers.unread, questions=questions)
 
     @property
     def beside_log(self) -> list[str]:
@@ -241,8 +248,7 @@ class Submission(Struct, frozen=True, dict=True):
 class Submissions(Struct, frozen=True):
     """A class."""
 
-    # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``;
-    # or ``pattern``
+    # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``
     lms: str
     items: tuple[Submission, ...]  # sorted by `Submission.student`
     diagnostics: tuple[

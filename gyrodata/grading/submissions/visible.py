@@ -1,274 +1,156 @@
-"""Leave out of a text what a person who opens it does not see: it is no answer.
+"""Leave out of a text what nobody sees who opens it: it is no answer.
 
-What is hidden for certain is left out. What may be hidden, such as a page whose style
-sheet hides something, stays with a mark (`DOUBT`): an answer there is graded, and a
-person is asked.
+Whether other text may be unseen, such as white or tiny letters, is only known of a
+whole file: an answer in it is graded, and a person is asked to look.
 """
 
 from __future__ import annotations
 
+import html
 import re
-from collections import Counter
-from collections.abc import Mapping
 from html.parser import HTMLParser
 
-from msgspec import Struct
-
-Attributes = Mapping[str, str]
-"""Of one element, by their names in small letters."""
-
-DOUBT = "\U0010fffd"
-"""Mark of a line that may be unseen; no text contains this character."""
-
-
-def doubted(text: str) -> str:
-    """Return a text with the mark of doubt on each of its lines."""
-    return DOUBT + text.replace("\n", f"\n{DOUBT}")
-
-
-# --- pages ---
-
-_NO_TEXT = "script style template title noscript dialog metadata"
-_UNSEEN = frozenset(_NO_TEXT.split())
+_NO_TEXT = frozenset(
+    ("script", "style", "template", "title", "noscript", "dialog", "metadata")
+)
 """Elements whose text nobody sees."""
 _NO_END = "area base br col embed hr img input link meta param source track wbr"
 _WITHOUT_END = frozenset(_NO_END.split())
 _BLOCKS = "p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote"
 _PARAGRAPHS = frozenset(_BLOCKS.split())
-"""Elements of HTML that end a paragraph."""
+"""Elements that end a paragraph."""
 _HIDES = re.compile(
     r"display:none|visibility:(?:hidden|collapse)|opacity:0(?!\.?\d*[1-9])"
-    r"|font-size:[0-2](?:\.\d*)?(?:px|pt|;|$)"
+    r"|font-size:[0-2](?:\.\d*)?(?:px|pt|[;}]|$)"
     r"|(?:text-indent|left|top|margin-left):-\d{4}"
 )
 """A declaration that hides an element; the style has no blanks."""
 _MAY_HIDE = re.compile(
-    r";(?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent)"
-    r":(?!none|0;|0$|auto)"
-    r"|;(?:max-)?(?:height|width):0(?![.\d]*[1-9])|;opacity:0?\.[0-4]|;letter-spacing:-"
-    r"|;font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)"
-    r"|;color:rgba\([^;)]*,0\)"
+    r"[;{](?:clip|clip-path|mask|transform|filter|zoom|content-visibility|text-indent)"
+    r":(?!none|0[;}]|0$|auto)"
+    r"|[;{](?:max-)?(?:height|width):0(?![.\d]*[1-9])|[;{]opacity:0?\.[0-4]"
+    r"|[;{]letter-spacing:-|[;{]content:[\"'][^\"']{5}"
+    r"|[;{]font-size:(?:[0-5](?:\.\d*)?(?:px|pt)|0?\.[0-4]\d*r?em|[1-4]?\d%)"
+    r"|[;{]color:rgba\([^;)]*,0\)"
 )
 """A declaration that may hide an element, in a style without blanks."""
 _WHITE = re.compile(
-    r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
+    r"[;{]color:(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff"
+    r"|rgb\((?:25[3-5][,)]){3})"
 )
-_LIGHT = re.compile(r";color:#(?:(?:[ef][0-9a-f]){3}|[ef]{3})(?![0-9a-f])")
+_LIGHT = re.compile(
+    r"[;{]color:(?:white|snow|ivory|transparent|rgb\((?:25[3-5][,)]){3}"
+    r"|#?(?:[ef][0-9a-f]){3}(?![0-9a-f])|#?[ef]{3}(?![0-9a-f]))"
+    r"|<w:colorw:val=\"(?:[ef].){3}\"|color\{white\}"
+)
 """A color of text that is hard to see on white."""
 _BACKGROUND = re.compile(
     r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b"
     r"|\\(?:colorbox|pagecolor))"
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
 )
-"""A background, on which white text may be seen."""
+_IN_PRINT = re.compile(r"@media\s+print\s*\{(?:[^{}]|\{[^{}]*\})*\}")
+_TINY = re.compile(
+    r"<w:(?:sz|w)w:val=\"(?:\d|10)\"|fontsize\{[0-4](?:\.\d*)?\D|scalebox\{0"
+    r"|setbox|sbox|savebox|begin\{lrbox"
+    r"|\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)\{"
+)
+"""Letters of Word or LaTeX that nobody reads, and what may not be printed."""
 
 
-class _Element(Struct, frozen=True):
-    """An open element."""
+def may_be_unseen(text: str, styles: str = "") -> bool:
+    """Return whether a part of a text may be unseen by its styles.
 
-    tag: str
-    hidden: bool = False
-    white: bool = False
-    doubt: bool = False  # whether it may be hidden
+    `styles`: The style sheets and the styles of elements of a page.
+    """
+    styles = re.sub(r"\s|!important", "", _IN_PRINT.sub("", styles.lower()))
+    if _HIDES.search(styles) or _MAY_HIDE.search(styles):
+        return True
+    letters = re.sub(r"\s", "", text.lower())
+    if _TINY.search(letters):
+        return True
+    is_light = _LIGHT.search(styles) or _LIGHT.search(letters)
+    return is_light is not None and not has_background(text)
+
+
+def has_background(text: str) -> bool:
+    """Return whether a text has a background, on which white letters may be seen."""
+    return _BACKGROUND.search(text) is not None
 
 
 class _Seen(HTMLParser):
     """Write a page again without the text that nobody sees."""
 
-    def __init__(self, white_is_seen: bool, doubt: bool) -> None:
-        super().__init__(convert_charrefs=False)
-        self.white_is_seen = white_is_seen
+    def __init__(self, shows_white: bool) -> None:
+        super().__init__()
+        self.shows_white = shows_white
         self.written: list[str] = []
-        self.open = [_Element("", doubt=doubt)]
-        self.count: Counter[str] = Counter()
-        """Number of open elements by their names."""
+        self.styles: list[str] = []  # of what is not hidden
+        self.open = [("", False)]
+        """The open elements, and whether each is hidden."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag in _PARAGRAPHS and self.open[-1].tag == "p":
-            self._close("p")
-        self.handle_startendtag(tag, attrs)
-        if tag not in _WITHOUT_END:
-            attributes = {name: value or "" for name, value in attrs}
-            self.open.append(self._element(tag, attributes))
-            self.count[tag] += 1
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        text = self.get_starttag_text() or ""
-        # A ">" in an attribute is not the end of its tag.
-        self.written.append(f"<{tag}>" if re.search("[<>]", text[1:-1]) else text)
+        if tag in _PARAGRAPHS and self.open[-1][0] == "p":
+            self.open.pop()
+        self.written.append(f"<{tag}>")
+        if tag in _WITHOUT_END:
+            return
+        given = dict(attrs)
+        style = f";{given.get('style')};color:{given.get('color')}"
+        plain = re.sub(r"\s", "", style.lower())
+        is_hidden = self.open[-1][1] or tag in _NO_TEXT or "hidden" in given
+        is_hidden = is_hidden or _HIDES.search(plain) is not None
+        is_hidden |= not self.shows_white and _WHITE.search(plain) is not None
+        self.open.append((tag, is_hidden))
+        if not is_hidden:
+            self.styles.append(style)
 
     def handle_endtag(self, tag: str) -> None:
         self.written.append(f"</{tag}>")
-        self._close(tag)
+        if any(name == tag for name, _ in self.open):
+            while self.open.pop()[0] != tag:
+                pass
 
     def handle_data(self, data: str) -> None:
-        around = self.open[-1]
-        if not around.hidden and (self.white_is_seen or not around.white):
-            self.written.append(doubted(data) if around.doubt else data)
-
-    def handle_entityref(self, name: str) -> None:
-        self.handle_data(f"&{name};")
-
-    def handle_charref(self, name: str) -> None:
-        self.handle_data(f"&#{name};")
-
-    def unknown_decl(self, data: str) -> None:
-        if data.startswith("CDATA["):
-            self.handle_data(data[6:])
-
-    def _close(self, tag: str) -> None:
-        """Close the innermost element of this name, and all elements in it."""
-        if not self.count[tag]:
-            return
-        closed = ""
-        while closed != tag:
-            closed = self.open.pop().tag
-            self.count[closed] -= 1
-
-    def _element(self, tag: str, attributes: Attributes) -> _Element:
-        around = self.open[-1]
-        style = ";" + re.sub(r"\s", "", attributes.get("style", "").lower())
-        hidden = around.hidden or tag in _UNSEEN or "hidden" in attributes
-        hidden |= _HIDES.search(style) is not None
-        declared = re.search(";color:([^;]*)", style)
-        color = declared[1] if declared else attributes.get("color", "").lower()
-        white = _WHITE.match(color) is not None if color else around.white
-        doubt = around.doubt or _MAY_HIDE.search(style) is not None
-        doubt |= not self.white_is_seen and _LIGHT.search(style) is not None
-        return _Element(tag, hidden, white, doubt)
+        tag, is_hidden = self.open[-1]
+        if tag == "style":
+            self.styles.append(data)
+        elif not is_hidden:
+            self.written.append(html.escape(data, quote=False))
 
 
-def _without_traps(text: str) -> str:
-    """Return a page without what makes its parser slow, or stops it."""
-    # A comment without an end goes on to the end of the page.
-    comment = text.find("<!--", text.rfind("-->") + 1)
-    if comment >= 0 and "</script" not in text[comment:].lower():
-        text = text[:comment]
-    # The parser looks for the end of each "<" again and again, and stops at a
-    # declaration that it does not know.
-    text = _NO_TAG.sub("&lt;", _DATA.sub('""', text))
-    return re.sub(r"<!\[(?!CDATA\[)", "&lt;![", text)
+def page_seen(text: str) -> tuple[str, bool]:
+    """Return a page, or Markdown with elements of HTML, without its unseen text.
 
-
-_DATA = re.compile(r"""(["'])data:[^"'<>]*\1""")
-"""A picture in an attribute, as text."""
-_NO_TAG = re.compile(
-    r"""<(?![!?]|/?[a-zA-Z](?:[^<>"']|"[^"]{0,5000}"|'[^']{0,5000}')*+>)"""
-)
-"""A "<" that does not begin a tag."""
-
-
-def page_seen(text: str) -> str:
-    """Return a page, or Markdown with elements of HTML, without its unseen text."""
-    if "<" not in text:
-        return text
-    sheet = "\n".join(re.findall(r"(?is)<style\b[^<>]*>(.*?)</style", text)).lower()
-    is_dark = _BACKGROUND.search(text) is not None
-    # A style sheet can write texts of its own.
-    written = re.findall(r"content:\s*[\"']([^\"'\n]{5,200})", sheet)
-    page = _Seen(is_dark, bool(written) or _hides_something(sheet, is_dark))
-    page.feed(_without_traps(text))
-    page.close()
-    return "".join([*page.written, *(f"\n<p>{doubted(one)}</p>" for one in written)])
-
-
-def _hides_something(sheet: str, is_dark: bool) -> bool:
-    """Return whether a style sheet hides something, but for printers."""
-    around: list[str] = []
-    text = ""
-    for piece in re.split(r"([{}])", sheet):
-        if piece == "{":
-            around.append(text)
-        elif piece == "}" and around:
-            if _hides(text, is_dark) and not any("print" in one for one in around):
-                return True
-            around.pop()
-        text = piece
-    return False
-
-
-def _hides(declarations: str, is_dark: bool) -> bool:
-    """Return whether declarations of a style sheet may hide an element."""
-    style = ";" + re.sub(r"\s|!important", "", declarations)
-    color = re.search(";color:([^;]*)", style)
-    if color and not is_dark and (_WHITE.match(color[1]) or _LIGHT.match(color[0])):
-        return True
-    return (_HIDES.search(style) or _MAY_HIDE.search(style)) is not None
-
-
-# --- Word ---
-
-_DELETED = re.compile(
-    r"(?s)<w:(del|moveFrom|instrText)(?:\s[^<>]*)?(?<!/)>.*?</w:\1\s*>"
-)
-_PIECE = re.compile(
-    r"(?s)(?P<properties>(?><w:rPr\b.{0,5000}?</w:rPr>))(?!\s*</w:pPr>)"
-    r"(?P<text>.*?)(?=<w:rPr\b|</w:r>|</w:p>|\Z)"
-)
-"""Properties, but for those of the end of a paragraph, and the text that has them."""
-_TINIEST, _SMALL = 4, 10
-"""Height of letters that nobody reads, and that are hard to see [half points]."""
-
-
-def word_seen(text: str, styles: str) -> str:
-    """Return the XML of Word without hidden text; a hiding style doubts all of it."""
-    is_dark = _BACKGROUND.search(text) is not None
-    text = _PIECE.sub(lambda piece: _piece_seen(piece, is_dark), text)
-    text = _DELETED.sub("", text)
-    used = set(re.findall(r'<w:[pr]Style\s+w:val="([^"]*)"', text))
-    for style in re.split(r"(?=<w:style\b)", styles):
-        name = re.search(r'w:styleId="([^"]*)"', style)
-        if name and name[1] in used and any(_visibility(style, is_dark)):
-            return re.sub(r">(?=[^<>])", f">{DOUBT}", text)
-    return text
-
-
-def _piece_seen(piece: re.Match[str], is_dark: bool) -> str:
-    """Return a text of Word, without its letters if its properties hide them."""
-    hidden, doubt = _visibility(piece["properties"], is_dark)
-    letters = re.sub(r">[^<>]+<", "><", piece["text"]) if hidden else piece["text"]
-    return piece["properties"] + (doubted(letters) if doubt else letters)
-
-
-def _visibility(properties: str, is_dark: bool) -> tuple[bool, bool]:
-    """Return whether properties of Word hide a text, and whether they may hide it."""
-    found = re.findall(r'<w:(\w+)(?:\s+w:val="([^"]*)")?', properties.lower())
-    values = dict(found)
-    size = min(int(values.get(key) or 99) for key in ("sz", "w"))
-    color = values.get("color", "") if not is_dark else ""
-    hidden = values.get("vanish", "0") not in ("0", "false", "off")
-    hidden |= "vanish" in values and not values["vanish"]
-    hidden |= size <= _TINIEST or _WHITE.fullmatch(color) is not None
-    doubt = size <= _SMALL or re.fullmatch("(?:[ef].){3}", color) is not None
-    return hidden, doubt
-
-
-# --- LaTeX, Markdown and plain lines ---
-
-_NOT_TYPESET = r"[hv]?phantom|invisible|hypersetup|pdfinfo|typeout"
-"""Commands of LaTeX that print nothing of their arguments."""
-_IN_WHITE = r"textcolor\s*\{white\}"
-_MAY_BE_UNSEEN = (
-    r"color\s*\{white\}|fontsize\s*\{[0-4](?:\.\d*)?\D|scalebox\s*\{0"
-    r"|setbox|sbox|savebox|begin\s*\{lrbox"
-)
-"""Commands of LaTeX behind which a text may be unseen."""
-
-
-def latex_seen(text: str) -> str:
-    """Return a text without what LaTeX does not print, or prints in white.
-
-    Text behind such a command whose argument has braces in it may be unseen.
+    Also return whether other text of it may be unseen.
     """
-    names = _NOT_TYPESET if _BACKGROUND.search(text) else f"{_NOT_TYPESET}|{_IN_WHITE}"
-    # Lines are counted as they are written.
-    seen = re.sub(
-        rf"\\(?:{names})\s*\{{[^{{}}]*\}}",
-        lambda found: "\n" * found[0].count("\n"),
-        text,
-    )
-    hides = re.search(rf"\\(?:{_MAY_BE_UNSEEN}|(?:{names})\s*\{{)", seen)
-    return seen[: hides.start()] + doubted(seen[hides.start() :]) if hides else seen
+    if "<" not in text:
+        return text, False
+    page = _Seen(has_background(text))
+    # The parser looks for the end of each "<", and stops at an unknown declaration.
+    page.feed(re.sub(r"<(?!/?[a-zA-Z][^<>]*>)", "&lt;", text))
+    page.close()
+    return "".join(page.written), may_be_unseen(text, "\n".join(page.styles))
+
+
+_NOT_TYPESET = re.compile(
+    r"\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout)\s*\{[^{}]*\}"
+)
+"""Commands of LaTeX that print nothing of their arguments."""
+_IN_WHITE = re.compile(
+    r"\\textcolor\s*\{white\}\s*\{[^{}]*\}"
+    r"|(?s:<w:r(?:\s[^<>]*)?>\s*<w:rPr>(?:(?!</w:r>).)*?"
+    r"<w:(?:color w:val=\"(?:[Ff][C-Fc-f]){3}|(?:sz|w) w:val=\"[0-4])\".*?</w:r>)"
+)
+"""White text of LaTeX and Word, and letters of Word that nobody can read."""
+
+
+def text_seen(text: str) -> str:
+    """Return a text without what LaTeX and Word do not show; lines keep their numbers."""
+    patterns = [_NOT_TYPESET] if has_background(text) else [_NOT_TYPESET, _IN_WHITE]
+    for pattern in patterns:
+        text = pattern.sub(lambda found: "\n" * found[0].count("\n"), text)
+    return text
 
 
 _LINK = re.compile(
@@ -276,24 +158,30 @@ _LINK = re.compile(
     r"(?:[\"'(].*[\"')])?[ \t]*$"
 )
 """A definition of a link in Markdown, which is not shown: ``[//]: # (a remark)``."""
-
-
-_FRONT = re.compile(
-    r"\A---[ \t]*\n.*?\n(?:---|\.\.\.)[ \t]*$", re.DOTALL | re.MULTILINE
+_FRONT = re.compile(r"(?s)\A---[ \t]*\n.*?\n(?:---|\.\.\.)[ \t]*(?=\n|\Z)")
+"""Lines about a page of Markdown, above it, which may not be shown."""
+HAS_UNIT = re.compile(
+    r"(?<![A-Za-z])(?i:k?g[\s·*.⋅-]{0,3}[ckm]?m(?:\b|\W{0,3}[2²])"
+    r"|n[\s·*.⋅]{0,3}m[\s·*.⋅]{0,3}s)"
 )
-"""Lines about a page of Markdown, above it, which are not shown."""
+"""A unit of I_zz in a text that is not read."""
 
 
 def markdown_seen(text: str) -> str:
-    """Return Markdown without definitions of links, and without hidden elements."""
-    text = _FRONT.sub(lambda found: doubted(found[0]), text)
-    return page_seen(_LINK.sub("", text))
+    """Return Markdown without definitions of links."""
+    return _LINK.sub("", text)
 
 
-_WIDE = re.compile(r"[ \t\u00a0\u2000-\u200a\u3000]{200}")
-"""More blanks than a screen is wide."""
+def has_answer_above(text: str) -> bool:
+    """Return whether lines above a page of Markdown may contain an answer."""
+    front = _FRONT.match(text)
+    return front is not None and HAS_UNIT.search(front[0]) is not None
+
+
+WIDE = re.compile(r"[ \t\u00a0\u2000-\u200a\u3000]{200}")
+"""More blanks than a screen is wide: nobody sees what is behind them."""
 
 
 def line_seen(line: str) -> str:
     """Return the part of a line that is not far outside of the screen."""
-    return _WIDE.split(line, maxsplit=1)[0]
+    return WIDE.split(line, maxsplit=1)[0]

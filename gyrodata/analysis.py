@@ -132,7 +132,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     # apart, because they are doubts, unless the run is left out.
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
-    unusual_sizes = tuple(checks.check_sizes(readings, measured))
+    unusual_sizes = tuple(checks.check_sizes(readings))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):
         raise LogError([*diagnostics, readings.say("all_torques_zero")])
@@ -315,7 +315,7 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     gains = []
     for change, answer in changes.answers(lab, "advice"):
         then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < findings.WORTH * now or change.is_always_advised:
+        if then < changes.WORTH * now or change.is_always_advised:
             text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
             gains.append((then, answer.words, text))
     return [text for *_, text in sorted(gains)]

@@ -8,6 +8,7 @@ fitted.
 
 # ruff: noqa: I001 - the lists below are packed
 from gyrodata.fitting.adjustment import (
+    FACTOR,
     MAD_TO_SD,
     MANY,
     NEGLIGIBLE,
@@ -45,9 +46,6 @@ from gyrodata.fitting.posterior import (
 )
 from gyrodata.fitting.screening import (
     TEXTBOOK,
-    USUAL_COUNTS,
-    explaining_counts,
-    insist_on_lines,
     ordinary_line,
     screen,
 )

@@ -32,8 +32,8 @@ from gyrodata.measurements import (
     Measurements,
     Source,
     select,
-    total_spin_excess,
 )
+from gyrodata.measurements.sources import list_sources
 from gyrodata.physics import Floats, models
 from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
 from gyrodata.quantities.error_sources import DECAY_TIME
@@ -123,9 +123,7 @@ EFFECTS = {
     BALANCE_CHANGE: "balance, differs between weights",
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
-    "decay_law": "law by which the spin falls",
     "spin_delay": "spin read late",
-    "tachometer": "tilted rod, total spin taken for ψ̇",
 }
 """The effects that do not belong to a model of motion, by their name in the JSON, in
 words."""
@@ -146,9 +144,10 @@ def _effects(lab: Lab) -> Iterator[Change]:
     yield _residual_torque(lab)
     yield _balance_change(lab)
     yield _timing_bias(lab)
-    yield from _falling_spin(lab)
+    yield _falling_spin(lab)
     yield _delay_of_spin(lab)
-    yield from _effects_of_motion(lab)
+    for model in models.of_effects().values():
+        yield _effect_of_model(lab, model)
 
 
 def _residual_torque(lab: Lab) -> Change:
@@ -188,47 +187,18 @@ def _timing_bias(lab: Lab) -> Change:
     return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
 
 
-def _falling_spin(lab: Lab) -> Iterator[Change]:
-    """Use the plain mean of the spins of a run, and another law by which they fall."""
+def _falling_spin(lab: Lab) -> Change:
+    """Use the plain mean of the spins at the start and the end of a run."""
     measured = lab.measured
     name = "spin_decay"
     start = measured.spin_start
     end = measured.spin_end
     if start is None or end is None:
         words = "one reading in each run: at the midpoint its error is 0.05 % for a fall of 10 %"
-        yield lab.change(name, words, sized=False, measured=None)
-        return
+        return lab.change(name, words, sized=False, measured=None)
     words = "the harmonic mean in time is used, because it costs nothing"
     plain = {"spin": (start + end) / 2}
-    yield lab.change(name, words, plain, kept=True, sized=False)
-    if measured.spin_readings == 2:
-        yield _decay_law(lab, start, end)
-
-
-def _decay_law(lab: Lab, start: Floats, end: Floats) -> Change:
-    """Suppose that the spin falls by dry friction."""
-    measured = lab.measured
-    exponent = physics.VISCOUS
-    words = "a viscous decay is assumed, as of an air film"
-    if measured.drag is not None:
-        exponent = measured.drag.exponent
-        words = f"the readings give the exponent {exponent:.1f} ± {measured.drag.u_exponent:.1f}"
-    words += "; this is for dry friction"
-    in_u = _is_decay_law_in_u(measured)
-    if in_u:
-        words += "; u includes the uncertainty of the law"
-    dry = physics.harmonic_mean_spin(start, end, 0.0)
-    mean = physics.harmonic_mean_spin(start, end, exponent)
-    spin = measured.spin * dry / mean
-    return lab.change("decay_law", words, {"spin": spin}, sized=not in_u, in_u=in_u)
-
-
-def _is_decay_law_in_u(measured: Measurements) -> bool:
-    """Return whether u of I_zz contains the doubt about the law of the falling spin."""
-    return any(
-        source.name == "decay_exponent" and source.relative.any()
-        for source in measured.sources
-    )
+    return lab.change(name, words, plain, kept=True, sized=False)
 
 
 def _balance_change(lab: Lab) -> Change:
@@ -274,17 +244,6 @@ def _delay_of_spin(lab: Lab) -> Change:
     )
 
 
-def _effects_of_motion(lab: Lab) -> Iterator[Change]:
-    """List the effects of the models of motion.
-
-    Each effect is in the model of the log once, and is left out once.
-    """
-    for model in models.of_effects().values():
-        yield _effect_of_model(lab, model)
-        if model.tilted:
-            yield from _total_spin_read(lab)
-
-
 def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     """Leave out the effect of a model of motion, or add it to a log without it."""
     runs = fitting.timed_runs(lab.measured)
@@ -301,21 +260,6 @@ def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     words = used.reason(runs, True, as_asked)
     other = lab.motion.without(model.effect)
     return lab.change(model.effect, words, kept=True, motion=other, model=used)
-
-
-def _total_spin_read(lab: Lab) -> Iterator[Change]:
-    """Suppose that a fixed tachometer reads the total spin of a tilted rod."""
-    measured = lab.measured
-    if not measured.pitch.any() or measured.tachometer is not None:
-        return
-    words = (
-        'it follows the rod; this is for one that stands still ("# tachometer: '
-        'still" in the log)'
-    )
-    spin = measured.spin - total_spin_excess(
-        lab.fit.sense, measured.turns, measured.time, measured.pitch
-    )
-    yield lab.change("tachometer", words, {"spin": spin}, without=False)
 
 
 # --- sensitivity: what the answer depends on ---
@@ -371,9 +315,9 @@ def _other_balances(lab: Lab) -> Iterator[Change]:
             "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
         )
     if measured.balanced or measured.balance_test is not None:
-        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
+        unknown = {"balanced": None, "balance_test": None}
         yield lab.change("balance_free", "balance unknown", unknown)
-    elif measured.balanced is None and measured.torque_unseen is None:
+    elif measured.balanced is None:
         yield lab.change(
             "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
         )
@@ -529,14 +473,34 @@ def _advice(lab: Lab) -> Iterator[Change]:
         yield lab.change("three_times", words, changed)
 
 
-def _direction(lab: Lab) -> Iterator[Change]:
-    """Write the direction of runs without a weight, if M0 may have either sign."""
-    if lab.fit.two_signs:
-        yield lab.change(
-            "direction",
-            "the direction of each run without a weight",
-            {"sense": lab.fit.sense},
-        )
+ROUNDED = ("mass", "position", "time", "spin")
+"""Columns whose digits can be too few."""
+
+MUCH_ROUNDING = 0.2
+"""Smallest share of u² of a reading that may have too few digits [1]."""
+
+
+def _one_more_digit(lab: Lab) -> Iterator[Change]:
+    """Write one more digit in each column that makes a large part of u.
+
+    The words of the change are the role of the column.
+    """
+    readings = lab.readings
+    shares = {share.source: share.share for share in lab.fit.budget}
+    for role in ROUNDED:
+        if readings is None or shares.get(role, 0.0) < MUCH_ROUNDING:
+            continue
+        column = readings.columns.get(role)
+        if column is None or not any(column.steps):
+            continue
+        finer = [
+            replace(reading, step=reading.step and reading.step / 10)
+            for reading in column.readings
+        ]
+        columns = {**readings.columns, role: replace(column, readings=tuple(finer))}
+        changed = replace(readings, columns=columns)
+        sources = tuple(list_sources(changed, lab.measured))
+        yield lab.change("one_more_digit", role, {"sources": sources})
 
 
 CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
@@ -544,13 +508,17 @@ CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
     "sensitivity": _sensitivity,
     "advice": _advice,
     "unloaded_run": _unloaded_run,
-    "direction": _direction,
+    "one_more_digit": _one_more_digit,
 }
 """The changes by the table to which they belong, each in the order of its table; none
 that does not apply to a log."""
 
 
 # --- the size of an effect ---
+
+WORTH = 0.95
+"""gyro advises a change only if it reduces u of I_zz to at most this part of its value.
+"""
 
 DROP_ONE = 0.2
 """An effect below this many standard uncertainties of I_zz may be left out …"""
@@ -675,10 +643,7 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
         return ""
     if size < DROP_ONE:
         return ", small enough"
-    verdict = ", NOT small, and the log does not say enough to correct for it"
-    if change.name == "decay_law":
-        verdict += "; read the spin at the midpoint as well"
-    return verdict
+    return ", NOT small, and the log does not say enough to correct for it"
 
 
 def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
@@ -895,7 +860,9 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     """
     runs = fitting.timed_runs(lab.measured)
     sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
-    dropped = _size_not_modelled(lab, offered)
+    # No offered model contains these.
+    rest = [each for each in MODELS if each.always and each not in offered.models]
+    dropped = sum([size_of_model(lab, each) for each in rest])
     needed = set(sizes)
     for effect in sorted(sizes, key=lambda name: sizes[name]):
         dropped += sizes[effect]
@@ -909,28 +876,6 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
         if not (each.is_stated(runs) and _seen_in_scatter(lab, each)):
             offered = offered.without(each.effect)
     return offered
-
-
-def _size_not_modelled(lab: Lab, offered: Motion) -> float:
-    """Return the sizes of the effects that no offered model contains [u]."""
-    size = _size_of_decay_law(lab)
-    for each in MODELS:
-        if each.always and each not in offered.models:
-            size += size_of_model(lab, each)
-    return size
-
-
-def _size_of_decay_law(lab: Lab) -> float:
-    """Compute the change of I_zz by another law of the falling spin, in its u [1].
-
-    No model contains it. It is zero if u contains it, or if each spin was read once.
-    """
-    measured = lab.measured
-    start = measured.spin_start
-    end = measured.spin_end
-    if start is None or end is None or _is_decay_law_in_u(measured):
-        return 0.0
-    return _size_in_u(lab, physics.decay_law_doubt(start, end))
 
 
 CLEARLY = math.log(200.0)

@@ -53,6 +53,10 @@ FEW_COUNTS = (-1, -0.5, 0.5, 1)
 """Differences of a miscount from the true count."""
 
 
+USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
+"""Usual numbers of revolutions."""
+
+
 class Correction(Struct, frozen=True):
     """Other contents of one or two cells."""
 
@@ -63,6 +67,9 @@ class Correction(Struct, frozen=True):
     """Probability of this mistake [1]."""
     measured: Measurements
     """The log after it."""
+    is_certain: bool = False
+    """Whether a run that agrees after it is certainly wrong: the agreement with another
+    count, or of two exchanged cells, is no accident."""
 
 
 class Cell(Struct, frozen=True):
@@ -120,7 +127,9 @@ def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]
         changed = _exchanged(readings, roles, first, second)
         if changed is not None:
             text = f"are {words} of {names} exchanged? Then both would fit"
-            yield Correction(runs, text, COMMON[kind], measure(changed))
+            yield Correction(
+                runs, text, COMMON[kind], measure(changed), is_certain=True
+            )
 
 
 def timing_role(readings: Readings) -> str:
@@ -147,7 +156,7 @@ def _other_counts(
         for run in kept
         if measured.torque[run] == measured.torque[index]
     }
-    likely = {*fitting.USUAL_COUNTS, *measured.turns.tolist()}
+    likely = {*USUAL_COUNTS, *measured.turns.tolist()}
     likely |= {turns + step for step in FEW_COUNTS}
     for count in sorted(likely):
         if count <= 0 or math.isclose(count, turns):
@@ -160,6 +169,7 @@ def _other_counts(
             f"fits {turn_words(count)}, not {turn_words(turns).split(' ')[0]}",
             COMMON["count of the weight" if is_of_weight else "count"],
             replace(measured, turns=counts, slowing=None),
+            is_certain=True,
         )
 
 
@@ -285,52 +295,29 @@ def _factor(column: Column) -> float:
     return parse_unit(column.unit, kind).factor if column.unit else 1.0
 
 
-def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
-    """List the values of the runs before and after.
+def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
+    """List the values of the nearest runs before and after with another cell.
 
-    `single`: also if only one of them has the value.
+    If only one of them has a value, only a load may be copied from it.
     """
-    values = column.values
     spots = column.spots
-    elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
-    rest = [values[k] for k in elsewhere]
-    around = _nearest(column, elsewhere, index)
-    contents = {values[run] for run in around.values()}
-    if len(contents) == 1 and _in_blocks(rest) and rest.count(*contents) > 1:
+    values = column.values
+    others = [
+        run for run in range(len(spots)) if spots[run] != spots[index] and values[run]
+    ]
+    near = [run for run in others if run < index][-1:]
+    near += [run for run in others if run > index][:1]
+    contents = [values[run] for run in near]
+    rest = [values[run] for run in others]
+    # A weight is used in runs that follow each other: these nearly always agree.
+    in_blocks = sum(a != b for a, b in pairwise(rest)) < len(set(rest))
+    is_common = in_blocks and len(set(contents)) == 1 and rest.count(contents[0]) > 1
+    if is_common or is_load:
+        kind = "value of the runs around" if is_common else "value of a neighbour"
         place = "other runs" if len(set(rest)) == 1 else "runs around it"
-        run = next(iter(around.values()))
-        yield _as_in("value of the runs around", column, run, place)
-    elif single:
-        for place, run in around.items():
-            yield _as_in("value of a neighbour", column, run, place)
-
-
-def _nearest(column: Column, elsewhere: Sequence[int], index: int) -> dict[str, int]:
-    """Return the nearest runs with another cell, by words."""
-    with_value = [run for run in elsewhere if column.values[run]]
-    before = [run for run in with_value if run < index][-1:]
-    after = [run for run in with_value if run > index][:1]
-    nearest = {}
-    if before:
-        nearest["run before"] = before[0]
-    if after:
-        nearest["run after"] = after[0]
-    return nearest
-
-
-def _as_in(kind: str, column: Column, run: int, place: str) -> Cell:
-    """Return the value of another run as a cell."""
-    words = f", as in the {place}, would fit, not {{old}}"
-    return Cell(kind, written(column, run), words, column.values[run] or 0.0)
-
-
-def _in_blocks(values: Sequence[float | None]) -> bool:
-    """Return whether a weight is used in runs that follow each other.
-
-    The runs around a run then nearly always have its weight.
-    """
-    steps = sum(value != other for value, other in pairwise(values))
-    return steps < len(set(values))
+        words = f", as in the {place}, would fit, not {{old}}"
+        for run in near:
+            yield Cell(kind, written(column, run), words, values[run] or 0.0)
 
 
 def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:

@@ -6,6 +6,7 @@ A log whose fit is not credible has no recommended fit; `refusals` says what to 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -82,7 +83,7 @@ def recommend(
     try:
         screened = _screen(measured, model)
         diagnosis = screened.diagnose(readings)
-        _refuse_wrong_counts(readings, measured, diagnosis)
+        _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out
         lab = screened.fit_kept(readings, model, left_out)
         suspected = tuple([outlier.index for outlier in diagnosis.outliers])
@@ -91,9 +92,6 @@ def recommend(
             without = screened.fit_without(suspected).inertia
         _insist_on_credible_fit(readings, lab, suspected)
     except NoFit as reason:
-        miscounted = refusals.count_findings(readings, measured)
-        if miscounted:
-            raise LogError(miscounted) from None
         refusal = refusals.refusal(readings, measured, str(reason), keep_flagged)
         raise LogError([refusal]) from None
     return Recommended(lab, diagnosis.outliers, without, diagnosis.explanations)
@@ -216,10 +214,14 @@ def _insist_on_credible_fit(
         raise NoFit(
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
-    weights = np.ones(len(lab.measured.runs))
-    weights[list({*suspected, *lab.left_out})] = 0.0
-    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, weights)
     as_stated = fit.as_stated or fit
+    # The fit began at a line through most runs.
+    start = float(as_stated.adjusted.scale[0])
+    value = fit.inertia.value
+    if not 1 / fitting.FACTOR < value / start < fitting.FACTOR:
+        raise NoFit(
+            f"the fit gives {value:.2g} kg·m², but a straight line gives {start:.2g} kg·m²"
+        )
     if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
@@ -227,16 +229,17 @@ def _insist_on_credible_fit(
             "all uncertainties are stated as zero, and the runs are too few to show how "
             "well they agree"
         )
-    value = fit.inertia.value
     u = fit.inertia.u or 0.0
     low, high = fit.inertia.interval_95 or (value, value)
     if low <= 0 or u > TOO_WIDE * value:
         raise LogError([refusals.not_measured(readings, fit, low, high)])
 
 
-def _refuse_wrong_counts(
-    readings: Readings, measured: Measurements, diagnosis: Diagnosis
-) -> None:
+def _refuse_wrong_counts(readings: Readings, explained: Sequence[Explanation]) -> None:
     """Refuse a log whose weights agree only with other turns."""
-    if {each.kind for each in diagnosis.explanations} == {"turns"}:
-        raise LogError(refusals.count_findings(readings, measured))
+    if {each.kind for each in explained} == {"turns"}:
+        column = readings.columns.get("turns") or readings.columns.get("angle")
+        first = readings.runs.index(explained[0].runs[0])
+        cell = column.cell(first) if column else None
+        counts = "; or else ".join([each.words for each in explained])
+        raise LogError([readings.say("turns_of_weights_wrong", cell, counts=counts)])

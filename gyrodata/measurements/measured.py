@@ -108,9 +108,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     shape (n,); 0 if unknown."""
     latitude: float | None = None
     """[rad]; None if the log does not say."""
-    torque_unseen: float | None = None
-    """Largest torque over I_zz with which an unloaded rod would not have moved visibly
-    [rad²/s²]; None if there is no run in which it did not move."""
     nutation_ratio: Floats | None = None
     """I/I_zz of each run from the period of its nutation [1], NaN if it was not
     measured; None without a column."""
@@ -261,13 +258,7 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = None, ""
-    is_stated = "u_imbalance" in readings.uncertainties
-    if is_stated or readings.balance_tilt or readings.balance_drift:
-        balance_test, balance_test_from = _balance_test(readings)
-    torque_unseen = None
-    if readings.unmoved is not None:
-        torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
+    balance_test, balance_test_from = _balance_test(readings, diagnostics)
     transverse = values.get("transverse_inertia")
     nutation = values.get("nutation_period")
     nutation_ratio = None
@@ -298,7 +289,6 @@ def measure(readings: Readings) -> Measurements:
         balanced=readings.balanced,
         balance=readings.balance,
         latitude=readings.constants.get("latitude"),
-        torque_unseen=torque_unseen,
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
@@ -504,10 +494,12 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(told, written, sign))
 
 
-def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
+def _balance_test(
+    readings: Readings, diagnostics: list[Diagnostic]
+) -> tuple[Callable[[float], float] | None, str]:
     """Return the prior width of M0 from a balance test, and the key of the test.
 
-    The most direct statement first.
+    The most direct statement first; (None, "") without a test.
     """
     if "u_imbalance" in readings.uncertainties:
         width = readings.uncertainties["u_imbalance"].absolute
@@ -521,33 +513,31 @@ def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
             width = float(np.nanmean(values_of(column))) * shift
             return (lambda inertia: width), "balance_tilt"
         return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
-    assert readings.balance_drift is not None
-    angle, seconds, spin = readings.balance_drift
+    drift = readings.balance_drift
+    if drift is None and readings.unmoved is not None:
+        drift = _unseen_drift(readings, readings.unmoved, diagnostics)
+    if drift is None:
+        return None, ""
+    angle, seconds, spin = drift
     return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
 
 
-def _torque_unseen(
+def _unseen_drift(
     readings: Readings, still: Readings, diagnostics: list[Diagnostic]
-) -> float:
-    """Compute the torque over I_zz [rad²/s²] that would have moved the rod visibly.
+) -> tuple[float, float, float]:
+    """Return the smallest visible angle [rad], the time [s] and the spin of a rod.
 
-    The rod is the unloaded rod of the runs `still`.
+    The rod did not move in the runs `still`, which are without a weight.
     """
-    counts = still.columns.get("turns") or still.columns["angle"]
-    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
-    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
-    for i, u in counts.stated:
-        sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
-    # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
-    best = int(unseen.argmin())
+    run = int(time.argmax())
+    angle = 2 * math.pi * SOURCES["angle"].default.absolute
     note = readings.say(
         "rod_stayed",
-        counts.place(best),
-        run=still.runs[best],
-        time=time[best],
-        degrees=360 * sighted[best],
+        still.columns["time"].place(run),
+        run=still.runs[run],
+        time=time[run],
+        degrees=math.degrees(angle),
     )
     diagnostics.append(note)
-    return float(unseen[best])
+    return angle, float(time[run]), float(as_spin(spin_columns(still)[0])[run])

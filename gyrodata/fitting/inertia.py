@@ -489,11 +489,11 @@ def _integrate_at(result: FitResult) -> Posterior:
     inertia = result.inertia.value
     measured = result.adjusted.problem.measured
     lightest = adjustment.lightest_torque(measured, adjusted.kept)
-    unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
+    # The fit used another unit of M0.
+    unit = adjusted.scale.copy()
+    unit[1] = lightest
     rows = result.widths.scatter * adjusted.rows
-    # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
-    rows[:, 0] *= unit[0] / adjusted.scale[0]
     groups = measured.balance_groups
     # `np.unique` would import numpy.ma, which takes as long as the fit.
     several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})

@@ -154,11 +154,7 @@ def _residual_torque(lab: Lab) -> Change:
     """Suppose that M0 is zero: a run without a weight then is not used."""
     measured = lab.measured
     widths = lab.fit.widths
-    lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
-    prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
-    words = (
-        f"unknown beforehand: M0 has a prior of width {prior:.2g} N·m, with wide tails"
-    )
+    words = "unknown beforehand: M0 has a prior with wide tails"
     assert widths.residual_torque is not None
     none = replace(
         widths,
@@ -183,7 +179,7 @@ def _timing_bias(lab: Lab) -> Change:
     if not width:
         words = "not a stopwatch's time, or u_time_bias is 0"
         return lab.change(name, words, sized=False)
-    words = f"unknown beforehand: b has a prior of width {width:g} s"
+    words = f"unknown beforehand, ± {width:g} s"
     return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
 
 
@@ -204,17 +200,12 @@ def _falling_spin(lab: Lab) -> Change:
 def _balance_change(lab: Lab) -> Change:
     """Suppose that M0 is the same with every weight."""
     measured = lab.measured
-    fit = lab.fit
     name = BALANCE_CHANGE
     if not measured.balance_differs:
         words = 'the log says "# balance: untouched", or it has one weight'
         return lab.change(name, words, sized=False, measured=None)
-    shares = [one.share for one in fit.budget if one.source == name]
-    part = math.sqrt(sum(shares))
-    words = (
-        f"unknown beforehand: its width is estimated as {fit.widths.level:.2g} N·m, "
-        f"which makes {part:.2g} u of u"
-    )
+    width = lab.fit.widths.level
+    words = f"unknown beforehand: its width is estimated as {width:.2g} N·m"
     return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
 
 
@@ -422,27 +413,10 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
         better = SOURCES[share.source].better if share.source in SOURCES else ""
         if better and (share.share > 0.05 or in_doubt):
             words = better + doubted.get(share.source, "")
-            changed = _with_half_the_error(lab, share.source)
+            changed = {"sources": _scaled(lab.measured, (share.source,), 0.5)}
             yield lab.change(
                 "half_the_error", words, changed, is_always_advised=in_doubt
             )
-
-
-def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
-    """Return the sources and times of a log with half the error of a source."""
-    measured = lab.measured
-    fit = lab.fit
-    problem = fit.adjusted.problem
-    variances = (fit.adjusted.slopes * problem.independent) ** 2
-    own = np.maximum(variances.sum(axis=0), 1e-300)
-    # Readings with half the error of their own scatter less about the fit.
-    factors = [0.25 if one.name == name else 1.0 for one in problem.sources]
-    smaller = np.sqrt(np.array(factors) @ variances / own)
-    nearer = (measured.time - fit.fitted_time) * np.where(smaller > 0, 1 - smaller, 0.0)
-    return {
-        "sources": _scaled(measured, (name,), 0.5),
-        "time": measured.time - nearer,
-    }
 
 
 def _advice(lab: Lab) -> Iterator[Change]:
@@ -580,30 +554,15 @@ def _bias(lab: Lab, change: Change) -> float | None:
     return ratio - 1 if change.without else 1 / ratio - 1
 
 
-def _sample(lab: Lab) -> Lab:
-    """Take a sample of very many runs."""
-    some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
-    try:
-        measured, fit = fitting.fit_model(some, lab.motion)
-    except fitting.NoFit:
-        return lab
-    # Without a posterior the sizes are those at the widths of this fit, however large
-    # they are.
-    without_posterior = replace(fit, posterior=None)
-    return Lab(None, measured, without_posterior, lab.motion, asked=lab.asked)
-
-
 def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:
     """List the effects that a log can have, with their sizes and the decisions.
 
-    With `names`, only the effects with these names are listed.
+    With `names`, only the effects with these names are listed; none of a long log.
     """
-    if names is not None and not names:
+    is_long = len(lab.measured.runs) > MOST_RUNS
+    if is_long or (names is not None and not names):
         return ()
-    # The sizes are compared with the u of all runs.
     u = fitting.relative_u(lab.fit.inertia)
-    if len(lab.measured.runs) > fitting.MANY:
-        lab = _sample(lab)
     listed = [
         change
         for change in CHANGES["effect"](lab)
@@ -638,20 +597,12 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
     if lab.asked:
         return ""
     if change.kept:
-        if size < DROP_ONE and change.model is not None:
-            return _why_small_is_kept(lab, change.model)
-        return ""
+        if change.model is None or size >= DROP_ONE:
+            return ""
+        return "; kept: without it single runs, or all that is left out, would deviate"
     if size < DROP_ONE:
         return ", small enough"
     return ", NOT small, and the log does not say enough to correct for it"
-
-
-def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
-    """Return why a model with a small effect is kept, if the runs show it."""
-    is_stated = model.is_stated(fitting.timed_runs(lab.measured))
-    if is_stated and _seen_in_scatter(lab, model):
-        return "; kept because the single runs show it"
-    return ""
 
 
 def _biases(lab: Lab, model: MotionModel) -> Floats:

@@ -36,7 +36,6 @@ COMMON: Mapping[str, float] = {
     "digits": 2e-3,
     "minutes and seconds": 2e-3,
     "minute": 5e-4,
-    "digit": 3e-4,
     "unit": 3e-4,
     "strip": 1e-3,
     "exchanged cells": 2e-3,
@@ -368,8 +367,6 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
         yield "minutes and seconds", meant, why
     yield "minute", number + 60, "is a minute missing?"
     yield "minute", number - 60, "is it a minute less?"
-    for step in (-10, 10):
-        yield "digit", number + step, "is a digit wrong?"
 
 
 def _with_last_zeros(column: Column, text: str, number: Decimal) -> str:

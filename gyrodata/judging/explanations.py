@@ -124,11 +124,6 @@ class Diagnosis(Struct, frozen=True):
     left_out: tuple[int, ...] = ()
     """The runs that are certainly wrong."""
 
-    @property
-    def is_certain(self) -> bool:
-        """Whether one explanation is much more probable than all others."""
-        return len(self.explanations) == 1
-
 
 class Log(Struct, frozen=True):
     """A log whose runs do not agree."""
@@ -480,8 +475,7 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     fit = log.fit(changed)
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = _slips_of(log, factor)
-    counts = _counts_of(log, runs, factor)
-    causes = [*slips, *counts, *_values_of(log, runs, factor)]
+    causes = [*slips, *_values_of(log, runs, factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -562,19 +556,6 @@ def _slips_of(log: Log, factor: float) -> list[str]:
         words
         for words, of_load in _slips(log.readings)
         if abs(factor / of_load - 1) < NEAR
-    ]
-
-
-def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the counts of turns that are the same as a factor on the load."""
-    written = np.unique(log.measured.turns[runs])
-    if len(written) > 1:
-        return []
-    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
-    return [
-        f"they had {turn_words(count)}"
-        for count in counts
-        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
     ]
 
 

@@ -273,16 +273,14 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
 
 def _say_other_law(seen: Seen, exponent: Exponent, far: float) -> Diagnostic:
     """Report that an exponent is `far` standard uncertainties from 1."""
-    cause = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+    cause = "a spin that was not read at half time"
     if far < 0:
-        cause = (
-            "a stopwatch that is late in every run, or wrong turns in the short runs"
-        )
+        cause = "a stopwatch that is late in every run"
     return seen.readings.say(
         "period_not_in_proportion",
         power=round(exponent.value, 2) + 0.0,
         far=abs(far),
-        cause=cause,
+        cause=f"{cause}, or wrong turns in some runs",
     )
 
 
@@ -344,11 +342,10 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
 def _hanger(seen: Seen) -> str:
     """Ask about a hanger whose torque is M0, or about other masses on the rod."""
     measured = seen.measured
-    arms = np.unique(measured.position[measured.torque != 0]).tolist()
-    missing = seen.fit.residual_torque.value / (measured.g * arms[0])
-    if len(arms) == 1 and missing > 0:
-        grams = f"{1e3 * missing:.2g} g"
-        return f"if a hanger of {grams} is missing from the masses, add it to each; "
+    arms = measured.position[measured.torque != 0]
+    missing = 1e3 * seen.fit.residual_torque.value / (measured.g * arms[0])
+    if missing > 0 and not np.ptp(arms):
+        return f"if a hanger of {missing:.2g} g is missing from the masses, add it to each; "
     return "add to the masses what else hung on the rod, such as a clip; "
 
 
@@ -503,13 +500,9 @@ def _ask(
     readings = seen.readings
     column = readings.columns.get(role)
     unit = unit_within(readings, role, usual) if column else ""
-    hint = "check the unit in the header of each column; if it is right, leave it"
-    if unit:
-        hint = (
-            f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it '
-            f"is right, add # ball_mass and # ball_diameter: gyro then compares I_zz with "
-            f"the ball instead"
-        )
+    hint = (
+        f'if it is in {unit}, write the header as "{role} [{unit}]"; ' if unit else ""
+    )
     first = int(np.flatnonzero(seen.measured.torque)[0])
     place = column.place(first) if column else None
     asked = readings.say(name, place, value=value, hint=hint)
@@ -539,29 +532,15 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
     return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
 
 
-def _causes_of_difference(seen: Seen, ball: Ball) -> str:
-    """List the causes that can make I_zz differ from the value for the ball or disk."""
+def _arm_that_differs(seen: Seen, ball: Ball) -> str:
+    """Return an error of the positions that explains the difference from the ball."""
     measured = seen.measured
-    share = abs(ball.relative)
-    is_high = ball.relative > 0
-    by = share * float(np.mean(np.abs(measured.position[measured.torque != 0])))
-    causes = []
-    if is_high and not ball.bore:
-        causes.append(
-            "a bore along the rod, or a rod or a disk that the log does not describe"
-        )
-    if ARM_BY[0] < by < ARM_BY[1]:
-        edge, side = ("far", "long") if is_high else ("near", "short")
-        causes.append(
-            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball "
-            f"to the middle of the weight, not to its {edge} edge"
-        )
-    causes.append(
-        'a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 rpm '
-        'in 120 s"; a balance that changed with the weights; the scale; the mass or the '
-        "diameter of the ball in the log"
-    )
-    return "; or ".join(causes)
+    arms = np.abs(measured.position[measured.torque != 0])
+    by = abs(ball.relative) * float(np.mean(arms))
+    if not ARM_BY[0] < by < ARM_BY[1]:
+        return ""
+    edge, side = ("far", "long") if ball.relative > 0 else ("near", "short")
+    return f"positions {1e3 * by:.1f} mm too {side}, to the {edge} edge of the weight; "
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
@@ -579,9 +558,7 @@ def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
         "expected": ball.inertia,
         "far": abs(deviation),
     }
-    yield seen.readings.say(
-        "ball_differs", **sizes, causes=_causes_of_difference(seen, ball)
-    )
+    yield seen.readings.say("ball_differs", **sizes, arm=_arm_that_differs(seen, ball))
 
 
 def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
@@ -596,17 +573,13 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
     slips = mistakes.explaining_mistakes(
         seen.readings, seen.measured, value, ball.inertia
     )
-    if slips:
-        cause = "it would be " + "; or ".join(
-            f"{after:.4g} if {kind.log}" for kind, after in slips
-        )
-        hint = "; or else: ".join(kind.remedy for kind, _ in slips)
-    else:
-        cause = "no common mistake explains this"
-        hint = (
-            f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a "
-            f"unit in a header"
-        )
+    cause = "; or ".join([f"{after:.4g} if {kind.log}" for kind, after in slips])
+    cause = f"it would be {cause}" if slips else "no common mistake explains this"
+    hint = "; or else: ".join([kind.remedy for kind, _ in slips])
+    hint = (
+        hint
+        or f"look for a cause in this order: {_arm_that_differs(seen, ball)}a wrong unit"
+    )
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 

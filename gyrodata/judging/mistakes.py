@@ -231,6 +231,16 @@ MOST = 3
 """Largest number of mistakes that are named."""
 
 
+START_SPIN = (0.75, 0.96)
+"""I_zz over its true value [1] if the spin was read at the start of each run instead of
+at half time."""
+
+START_REMEDY = (
+    "write spins read at half time, or the spin at start and end in columns "
+    '"spin_start", "spin_end"'
+)
+
+
 def explaining_mistakes(
     readings: Readings, measured: Measurements, inertia: float, expected: float
 ) -> tuple[tuple[Mistake, float], ...]:
@@ -247,6 +257,13 @@ def explaining_mistakes(
         if value and away < CLOSE:
             # Of two mistakes that fit equally well, the more common one comes first.
             found.append((away + 0.01 * mistake.rank, mistake, value))
+    low, high = START_SPIN
+    if low < inertia / expected < high and "spin" in readings.columns:
+        percent = 100 * (1 - inertia / expected)
+        log = f"the spin was read at the start, and was {percent:.0f} % lower at half time"
+        found.append(
+            (CLOSE, Mistake("start_spin", log=log, remedy=START_REMEDY), expected)
+        )
     found.sort(key=itemgetter(0))
     return tuple([(mistake, value) for _, mistake, value in found[:MOST]])
 

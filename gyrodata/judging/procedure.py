@@ -11,7 +11,6 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from gyrodata import physics
 from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.fitting import relative_u
 from gyrodata.judging import changes
@@ -119,18 +118,7 @@ def _times_and_falls(
     far = np.flatnonzero(fall > FALL)
     if len(far):
         worst = int(far[np.argmax(fall[far])])
-        doubt = float(
-            np.abs(
-                physics.decay_law_doubt(
-                    measured.spin_start[worst], measured.spin_end[worst]
-                )
-            )
-        )
-        values = {
-            "most": 100 * fall[worst],
-            "run": measured.runs[worst],
-            "size": 100 * doubt,
-        }
+        values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
         runs = _named(measured, far)
         yield readings.say(
             "spin_falls_too_much", readings.place(worst), runs=runs, **values

@@ -86,18 +86,12 @@ def refusal(
     ]
     low = min(values[0] for values in single)
     high = max(values[-1] for values in single)
-    across = (
-        0.0
-        if measured.transverse_inertia is None
-        else np.median(measured.transverse_inertia)
-    )
-    values = {"why": why, "across": across, "low": low, "high": high}
     if keep_flagged:
-        return readings.say("no_inertia_with_flagged", **values)
-    if across and not low / 3 < across < 10 * high:
-        return readings.say("no_inertia_with_transverse", **values)
+        return readings.say("no_inertia_with_flagged", why=why)
     if high < 1.5 * low:
-        return readings.say("no_inertia_with_uncertainties", **values)
+        return readings.say(
+            "no_inertia_with_uncertainties", why=why, low=low, high=high
+        )
     middle = [each[len(each) // 2] for each in single]
     shown = [
         f"{load_words(measured, group[0])}: {value:.2g}"

@@ -345,28 +345,25 @@ def constancy(
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    sizes = np.array(list(map(len, groups)), dtype=int)
-    count = int(sizes[sizes > 1].sum())
-    dof = int(np.maximum(sizes - 1, 0).sum())
-    if not measured.own_relative.all() or not dof:
+    several = [
+        (torque.product, group)
+        for torque, group in zip(torques, groups, strict=True)
+        if len(group) > 1
+    ]
+    if not measured.own_relative.all() or not several:
         return None
-    total, scatter, expected = 0.0, 0.0, 0.0
-    for torque, group in zip(torques, groups, strict=True):
-        if len(group) < 2:
-            continue
-        total += torque.product.chi2 or 0.0
-        scatter += (
-            float(
-                np.sum(
-                    (np.abs(measured.product[group] / torque.product.value) - 1) ** 2
-                )
-            )
-            / dof
-        )
-        expected += float(np.sum(measured.own_relative[group] ** 2)) / count
+    dof = sum([len(group) - 1 for _, group in several])
+    total = math.fsum([product.chi2 or 0.0 for product, _ in several])
+    away = np.concatenate(
+        [
+            np.abs(measured.product[group] / product.value) - 1
+            for product, group in several
+        ]
+    )
+    expected = np.concatenate([measured.own_relative[group] for _, group in several])
     return Constancy(
-        math.sqrt(scatter),
-        math.sqrt(expected),
+        math.sqrt(away @ away / dof),
+        math.sqrt(np.mean(expected**2)),
         total,
         dof,
         fitting.chi2_tail(total, dof),

@@ -27,7 +27,6 @@ from gyrodata.fitting.inertia import (
     Share,
     Widths,
     balance_scale,
-    conserved_spin,
     corrected,
     fit,
     fit_model,

@@ -42,7 +42,7 @@ from gyrodata.measurements import (
     Source,
     total_spin_excess,
 )
-from gyrodata.physics import Floats, motion
+from gyrodata.physics import Floats
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
 
@@ -635,17 +635,6 @@ def _total_spin_read(measured: Measurements) -> Floats | None:
         )
         return measured.corrected_spin + excess
     return None if measured.spin_start is None else measured.spin
-
-
-def conserved_spin(measured: Measurements, top: Top) -> Floats:
-    """Return the total spin of a rod released from rest [rad/s], shape (n,).
-
-    A tachometer that follows the rod reads more than it while the rod sags.
-    """
-    read = _total_spin_read(measured)
-    if read is not None:
-        return read
-    return cast(Floats, motion.total_spin(top, measured.corrected_spin, measured.pitch))
 
 
 def top_of(measured: Measurements, near: FitResult) -> Top:

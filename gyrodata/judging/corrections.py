@@ -427,12 +427,11 @@ class Prediction:
 
     def _relative_u(self, changed: Measurements, run: int) -> float:
         """Return the relative u of the difference of a time from its prediction [1]."""
-        (inertia, both, _), (_, balance, _), _ = self.others.covariance.tolist()
-        value = self.others.inertia.value
-        torque = float(self._torque(changed)[run])
-        variance = inertia / value**2 - 2 * both / (value * torque)
-        variance += balance / torque**2 + float(changed.own_relative[run]) ** 2
-        return self.typical * math.sqrt(max(variance, 0.0))
+        torque = self._torque(changed)[run]
+        slope = np.array([1 / self.others.inertia.value, -1 / torque, 0.0])
+        variance = slope @ self.others.covariance @ slope
+        own = float(changed.own_relative[run])
+        return self.typical * math.sqrt(max(variance, 0.0) + own**2)
 
     def log_density(self, changed: Measurements, run: int) -> float:
         """Return the log of the probability density of ln T of a run of a changed log.

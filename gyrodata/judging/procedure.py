@@ -18,6 +18,7 @@ from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
+from gyrodata.readings.lablog import listing
 
 SHORT = 6.0
 """A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
@@ -107,7 +108,7 @@ def _times_and_falls(
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
         times = count_text(len(short), "time")
-        runs = _named(measured, short)
+        runs = _runs(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
         yield readings.say(
             "times_too_short", readings.place(worst), times=times, runs=runs, **values
@@ -119,15 +120,13 @@ def _times_and_falls(
     if len(far):
         worst = int(far[np.argmax(fall[far])])
         values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
-        runs = _named(measured, far)
+        runs = _runs(measured, far)
         yield readings.say(
             "spin_falls_too_much", readings.place(worst), runs=runs, **values
         )
 
 
-def _named(measured: Measurements, indices: Integers) -> str:
+def _runs(measured: Measurements, indices: Integers) -> str:
     """Return the names of runs: "runs 2, 5"."""
-    names = ", ".join(measured.runs[i] for i in indices[:8]) + (
-        ", …" if len(indices) > 8 else ""
-    )
-    return f"run{'s' if len(indices) > 1 else ''} {names}"
+    names = listing([measured.runs[run] for run in indices])
+    return f"run{'s' * (len(indices) > 1)} {names}"

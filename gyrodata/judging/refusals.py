@@ -16,7 +16,7 @@ from gyrodata.fitting import FitResult
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import RPM, motion
-from gyrodata.physics.models import FALLEN, STEEP
+from gyrodata.physics.models import FALLEN, STEEP, conserved_spin
 from gyrodata.readings import Readings
 
 
@@ -41,9 +41,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     own = np.abs(torque / measured.product[loaded])
     inertia = np.sort(own)[(len(own) + 1) // 4]
     kept = select(measured, loaded.tolist())
-    spin = fitting.conserved_spin(
-        kept, motion.Top(np.full(len(loaded), inertia), across(inertia), torque)
-    )
+    top = motion.Top(np.full(len(loaded), inertia), across(inertia), torque)
+    spin = conserved_spin(top, fitting.timed_runs(kept))
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     if sag.max() < FALLEN:
         return []

@@ -21,6 +21,7 @@ from gyrodata.measurements.sources import Source, spin_columns, timing_column, v
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
+from gyrodata.readings.lablog import listing
 
 SHOWN = 6
 """Largest number of runs or groups of lines that a message lists."""
@@ -85,23 +86,14 @@ def _compare(
     runs = _runs_that_disagree(column, meant)
     if not runs:
         return
-    hint = "check the turns, the units and the arithmetic of this column"
-    used = readings.columns.get(column.role)
-    if used is not None and used.header != column.header:
-        hint = (
-            f'if this column is the {column.role}, and not "{used.header}": --map '
-            f'{column.role}="{column.header}"'
-        )
-    names = ", ".join([readings.runs[run] for run in runs[:SHOWN]])
-    more = ", …" if len(runs) > SHOWN else ""
     first = runs[0]
     yield readings.say(
         "derived_column_disagrees",
         column.cell(first),
         header=column.header,
         ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=f"run{'s' if len(runs) > 1 else ''} {names}{more}",
-        hint=hint,
+        runs=f"run{'s' * (len(runs) > 1)} {listing([readings.runs[i] for i in runs])}",
+        role=column.role,
     )
 
 
@@ -279,8 +271,7 @@ def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
     """Return the probability that a steady hand reads the same time twice [1]."""
     step = float(np.median(timing.steps))
-    [stated] = [each for each in measured.sources if each.name == "time"]
-    u = min(float(np.median(stated.absolute)), STEADIEST)
+    u = min(measured.time_u or STEADIEST, STEADIEST)
     spread = math.hypot(u, step / math.sqrt(12))
     # Without digits nobody knows how coarse the times are: they may all be equal.
     return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0

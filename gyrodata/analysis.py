@@ -190,8 +190,12 @@ def judge(fitted: FittedLog) -> Analysis:
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
-    # This time with I_zz without each torque, by its number.
-    torques = tables.torque_table(measured, fit, groups, without_torque)
+    torques = tuple(
+        [
+            replace(torque, without=without_torque.get(number))
+            for number, torque in enumerate(fitted.torques)
+        ]
+    )
     fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
     # `asdict` of msgspec copies the fields, and does not change records in them.
     return Analysis(

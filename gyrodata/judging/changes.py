@@ -708,7 +708,7 @@ class Fits:
         self.measured = measured
         self.left_out = left_out
         self.near = near
-        self.known: list[Lab] = []
+        self.known: dict[Motion, Lab] = {}
 
     def lab(self, motion: Motion) -> Lab:
         """Return the log, fitted with a motion.
@@ -718,14 +718,12 @@ class Fits:
         NoFit
             If there is no credible solution.
         """
-        for lab in self.known:
-            if lab.motion == motion:
-                return lab
-        runs, fit = fitting.fit_model(
-            self.measured, motion, self.left_out, near=self.near
-        )
-        self.known.append(Lab(None, runs, fit, motion, self.left_out))
-        return self.known[-1]
+        if motion not in self.known:
+            runs, fit = fitting.fit_model(
+                self.measured, motion, self.left_out, near=self.near
+            )
+            self.known[motion] = Lab(None, runs, fit, motion, self.left_out)
+        return self.known[motion]
 
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:

@@ -172,13 +172,8 @@ def torque_table(
     measured: Measurements,
     fit: FitResult,
     groups: list[list[int]],
-    without: Mapping[int, Estimate] = {},
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque.
-
-    `without`: I_zz without the runs of a torque, by the number of its group, if it is
-    known.
-    """
+    """Constancy of φ̇ψ̇ for each torque."""
     torques = []
     for number, group in enumerate(measured.by_torque):
         first = group[0]
@@ -193,7 +188,7 @@ def torque_table(
                 position=_or_none(float(measured.position[first])),
                 torque=float(measured.torque[first]),
                 runs=len(runs),
-                without=without.get(number),
+                without=None,
                 product=product,
                 period_per_spin=Estimate(slope, slope_u, "s^2/rad"),
             )

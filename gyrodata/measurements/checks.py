@@ -33,7 +33,6 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     timing = timing_column(readings.columns)
     return [
         *_find_contradictions(readings, measured, timing),
-        *_find_fast_precession(readings, measured),
         *_find_unheard(readings, measured),
         *_find_copies(readings, measured, timing),
     ]
@@ -110,22 +109,6 @@ def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
     once = np.sort(compared[first])
     runs: list[int] = once[wrong[once] & (meant[once] > 0)].tolist()
     return runs
-
-
-def _find_fast_precession(
-    readings: Readings, measured: Measurements
-) -> Iterator[Diagnostic]:
-    """Report most runs precessing faster than they spin: columns or units are wrong."""
-    fast = np.flatnonzero(np.abs(measured.product) > measured.spin**2)
-    if 2 * len(fast) > len(measured.runs):
-        column = spin_columns(readings)[0]
-        yield readings.say(
-            "precession_faster_than_spin",
-            column.cell(int(fast[0])),
-            header=column.header,
-            fast=len(fast),
-            runs=len(measured.runs),
-        )
 
 
 # --- uncertainties without an effect ---

@@ -466,12 +466,6 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
             2,
             "the spin rises by 10 % while",
         ),
-        (
-            HEAD + ROW + "20,15,2,7.06,1/3\n" * 2,
-            "G405",
-            3,
-            'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs',
-        ),
     ],
 )
 def test_readings_that_contradict_each_other_are_named(

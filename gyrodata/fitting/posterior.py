@@ -367,9 +367,9 @@ def level_prior(untouched: float) -> tuple[Floats, Floats]:
         return np.zeros(1), np.zeros(1)
     # The density of ln v.
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
-    chance = np.append(untouched, (1 - untouched) * density / density.sum())
-    some = chance > 0
-    return np.append(0.0, CHANGES)[some], np.log(chance[some])
+    density *= (1 - untouched) / density.sum()
+    chance = np.append(max(untouched, 1e-300), density)
+    return np.append(0.0, CHANGES), np.log(chance)
 
 
 def balance_prior(

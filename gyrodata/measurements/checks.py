@@ -23,9 +23,6 @@ from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.readings.lablog import listing
 
-SHOWN = 6
-"""Largest number of runs or groups of lines that a message lists."""
-
 
 def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Make every check of the readings of a log."""
@@ -244,11 +241,9 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
     """Name the lines of identical rows."""
     copied = [lines for lines in groups if len(lines) > 1]
-    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied[:SHOWN]]
-    if len(copied) > SHOWN:
-        shown.append("…")
+    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied]
     place = Place(copied[0][1], 1)
-    return readings.say("rows_identical", place, lines="; ".join(shown))
+    return readings.say("rows_identical", place, lines=listing(shown))
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:

@@ -134,17 +134,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque, in the order of the log."""
-        groups: dict[tuple[str, str, str], list[int]] = {}
-        each = zip(
-            self.load.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
-        )
-        for i, (load, position, sense) in enumerate(each):
-            words = (
-                f"{load:.9g}",
-                f"{position:.9g}",
-                f"{sense:g}" if load == 0 else "",
-            )
-            groups.setdefault(words, []).append(i)
+        groups: dict[str, list[int]] = {}
+        senses = np.where(self.load == 0, self.sense, 0.0)
+        for run, sizes in enumerate(zip(self.load, self.position, senses, strict=True)):
+            words = " ".join([f"{size:.9g}" for size in sizes])
+            groups.setdefault(words, []).append(run)
         return list(groups.values())
 
     @cached_property

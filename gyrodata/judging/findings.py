@@ -319,24 +319,24 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
 POOR_BALANCE = 0.2
 """A balanced ball has an M0 below this part of the smallest torque."""
 
-
-def _poor_balance(seen: Seen) -> str:
-    """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
-    m0 = seen.fit.residual_torque
-    lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
-    uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
-    is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
-    if seen.measured.balanced is False or is_small:
-        return ""
-    share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
+NO_BALANCE = 0.5
+"""With an M0 above this part of the smallest torque the answer is not safe to quote."""
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    poor = _poor_balance(seen)
-    if poor and not seen.contradicts_itself:
-        yield seen.readings.say("balance_poor", poor=poor, hanger=_hanger(seen))
+    m0 = seen.fit.residual_torque
+    lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
+    uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
+    is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
+    if seen.measured.balanced is False or is_small or seen.contradicts_itself:
+        return
+    share = abs(m0.value) / lightest
+    poor = seen.readings.say(
+        "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(seen)
+    )
+    # Wrong masses or arms can look like an M0 that no ball has.
+    yield replace(poor, doubt="size") if share > NO_BALANCE else poor
 
 
 def _hanger(seen: Seen) -> str:

@@ -524,6 +524,8 @@ def _integrate_at(result: FitResult) -> Posterior:
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
     """Return the scale of M0's prior, for an I_zz [kg*m^2] and a torque [N*m]."""
     usual = posterior.BALANCE * lightest
+    if measured.torque_unseen is not None:
+        return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
     return (

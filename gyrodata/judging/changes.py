@@ -306,9 +306,9 @@ def _other_balances(lab: Lab) -> Iterator[Change]:
             "balanced", 'ball balanced ("# balanced: yes")', {"balanced": True}
         )
     if measured.balanced or measured.balance_test is not None:
-        unknown = {"balanced": None, "balance_test": None}
+        unknown = {"balanced": None, "balance_test": None, "torque_unseen": None}
         yield lab.change("balance_free", "balance unknown", unknown)
-    elif measured.balanced is None:
+    elif measured.balanced is None and measured.torque_unseen is None:
         yield lab.change(
             "balance_free", 'ball not balanced ("# balanced: no")', {"balanced": False}
         )

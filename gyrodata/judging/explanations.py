@@ -165,7 +165,7 @@ class Log(Struct, frozen=True):
     def _log_of_balance(self, fit: FitResult) -> float:
         """Return the log of how much more common an M0 is than in its prior."""
         measured = self.measured
-        stated = measured.balanced, measured.balance_test
+        stated = measured.balanced, measured.balance_test, measured.torque_unseen
         if any(each is not None for each in stated):
             return 0.0
         lightest = fitting.lightest_torque(measured, fit.adjusted.kept)

@@ -301,7 +301,8 @@ def _agreement(seen: Seen) -> Iterator[Diagnostic]:
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
     """Report runs that cannot separate M0 from I_zz."""
-    if not fitting.torques_differ(seen.measured.torque):
+    measured = seen.measured
+    if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         yield seen.readings.say("single_torque")
 
 

@@ -108,6 +108,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     shape (n,); 0 if unknown."""
     latitude: float | None = None
     """[rad]; None if the log does not say."""
+    torque_unseen: float | None = None
+    """Largest torque over I_zz with which an unloaded rod would not have moved visibly
+    [rad²/s²]; None if there is no run in which it did not move."""
     nutation_ratio: Floats | None = None
     """I/I_zz of each run from the period of its nutation [1], NaN if it was not
     measured; None without a column."""
@@ -252,7 +255,10 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = _balance_test(readings, diagnostics)
+    balance_test, balance_test_from = _balance_test(readings)
+    torque_unseen = None
+    if readings.unmoved is not None:
+        torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
     transverse = values.get("transverse_inertia")
     nutation = values.get("nutation_period")
     nutation_ratio = None
@@ -275,6 +281,7 @@ def measure(readings: Readings) -> Measurements:
         timing_bias_u=bias.absolute if timed else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
+        torque_unseen=torque_unseen,
         sources=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
@@ -489,7 +496,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
 
 
 def _balance_test(
-    readings: Readings, diagnostics: list[Diagnostic]
+    readings: Readings,
 ) -> tuple[Callable[[float], float] | None, str]:
     """Return the prior width of M0 from a balance test, and the key of the test.
 
@@ -507,21 +514,18 @@ def _balance_test(
             width = float(np.nanmean(values_of(column))) * shift
             return (lambda inertia: width), "balance_tilt"
         return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
-    drift = readings.balance_drift
-    if drift is None and readings.unmoved is not None:
-        drift = _unseen_drift(readings, readings.unmoved, diagnostics)
-    if drift is None:
+    if readings.balance_drift is None:
         return None, ""
-    angle, seconds, spin = drift
+    angle, seconds, spin = readings.balance_drift
     return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
 
 
-def _unseen_drift(
+def _torque_unseen(
     readings: Readings, still: Readings, diagnostics: list[Diagnostic]
-) -> tuple[float, float, float]:
-    """Return the smallest visible angle [rad], the time [s] and the spin of a rod.
+) -> float:
+    """Compute the torque over I_zz [rad²/s²] that would have moved the rod visibly.
 
-    The rod did not move in the runs `still`, which are without a weight.
+    The rod is the unloaded rod of the runs `still`.
     """
     time = values_of(still.columns["time"])
     run = int(time.argmax())
@@ -534,4 +538,5 @@ def _unseen_drift(
         degrees=math.degrees(angle),
     )
     diagnostics.append(note)
-    return angle, float(time[run]), float(as_spin(spin_columns(still)[0])[run])
+    # Eq. (9): the torque is I_zz φ̇ψ̇.
+    return float(angle / time[run] * as_spin(spin_columns(still)[0])[run])

@@ -508,9 +508,7 @@ def adjust(
         plain[:, :3] = at.to_unknowns * scale
         plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
         weight = kept / np.sqrt(at.independent_variance)
-        np.multiply(plain, weight[:, None], out=rows[:count, :-1])
-        rows[:count, -1] = -at.misclosure * weight
-        rows[count:, -1] = -unknowns[1:]
+        _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
         whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
@@ -568,6 +566,16 @@ def adjust(
     )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
+
+
+def _fill(
+    rows: Floats, plain: Floats, weight: Floats, misclosure: Floats, unknowns: Floats
+) -> None:
+    """Write the weighted conditions of n runs into their rows, and the targets."""
+    count = len(misclosure)
+    np.multiply(plain, weight[:, None], out=rows[:count, :-1])
+    rows[:count, -1] = -misclosure * weight
+    rows[count:, -1] = -unknowns[1:]
 
 
 def _onto_conditions(at: Linear, inertia: float) -> Floats:

@@ -809,9 +809,7 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     """
     runs = fitting.timed_runs(lab.measured)
     sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
-    # No offered model contains these.
-    rest = [each for each in MODELS if each.always and each not in offered.models]
-    dropped = sum([size_of_model(lab, each) for each in rest])
+    dropped = _size_not_modelled(lab, offered)
     needed = set(sizes)
     for effect in sorted(sizes, key=lambda name: sizes[name]):
         dropped += sizes[effect]
@@ -825,6 +823,12 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
         if not (each.is_stated(runs) and _seen_in_scatter(lab, each)):
             offered = offered.without(each.effect)
     return offered
+
+
+def _size_not_modelled(lab: Lab, offered: Motion) -> float:
+    """Return the sizes of the effects that no offered model contains [u]."""
+    rest = [each for each in MODELS if each.always and each not in offered.models]
+    return sum([size_of_model(lab, each) for each in rest])
 
 
 CLEARLY = math.log(200.0)

@@ -19,7 +19,7 @@ from gyrodata import fitting
 from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import SIZES, other_units
-from gyrodata.measurements.sources import load_role
+from gyrodata.measurements.sources import load_role, values_of
 from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import PLAIN
 from gyrodata.quantities.units import from_si, parse_unit
@@ -299,24 +299,30 @@ def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
 
     If only one of them has a value, only a load may be copied from it.
     """
-    spots = column.spots
-    values = column.values
-    others = [
-        run for run in range(len(spots)) if spots[run] != spots[index] and values[run]
-    ]
-    near = [run for run in others if run < index][-1:]
-    near += [run for run in others if run > index][:1]
-    contents = [values[run] for run in near]
-    rest = [values[run] for run in others]
-    # A weight is used in runs that follow each other: these nearly always agree.
-    in_blocks = sum(a != b for a, b in pairwise(rest)) < len(set(rest))
-    is_common = in_blocks and len(set(contents)) == 1 and rest.count(contents[0]) > 1
-    if is_common or is_load:
-        kind = "value of the runs around" if is_common else "value of a neighbour"
-        place = "other runs" if len(set(rest)) == 1 else "runs around it"
+    spots = np.array(column.spots)
+    has_value = np.nan_to_num(values_of(column)) != 0
+    others = np.flatnonzero((spots != spots[index]) & has_value)
+    at = int(np.searchsorted(others, index))
+    near = others[max(at - 1, 0) : at + 1].tolist()
+    rest = [column.values[run] for run in others]
+    place = "other runs" if len(set(rest)) == 1 else "runs around it"
+    kind = "value of a neighbour"
+    if _are_common([column.values[run] for run in near], rest):
+        kind = "value of the runs around"
+    elif not is_load:
+        return
+    for run in near:
         words = f", as in the {place}, would fit, not {{old}}"
-        for run in near:
-            yield Cell(kind, written(column, run), words, values[run] or 0.0)
+        yield Cell(kind, written(column, run), words, column.values[run] or 0.0)
+
+
+def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> bool:
+    """Return whether the nearest values agree, as those of runs that follow each other.
+
+    A weight is used in such runs: the values around a run are then nearly always its own.
+    """
+    steps = sum(value != other for value, other in pairwise(rest))
+    return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
 
 
 def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:

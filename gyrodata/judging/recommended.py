@@ -176,13 +176,7 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab) -> None:
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
     as_stated = fit.as_stated or fit
-    # The fit began at a line through most runs.
-    start = float(as_stated.adjusted.scale[0])
-    value = fit.inertia.value
-    if not 1 / fitting.FACTOR < value / start < fitting.FACTOR:
-        raise NoFit(
-            f"the fit gives {value:.2g} kg·m², but a straight line gives {start:.2g} kg·m²"
-        )
+    _insist_on_line(fit, as_stated)
     if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
@@ -190,10 +184,23 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab) -> None:
             "all uncertainties are stated as zero, and the runs are too few to show how "
             "well they agree"
         )
+    value = fit.inertia.value
     u = fit.inertia.u or 0.0
     low, high = fit.inertia.interval_95 or (value, value)
     if low <= 0 or u > TOO_WIDE * value:
         raise LogError([refusals.not_measured(readings, fit, low, high)])
+
+
+def _insist_on_line(fit: FitResult, as_stated: FitResult) -> None:
+    """Raise NoFit if I_zz is far from the line through most runs, where a fit begins."""
+    start = float(as_stated.adjusted.scale[0])
+    rough = fitting.rough_inertia(fit.adjusted.problem.measured)
+    value = fit.inertia.value
+    off = np.abs(np.log(np.maximum(value / np.array([start, rough]), 1e-300)))
+    if off.min() > math.log(fitting.FACTOR):
+        raise NoFit(
+            f"the fit gives {value:.2g} kg·m², but a straight line gives {start:.2g} kg·m²"
+        )
 
 
 def _refuse_wrong_counts(readings: Readings, explained: Sequence[Explanation]) -> None:

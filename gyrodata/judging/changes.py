@@ -465,7 +465,12 @@ def _one_more_digit(lab: Lab) -> Iterator[Change]:
         if readings is None or shares.get(role, 0.0) < MUCH_ROUNDING:
             continue
         column = readings.columns.get(role)
-        if column is None or not any(column.steps):
+        [source] = [each for each in lab.measured.sources if each.name == role]
+        if column is None:
+            continue
+        size = source.absolute + source.relative * np.abs(getattr(lab.measured, role))
+        # The rounding is a step over √12.
+        if (np.array(column.steps) < math.sqrt(3) * size).all():
             continue
         finer = [
             replace(reading, step=reading.step and reading.step / 10)

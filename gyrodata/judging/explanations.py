@@ -475,7 +475,8 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     fit = log.fit(changed)
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = _slips_of(log, factor)
-    causes = [*slips, *_values_of(log, runs, factor)]
+    counts = _counts_of(log, runs, factor)
+    causes = [*slips, *counts, *_values_of(log, runs, factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -556,6 +557,19 @@ def _slips_of(log: Log, factor: float) -> list[str]:
         words
         for words, of_load in _slips(log.readings)
         if abs(factor / of_load - 1) < NEAR
+    ]
+
+
+def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
+    """List the counts of turns that are the same as a factor on the load."""
+    written = np.unique(log.measured.turns[runs])
+    if len(written) > 1:
+        return []
+    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
+    return [
+        f"they had {turn_words(count)}"
+        for count in counts
+        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
     ]
 
 
@@ -733,7 +747,7 @@ SHARED_ERRORS = (
         1.0,
         1.0,
         "the stopwatch was {size:.2g} s {sign} than stated",
-        "state the bias of your hand, for example # u_time_bias: {size:.1g} s, or time "
+        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time "
         "more turns",
         ("later", "earlier"),
     ),
@@ -787,7 +801,7 @@ def _shared_errors(log: Log) -> Iterator[Hypothesis]:
                 evidence + math.log(SHARED_ERROR),
                 (),
                 fit,
-                error.remedy.format(size=size),
+                error.remedy.format(size=size, twice=2 * size),
             )
 
 

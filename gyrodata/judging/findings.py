@@ -541,7 +541,10 @@ def _arm_that_differs(seen: Seen, ball: Ball) -> str:
     if not ARM_BY[0] < by < ARM_BY[1]:
         return ""
     edge, side = ("far", "long") if ball.relative > 0 else ("near", "short")
-    return f"positions {1e3 * by:.1f} mm too {side}, to the {edge} edge of the weight; "
+    return (
+        f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball to "
+        f"the middle of the weight, not to its {edge} edge; "
+    )
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:

@@ -170,6 +170,7 @@ WHY_NOT_USED = {
     "for the whole log",
     "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
     "not matter",
+    "u_weight_diameter": "the diameter of a weight counts as exact",
     "u_position_set": 'the log does not say "# position_set: each run"',
 }
 """Why a stated uncertainty can be without an effect, if it is not the usual reason."""

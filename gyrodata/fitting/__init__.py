@@ -30,6 +30,7 @@ from gyrodata.fitting.inertia import (
     corrected,
     fit,
     fit_model,
+    integrate_at,
     relative_u,
     timed_runs,
     times_stated,

@@ -357,7 +357,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
     for result in begun:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
         # there again.
-        answer = _integrate_at(result)
+        answer = integrate_at(result)
         scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         tilted = result.adjusted.problem.tilted
@@ -367,7 +367,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
             result = _result(
                 adjusted, result.sense, Widths(scatter, width, level), result.chi2
             )
-            answer = _integrate_at(result)
+            answer = integrate_at(result)
         found.append((answer.evidence, result, answer))
     found.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = found[0]
@@ -480,10 +480,10 @@ def _result(
     )
 
 
-def _integrate_at(result: FitResult) -> Posterior:
+def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit.
 
-    I_zz in kg*m^2, M0 in N*m, b in s.
+    I_zz in kg*m^2, M0 in N*m, b in s; with `tested` a balance test limits M0.
     """
     adjusted = result.adjusted
     inertia = result.inertia.value
@@ -511,7 +511,7 @@ def _integrate_at(result: FitResult) -> Posterior:
         runs=float(adjusted.kept.sum()),
         scatter=result.widths.scatter,
     )
-    test = measured.balance_test
+    test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED

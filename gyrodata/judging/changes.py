@@ -32,6 +32,7 @@ from gyrodata.measurements import (
     Measurements,
     Source,
     select,
+    total_spin_excess,
 )
 from gyrodata.measurements.sources import list_sources
 from gyrodata.physics import Floats, models
@@ -124,6 +125,7 @@ EFFECTS = {
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "spin_delay": "spin read late",
+    "tachometer": "tilted rod, total spin taken for ψ̇",
 }
 """The effects that do not belong to a model of motion, by their name in the JSON, in
 words."""
@@ -148,6 +150,8 @@ def _effects(lab: Lab) -> Iterator[Change]:
     yield _delay_of_spin(lab)
     for model in models.of_effects().values():
         yield _effect_of_model(lab, model)
+        if model.tilted:
+            yield from _total_spin_read(lab)
 
 
 def _residual_torque(lab: Lab) -> Change:
@@ -251,6 +255,21 @@ def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
     words = used.reason(runs, True, as_asked)
     other = lab.motion.without(model.effect)
     return lab.change(model.effect, words, kept=True, motion=other, model=used)
+
+
+def _total_spin_read(lab: Lab) -> Iterator[Change]:
+    """Suppose that a fixed tachometer reads the total spin of a tilted rod."""
+    measured = lab.measured
+    if not measured.pitch.any() or measured.tachometer is not None:
+        return
+    words = (
+        'it follows the rod; this is for one that stands still ("# tachometer: '
+        'still" in the log)'
+    )
+    spin = measured.spin - total_spin_excess(
+        lab.fit.sense, measured.turns, measured.time, measured.pitch
+    )
+    yield lab.change("tachometer", words, {"spin": spin}, without=False)
 
 
 # --- sensitivity: what the answer depends on ---

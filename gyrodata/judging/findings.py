@@ -30,7 +30,7 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, Measurements
+from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.measurements.sources import values_of
 from gyrodata.physics import RPM
@@ -299,9 +299,27 @@ def _agreement(seen: Seen) -> Iterator[Diagnostic]:
         yield seen.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
+CONTRADICTED = 3.0
+"""Number of standard uncertainties by which the runs must contradict a balance test."""
+
+
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
-    """Report runs that cannot separate M0 from I_zz."""
+    """Report a balance test that the runs contradict.
+
+    Runs that cannot separate M0 from I_zz are reported as well.
+    """
     measured = seen.measured
+    fit = seen.fit
+    if measured.balance_test is not None:
+        allowed = measured.balance_test(fit.inertia.value)
+        _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
+        if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
+            yield seen.readings.say(
+                "balance_test_contradicted",
+                m0=1e3 * m0,
+                allowed=1e3 * allowed,
+                test=measured.balance_test_from,
+            )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         yield seen.readings.say("single_torque")
 
@@ -322,6 +340,13 @@ POOR_BALANCE = 0.2
 
 NO_BALANCE = 0.5
 """With an M0 above this part of the smallest torque the answer is not safe to quote."""
+
+
+FELL_MORE = 4.0
+"""If a spin falls this many times as fast as in the middle run …"""
+
+FELL_BY = 0.03
+"""… and by this much more [1], then something rubbed, or the spin was read wrongly."""
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
@@ -348,6 +373,31 @@ def _hanger(seen: Seen) -> str:
     if missing > 0 and not np.ptp(arms):
         return f"if a hanger of {missing:.2g} g is missing from the masses, add it to each; "
     return "add to the masses what else hung on the rod, such as a clip; "
+
+
+def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs in which the spin fell much faster than in the middle run.
+
+    If more than a quarter of the runs would be named, none is.
+    """
+    measured = seen.measured
+    if measured.spin_start is None or measured.spin_end is None:
+        return
+    fall = np.log(measured.spin_start / measured.spin_end)
+    usual = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
+    share = usual * measured.time
+    is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
+    far = np.flatnonzero(is_far).tolist()
+    if len(far) > len(fall) / 4 or len(fall) < 4:
+        return
+    for run in far:
+        yield seen.readings.say(
+            "spin_fell_alone",
+            spin_columns(seen.readings)[-1].place(run),
+            run=measured.runs[run],
+            percent=-100 * np.expm1(-fall[run]),
+            more=FELL_MORE,
+        )
 
 
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
@@ -428,7 +478,11 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     runs = fitting.timed_runs(seen.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in seen.effects:
-        if effect.effect in silent and not seen.asked:
+        if effect.effect == "tachometer" and _matters(seen, effect):
+            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
+            off = 100 * abs(effect.bias or 0.0)
+            yield readings.say("tachometer_not_told", off=off, direction=direction)
+        elif effect.effect in silent and not seen.asked:
             yield from _silent_motion(seen, effect, silent[effect.effect])
 
 
@@ -464,8 +518,12 @@ NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a
 motor have 1 to 2 [kg*m^2/s]."""
 
-LONG_TURN, SHORT_ARM = 600.0, 0.05
-"""Bounds of the time of a turn with a weight [s], and of the arm [m]."""
+LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
+"""Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
+precession over spin [1]."""
+
+LONGEST_ARM = 0.6
+"""An arm is usually shorter [m]."""
 
 
 def _unusual(seen: Seen) -> Iterator[Diagnostic]:
@@ -479,16 +537,24 @@ def _unusual(seen: Seen) -> Iterator[Diagnostic]:
     rate = np.abs(measured.product[loaded]) / spin
     turn = fitting.median(2 * np.pi / rate)
     arm = float(np.abs(measured.position[loaded]).max())
-    # This does not depend on the unit of the spin: L = M/φ̇.
+    # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m
+    # x²/I_zz = x φ̇ψ̇/g.
     momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
+    lever = arm * fitting.median(rate * spin) / measured.g
     fastest = float(spin.max())
     by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
     if fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM):
         yield _ask(seen, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
+    elif lever > LONG_LEVER and arm < LONGEST_ARM:
+        yield _ask(seen, "weight_too_large", "spin", BY_HAND, lever)
     if turn > LONG_TURN:
         yield _ask(seen, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
+    elif (rate / spin).min() > NEARLY_AS_FAST:
+        yield _ask(seen, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
     if arm < SHORT_ARM:
-        yield _ask(seen, "arm_not_usual", "position", (SHORT_ARM, 0.6), 100 * arm)
+        yield _ask(
+            seen, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
+        )
 
 
 def _ask(
@@ -508,7 +574,7 @@ def _ask(
     place = column.place(first) if column else None
     asked = readings.say(name, place, value=value, hint=hint)
     # If another unit makes the column usual, the answer is not safe to quote.
-    return replace(asked, doubt="size" if unit else "")
+    return replace(asked, doubt="size" if unit else asked.doubt)
 
 
 INERTIA_RANGE = (1e-6, 1.0)
@@ -635,6 +701,7 @@ CHECKS: tuple[Check, ...] = (
     _deviations,
     _agreement,
     _large_residual_torque,
+    _spins_that_fell_alone,
     _other_measurements,
     _direction,
     _digits,

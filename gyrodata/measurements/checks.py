@@ -30,6 +30,7 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     timing = timing_column(readings.columns)
     return [
         *_find_contradictions(readings, measured, timing),
+        *_find_fast_precession(readings, measured),
         *_find_unheard(readings, measured),
         *_find_copies(readings, measured, timing),
     ]
@@ -108,6 +109,22 @@ def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
     return runs
 
 
+def _find_fast_precession(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
+    """Report most runs precessing faster than they spin: columns or units are wrong."""
+    fast = np.flatnonzero(np.abs(measured.product) > measured.spin**2)
+    if 2 * len(fast) > len(measured.runs):
+        column = spin_columns(readings)[0]
+        yield readings.say(
+            "precession_faster_than_spin",
+            column.cell(int(fast[0])),
+            header=column.header,
+            fast=len(fast),
+            runs=len(measured.runs),
+        )
+
+
 # --- uncertainties without an effect ---
 
 
@@ -170,7 +187,6 @@ WHY_NOT_USED = {
     "for the whole log",
     "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
     "not matter",
-    "u_weight_diameter": "the diameter of a weight counts as exact",
     "u_position_set": 'the log does not say "# position_set: each run"',
 }
 """Why a stated uncertainty can be without an effect, if it is not the usual reason."""

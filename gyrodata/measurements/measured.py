@@ -527,16 +527,21 @@ def _torque_unseen(
 
     The rod is the unloaded rod of the runs `still`.
     """
+    counts = still.columns.get("turns") or still.columns["angle"]
+    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
+    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
+    for i, u in counts.stated:
+        sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
-    run = int(time.argmax())
-    angle = 2 * math.pi * SOURCES["angle"].default.absolute
+    # Eq. (9): the torque is I_zz φ̇ψ̇.
+    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
+    best = int(unseen.argmin())
     note = readings.say(
         "rod_stayed",
-        still.columns["time"].place(run),
-        run=still.runs[run],
-        time=time[run],
-        degrees=math.degrees(angle),
+        counts.place(best),
+        run=still.runs[best],
+        time=time[best],
+        degrees=360 * sighted[best],
     )
     diagnostics.append(note)
-    # Eq. (9): the torque is I_zz φ̇ψ̇.
-    return float(angle / time[run] * as_spin(spin_columns(still)[0])[run])
+    return float(unseen[best])

@@ -127,6 +127,8 @@ def _load_sources(readings: Readings, measured: Measurements) -> Iterator[Source
         yield _position_set_source(readings, values)
     if load == "mass":
         yield _gravity_source(readings)
+        if "weight_diameter" in columns and columns["weight_diameter"].stated:
+            yield _diameter_source(columns["weight_diameter"], values)
 
 
 def _gravity_source(readings: Readings) -> Source:
@@ -175,6 +177,17 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
     size, default = stated_or_default(readings, "position_set")
     source = _source("position_set", groups, size.absolute, size.relative, default)
     return replace(source, shared_by=shared_by)
+
+
+def _diameter_source(column: Column, mass: Floats) -> Source:
+    """Return the error of the inertia of each weight from that of its diameter."""
+    across = values_of(column)
+    given = np.zeros(len(mass))
+    for i, u in column.stated:
+        given[i] = u.at(float(across[i])) / across[i]
+    # Half of m r²: an error of the diameter counts twice.
+    doubt = np.where((mass > 0) & np.isfinite(across), 2 * given, 0.0)
+    return _source("weight_diameter", _numbered(across, doubt), 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:

@@ -214,12 +214,14 @@ def test_a_balance_test_that_says_nothing_or_is_false_changes_nothing() -> None:
     assert silent.inertia.u == pytest.approx(free.inertia.u, rel=0.005)
     untouched, wrong = "# balance: untouched\n", "# u_imbalance: 1e-5 N*m\n"
     free, false = tested(0.2, untouched), tested(0.2, untouched + wrong)
+    assert "G412" in {one.code for one in false.diagnostics}
     assert false.inertia.value == pytest.approx(
         free.inertia.value, abs=0.2 * free.inertia.u
     )
     assert false.inertia.u == pytest.approx(free.inertia.u, rel=0.25)
     # Somebody may have touched the balance after the test: u contains both.
     silent = tested(0.2, wrong)
+    assert "G412" in {one.code for one in silent.diagnostics}
     low, high = silent.inertia.interval_95
     assert low < INERTIA < high
 

@@ -44,7 +44,9 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     top = motion.Top(np.full(len(loaded), inertia), across(inertia), torque)
     spin = conserved_spin(top, fitting.timed_runs(kept))
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
-    if sag.max() < FALLEN:
+    # An I that is far from I_zz shows a wrong unit, which `refusal` names.
+    ratio = across(inertia) / inertia
+    if sag.max() < FALLEN or ratio.min() < 1 / 3 or ratio.max() > 10:
         return []
     # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would
     # become smaller without limit.

@@ -467,6 +467,15 @@ def _say_too_few_digits(
     )
 
 
+def _tachometer(seen: Seen) -> Iterator[Diagnostic]:
+    """Report that a tachometer that stood still would change I_zz."""
+    for effect in seen.effects:
+        if effect.effect == "tachometer" and _matters(seen, effect):
+            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
+            off = 100 * abs(effect.bias or 0.0)
+            yield seen.readings.say("tachometer_not_told", off=off, direction=direction)
+
+
 def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
     readings = seen.readings
@@ -478,11 +487,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     runs = fitting.timed_runs(seen.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in seen.effects:
-        if effect.effect == "tachometer" and _matters(seen, effect):
-            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
-            off = 100 * abs(effect.bias or 0.0)
-            yield readings.say("tachometer_not_told", off=off, direction=direction)
-        elif effect.effect in silent and not seen.asked:
+        if effect.effect in silent and not seen.asked:
             yield from _silent_motion(seen, effect, silent[effect.effect])
 
 
@@ -705,6 +710,7 @@ CHECKS: tuple[Check, ...] = (
     _other_measurements,
     _direction,
     _digits,
+    _tachometer,
     _model,
     _body,
     _other_body,

@@ -187,6 +187,13 @@ WHY_NOT_USED = {
     "for the whole log",
     "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
     "not matter",
+    "u_position_zero": "no position is read",
+    "u_screw_angle": "no run covers a part of a turn between two screws",
+    "u_decay_exponent": "the log does not show how the spin falls, or the spin is read "
+    "three times in each run",
+    "u_ball_mass": "ball_mass and ball_diameter are not both given",
+    "u_ball_diameter": "ball_mass and ball_diameter are not both given",
+    "u_rod_length": "no position counts from the tip of the rod",
     "u_position_set": 'the log does not say "# position_set: each run"',
 }
 """Why a stated uncertainty can be without an effect, if it is not the usual reason."""

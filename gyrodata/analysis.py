@@ -229,16 +229,17 @@ def _findings(
     exponent: tables.Exponent | None,
 ) -> list[Diagnostic]:
     """List what some checks find in a fit."""
+    # A `Seen` is a `Lab` with more fields.
     seen = findings.Seen(
         **asdict(fitted.lab),
         outliers=fitted.outliers,
-        without=fitted.without_outliers,
+        without_outliers=fitted.without_outliers,
         explanations=fitted.explanations,
         p=fitted.p,
         constancy=fitted.constancy,
         exponent=exponent,
         ball=_ball(fitted),
-        sizes=fitted.unusual_sizes,
+        unusual_sizes=fitted.unusual_sizes,
     )
     return [diagnostic for check in selected for diagnostic in check(seen)]
 

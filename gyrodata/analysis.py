@@ -130,7 +130,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     measured = measure(readings)
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
-    # Kept apart from the others: findings need to know them.
+    # Kept apart from the others: a finding about much scatter needs to know them.
     unusual_sizes = tuple(checks.check_sizes(readings))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):

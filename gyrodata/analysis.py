@@ -130,7 +130,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     measured = measure(readings)
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
-    # Kept apart from the others: findings need to know them.
+    # Kept apart from the others: a finding about much scatter needs to know them.
     unusual_sizes = tuple(checks.check_sizes(readings))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):
@@ -229,16 +229,17 @@ def _findings(
     exponent: tables.Exponent | None,
 ) -> list[Diagnostic]:
     """List what some checks find in a fit."""
+    # A `Seen` is a `Lab` with more fields.
     seen = findings.Seen(
         **asdict(fitted.lab),
         outliers=fitted.outliers,
-        without=fitted.without_outliers,
+        without_outliers=fitted.without_outliers,
         explanations=fitted.explanations,
         p=fitted.p,
         constancy=fitted.constancy,
         exponent=exponent,
         ball=_ball(fitted),
-        sizes=fitted.unusual_sizes,
+        unusual_sizes=fitted.unusual_sizes,
     )
     return [diagnostic for check in selected for diagnostic in check(seen)]
 

@@ -347,6 +347,11 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         from gyrodata.readings import write_log
 
         frame = self.table("run_table")
+        sense = self.measurements.precession_sense
+        if sense is not None:
+            # A log states directions in words, and not by the sign of a rate.
+            words = np.select([sense > 0, sense < 0], ["ccw", "cw"], "")
+            frame["precession_sense"] = words
         frame.attrs = {"units": dict(UNITS_OF_RUNS)}
         for line in write_log(self.readings).splitlines():
             if line.startswith("# "):

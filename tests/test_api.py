@@ -287,13 +287,11 @@ def test_equal_analyses_have_equal_hashes(lab: Analysis) -> None:
 def test_the_table_of_runs_can_be_analysed_again(lab: Analysis) -> None:
     runs = lab.runs
     assert runs.attrs["units"]["spin"] == "rad/s"
-    loaded = runs[runs["torque"] != 0]
-    again = gyrodata.analyze(loaded)
+    again = gyrodata.analyze(runs)
     first = gyrodata.analyze(SAMPLE)
     u = first.inertia.u or 0.0
-    assert abs(again.inertia.value - first.inertia.value) < 2 * u
-    products = again.runs["product"].to_numpy()
-    np.testing.assert_allclose(products, loaded["product"].to_numpy(), rtol=1e-9)
+    assert abs(again.inertia.value - first.inertia.value) < 0.01 * u
+    assert again.inertia.u == pytest.approx(u, rel=0.01)
 
 
 def test_every_table_is_a_dataframe(lab: Analysis) -> None:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
+from html import escape
 from pathlib import Path
 from typing import Literal, TypeVar
 
@@ -626,6 +627,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return f'<pre style="white-space: pre-wrap">{escape(self.summary)}</pre>'
 
     @cached_property
     def totals(self) -> list[float]:

@@ -48,7 +48,7 @@ class Seen(Lab, frozen=True, kw_only=True):
 
     readings: Readings
     outliers: tuple[Outlier, ...]
-    without: Estimate | None
+    without_outliers: Estimate | None
     """I_zz without any outlier [kg*m^2], if one is kept."""
     explanations: tuple[Explanation, ...]
     """Mistakes with which the runs would agree, the most probable first."""
@@ -58,7 +58,7 @@ class Seen(Lab, frozen=True, kw_only=True):
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     exponent: Exponent | None
     ball: Ball | None
-    sizes: tuple[Diagnostic, ...]
+    unusual_sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
 
     @property
@@ -76,7 +76,7 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
 def _say_outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Say for each outlier what was done with it, and what it does to the answer."""
     readings = seen.readings
-    without = seen.without
+    without = seen.without_outliers
     kept = ""
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
@@ -321,7 +321,12 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
                 test=measured.balance_test_from,
             )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
-        yield seen.readings.say("single_torque")
+        ways = "" if measured.balanced else BALANCED
+        yield seen.readings.say("single_torque", ways=ways)
+
+
+BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
+"""How a log with one torque can say that M0 is small."""
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
@@ -678,7 +683,7 @@ def _other_body(seen: Seen) -> Iterator[Diagnostic]:
     if ball is not None and not seen.contradicts_itself:
         yield from _ball_differs(seen, ball)
     # With a ball in the log, I_zz itself is checked.
-    elif not seen.sizes and seen.readings.constants.get("ball_mass") is None:
+    elif not seen.unusual_sizes and seen.readings.constants.get("ball_mass") is None:
         yield from _unusual(seen)
 
 
@@ -692,7 +697,7 @@ def _is_far(ball: Ball) -> bool:
 def _is_unusual(seen: Seen) -> bool:
     """Return whether no lab with an air bearing has such an I_zz."""
     low, high = INERTIA_RANGE
-    return not seen.sizes and not low <= abs(seen.fit.inertia.value) <= high
+    return not seen.unusual_sizes and not low <= abs(seen.fit.inertia.value) <= high
 
 
 Check = Callable[[Seen], Iterable[Diagnostic]]

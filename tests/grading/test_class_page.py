@@ -31,9 +31,10 @@ from grading.students_reports import (
 )
 from msgspec.structs import astuple
 from pages import Structure
-from places import DATA
+from places import DATA, SAMPLES
 from typer.testing import CliRunner, Result
 
+import gyrodata
 from gyrodata.cli import app, schema
 from gyrodata.grading.rubric import default_rubric_text
 
@@ -367,3 +368,10 @@ def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
     assert out["found"] == [pair, pair, ["Slip", "Waiting"], [], names]
     ((line,),) = (list(csv.reader([one])) for one in out["copied"])
     assert line[:2] == ["w", "total"]
+
+
+@pytest.mark.slow
+def test_a_notebook_shows_the_grades_as_text() -> None:
+    shown = gyrodata.grade(SAMPLES / "class")._repr_html_()
+    assert shown.startswith("<pre")
+    assert "14 submissions, 11 graded" in shown

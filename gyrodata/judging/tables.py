@@ -172,8 +172,13 @@ def torque_table(
     measured: Measurements,
     fit: FitResult,
     groups: list[list[int]],
+    without: Mapping[int, Estimate] = {},
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque."""
+    """Constancy of φ̇ψ̇ for each torque.
+
+    `without`: I_zz without the runs of a torque, by the number of its group, if it is
+    known.
+    """
     torques = []
     for number, group in enumerate(measured.by_torque):
         first = group[0]
@@ -188,7 +193,7 @@ def torque_table(
                 position=_or_none(float(measured.position[first])),
                 torque=float(measured.torque[first]),
                 runs=len(runs),
-                without=None,
+                without=without.get(number),
                 product=product,
                 period_per_spin=Estimate(slope, slope_u, "s^2/rad"),
             )
@@ -340,25 +345,28 @@ def constancy(
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    several = [
-        (torque.product, group)
-        for torque, group in zip(torques, groups, strict=True)
-        if len(group) > 1
-    ]
-    if not measured.own_relative.all() or not several:
+    sizes = np.array(list(map(len, groups)), dtype=int)
+    count = int(sizes[sizes > 1].sum())
+    dof = int(np.maximum(sizes - 1, 0).sum())
+    if not measured.own_relative.all() or not dof:
         return None
-    dof = sum([len(group) - 1 for _, group in several])
-    total = math.fsum([product.chi2 or 0.0 for product, _ in several])
-    away = np.concatenate(
-        [
-            np.abs(measured.product[group] / product.value) - 1
-            for product, group in several
-        ]
-    )
-    expected = np.concatenate([measured.own_relative[group] for _, group in several])
+    total, scatter, expected = 0.0, 0.0, 0.0
+    for torque, group in zip(torques, groups, strict=True):
+        if len(group) < 2:
+            continue
+        total += torque.product.chi2 or 0.0
+        scatter += (
+            float(
+                np.sum(
+                    (np.abs(measured.product[group] / torque.product.value) - 1) ** 2
+                )
+            )
+            / dof
+        )
+        expected += float(np.sum(measured.own_relative[group] ** 2)) / count
     return Constancy(
-        math.sqrt(away @ away / dof),
-        math.sqrt(np.mean(expected**2)),
+        math.sqrt(scatter),
+        math.sqrt(expected),
         total,
         dof,
         fitting.chi2_tail(total, dof),

@@ -45,7 +45,7 @@ UNLOADED_SPAN = 120.0
 
 
 class Limits(Struct, frozen=True):
-    """What a user can do in the lab."""
+    """The weights, spins and time that a user has in the lab."""
 
     masses: tuple[float, ...] = ()
     """Weights [kg]; empty: those of the log."""

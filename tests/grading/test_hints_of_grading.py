@@ -387,7 +387,7 @@ CASES: list[Any] = [
         "G763",
         "class -o file",
         {"file": ""},
-        "make room there, or choose another folder with --out",
+        "choose another folder with --out",
         "class -o new",
         {},
     ),

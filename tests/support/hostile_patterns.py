@@ -331,8 +331,6 @@ def exercise() -> None:
     read_answers(None, [(report, ANSWER.encode()) for report in REPORTS])
     for platform in names.PLATFORMS.values():
         platform.match("lab.csv")
-    # A pattern that the user gives is not one of the package.
-    names._read_pattern("^(?P<student>[a-z]+)")
     page._typeset("20 g")
     for data in (b"Student,ID,Lab\nAnn,1,\n", b'"Participant","Grade"\n"1",""\n'):
         with contextlib.suppress(GyroError):

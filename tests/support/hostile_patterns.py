@@ -298,6 +298,7 @@ LOGS = (
     "1: 20 g, 2: 40 g\n" + LOG.replace("mass [g]", "weight").replace("\n20", "\n1"),
     "A = 20.1 g\n" + LOG.replace("\n20", "\nA"),
     "length is from the centre\n" + LOG.replace("position", "length"),
+    "# position is really the diameter of the circle\n" + LOG,
     "length is from the centre\n"
     + LOG.replace("position", "length").replace("turns", "x [cm]"),
     "mass (g),rpm 1,time 1 (s),rpm 2,time 2 (s)\n" + 2 * "20,406,13.1,500,16.0\n",

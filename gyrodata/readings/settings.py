@@ -153,8 +153,9 @@ def read_settings(
     for key, text in metadata:
         lines.take(key, text)
     for comment in comments:
-        # "# spin 400 rpm" without a colon
-        match = re.fullmatch(r"(\w+)\s+([-+]?[0-9]\S*(?:\s\S+)?)", comment.text)
+        # "# spin 400 rpm" without a colon; also with a unit such as "g m^2"
+        value = r"[-+]?[0-9]\S*(?:\s\S+(?:\s\w+(?:\^2|²))?)?"
+        match = re.fullmatch(rf"(\w+)\s+({value})", comment.text)
         if match:
             _warn_of_remark(match[1], match[2], comment, faults)
     for item in options:

@@ -65,7 +65,7 @@ def test_the_promised_u_is_reached(extra: tuple[float, ...], limits: Limits) -> 
 
 @pytest.mark.slow
 def test_the_first_choice_is_near_the_best_single_run() -> None:
-    for seed in range(10):
+    for seed in range(4):
         log = simulate(
             Truth(imbalance=6e-4), Listed(runs=tuple(LAB)), TYPICAL, seed
         ).log

@@ -121,7 +121,7 @@ def plan_text(plan: Plan, minutes: float) -> str:
     if plan.now is not None:
         now = f"u of I_zz is {_percent(plan.now)} now."
         blocks += [[now, "The next run, the best for its time first:"]]
-        blocks[-1] += _table(plan.choices[:8])
+        blocks[-1] += _table(plan.choices)
     runs = (*plan.first, *plan.runs)
     title = f"A plan for {minutes:g} minutes, in this order:"
     blocks.append([title, *_table(runs)] if runs else [_nothing(plan)])

@@ -34,6 +34,9 @@ PREPARE, CHANGE_WEIGHT = 60.0, 60.0
 WORTH = 0.99
 """A run is worth its time if it reduces u at least to this part of its value."""
 
+SHOWN = 8
+"""Largest number of runs that could be next in a plan."""
+
 MOST = 20
 """Largest number of runs of a plan."""
 
@@ -96,7 +99,7 @@ class Plan(Struct, frozen=True):
     first: tuple[PlannedRun, ...]
     """Runs that are needed before u can be computed; only before a lab."""
     choices: tuple[PlannedRun, ...]
-    """Each run that could be next, the best for its time first."""
+    """The best runs that could be next, the best for its time first."""
     runs: tuple[PlannedRun, ...]
     """The runs of the plan in their order."""
     others: tuple[Other, ...]
@@ -156,7 +159,13 @@ def _plan(
     runs: list[PlannedRun] = []
     while len(runs) < MOST and not (limits.goal and u <= limits.goal):
         ranked = _rank(lab, measured, fit, limits)
-        choices = choices or tuple([run for run, _ in ranked])
+        # The user sees the first choices with the u of their whole fits.
+        choices = choices or tuple(
+            [
+                replace(run, u=fitting.relative_u(_fit(lab, larger).inertia))
+                for run, larger in ranked[:SHOWN]
+            ]
+        )
         possible = [each for each in ranked if each[0].minutes <= left]
         if not possible or possible[0][0].u > WORTH * u:
             break

@@ -167,17 +167,28 @@ def _plan(
             ]
         )
         possible = [each for each in ranked if each[0].minutes <= left]
-        if not possible or possible[0][0].u > WORTH * u:
+        step = _first_worth(lab, possible, u)
+        if step is None:
             break
-        run, larger = possible[0]
-        fit = _fit(lab, larger)
-        measured = larger
-        u = fitting.relative_u(fit.inertia)
+        run, measured, fit = step
+        u = run.u
         left -= run.minutes
-        runs.append(replace(run, u=u))
+        runs.append(run)
     others = _others(replace(lab, measured=measured, fit=fit))
     limit = _limit(fit)
     return Plan(now, first, choices, tuple(runs), others, u, limit, limits.goal)
+
+
+def _first_worth(
+    lab: Lab, ranked: Sequence[tuple[PlannedRun, Measurements]], u: float
+) -> tuple[PlannedRun, Measurements, FitResult] | None:
+    """Return the first run whose whole fit reduces u [1] enough, with its larger lab."""
+    for run, larger in ranked[:SHOWN]:
+        fit = _fit(lab, larger)
+        then = fitting.relative_u(fit.inertia)
+        if then <= WORTH * u:
+            return replace(run, u=then), larger, fit
+    return None
 
 
 def _rank(

@@ -75,9 +75,11 @@ def test_the_first_choice_is_near_the_best_single_run() -> None:
         assert plan.runs[0].mass == plan.choices[0].mass
 
 
-def test_every_run_of_a_plan_reduces_u_and_the_time_is_kept() -> None:
+@pytest.mark.parametrize("name", ["air_gyroscope", "heidelberg_ball"])
+def test_every_run_of_a_plan_reduces_u_and_the_time_is_kept(name: str) -> None:
+    lab = gyrodata.analyze(SAMPLES / f"{name}.csv").lab
     for minutes in (0.0, 5.0, 12.0):
-        plan = plan_log(gyrodata.analyze(SAMPLE).lab, Limits(minutes=minutes))
+        plan = plan_log(lab, Limits(minutes=minutes))
         assert plan.minutes <= minutes
         steps = [plan.now, *(planned.u for planned in plan.runs)]
         assert all(after < before for before, after in itertools.pairwise(steps))

@@ -86,7 +86,7 @@ MOST_LABELS = 14
 MOST_NAMES = 10
 """Largest number of runs that are named in a figure."""
 
-MOST_LETTERS = 75
+MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
 
 # --- the four figures ---

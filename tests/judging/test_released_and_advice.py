@@ -349,3 +349,13 @@ class TestTemplate:
         example = re.search(r"# A row that is filled in: (.*)", text)[1]
         found = gyrodata.analyze((text + example + "\n").encode())
         assert found.inertia.value == pytest.approx(4.4e-3, rel=0.1)
+
+
+def test_a_log_with_one_torque_is_not_asked_for_what_it_states() -> None:
+    rows = "".join(f"20.0,15.0,{rpm},{0.0993 * rpm:.2f},1\n" for rpm in (206, 401, 603))
+    table = f"mass [g],position [cm],spin [rpm],time [s],turns\n{rows}"
+    for line, is_asked in (("", True), ("# balanced: yes\n", False)):
+        lab = gyrodata.analyze(f"{line}{table}".encode())
+        [finding] = [one for one in lab.diagnostics if one.code == "G414"]
+        assert ('"# balanced: yes"' in finding.hint) == is_asked
+        assert "add runs with another weight" in finding.hint

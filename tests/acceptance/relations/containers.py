@@ -255,11 +255,19 @@ def workbook_of_numbers(table: LogTable) -> Rewriting:
     )
 
 
+def states_readings(table: LogTable) -> bool:
+    """Return whether a log states a reading for all runs.
+
+    On a sheet of its own, such a line is asked about: it may be that of one run.
+    """
+    return not {"mass", "position", "turns"}.isdisjoint(dict(table.constants))
+
+
 @text_relation
 def workbook_with_the_constants_on_a_sheet_of_their_own(
     table: LogTable,
 ) -> bytes | None:
-    if not table.constants:
+    if not table.constants or states_readings(table):
         return None
     return workbook(
         {
@@ -284,7 +292,9 @@ def workbook_with_the_table_in_a_corner(table: LogTable) -> bytes:
 
 
 @text_relation
-def workbook_of_three_sheets(table: LogTable) -> bytes:
+def workbook_of_three_sheets(table: LogTable) -> bytes | None:
+    if states_readings(table):
+        return None
     third = -(-len(table.rows) // 3)
     parts = [table.rows[at : at + third] for at in range(0, len(table.rows), third)]
     sheets = {

@@ -35,7 +35,8 @@ def is_in_free_order(table: LogTable) -> bool:
     """Return whether the order means nothing: an unloaded run has the balance of the
     weight before it.
     """
-    return "mass" not in table.roles or "0" not in table.cells("mass")
+    loads = {"mass", "force", "torque"}.intersection(table.roles)
+    return not any("0" in table.cells(load) for load in loads)
 
 
 @text_relation

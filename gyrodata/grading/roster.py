@@ -43,6 +43,7 @@ class Person(NamedTuple):
     station: str
     partners: str  # as written
     ids: tuple[str, ...]  # all ids and addresses of the row
+    grader: str = ""
 
 
 NOBODY = Person("", "", "", "", "", ())
@@ -276,6 +277,7 @@ def _person(cells: Mapping[str, str]) -> Person | None:
         cells.get("station", ""),
         cells.get("partner", ""),
         tuple(ids),
+        cells.get("grader", "") or cells.get("ta", ""),
     )
 
 

@@ -37,54 +37,18 @@ DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
 # a line of ``log`` with the name of a file; "log" may also be a criterion
 CORRECTED = "corrected log"
-WORDS = {
-    "total": "points",
-    "bonus": "number",
-    "reported": "inertia",
-    "station": "text",
-    "partner": "student",
-    "flag": "verdict",
-    "comment": "text",
-    "regrade": "text",
-    "hold": "nothing",
-    "excuse": "nothing",
-    "late": "points",
-    CORRECTED: "file",
-}
-"""What a person can decide besides the points of criteria, and the kind of value."""
-
 FLAG, REGRADE, BETWEEN = "flag", "regrade", " + "
 VERDICTS = ("partners", "copied", "cleared")
 """How a flag is settled, and what is written between its students."""
-
-# A student may have several lines of these.
-SEVERAL = ("partner", "comment", REGRADE)
-OTHERS = (
-    "student",
-    "name",
-    "section",
-    "email",
-    "by",
-    "why",
-    "look into",
-)  # columns without a decision
-Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
-STALE = (
-    "resubmitted since"  # first words if a line was written for an earlier submission
-)
-UNGRADED = "no grade:"
-SETTLING = (
-    "total",
-    "hold",
-    "excuse",
-)  # with one of these, nobody needs to look at the doubts of gyro
 
 
 class Word(Struct, frozen=True):
     """What a person can decide: the parser and the page of the class use this list."""
 
     what: str
-    kind: str  # of its value, as in `WORDS`
+    kind: str  # of its value
+    title: str
+    is_several: bool = False  # a student may have several lines
     most: float = 0.0  # points
 
     @property
@@ -100,14 +64,43 @@ class Word(Struct, frozen=True):
         return _HOW_TO_WRITE.get(self.kind, "")
 
 
+WORDS = (
+    Word("total", "points", "the total"),
+    Word("bonus", "number", "points to add to the total, or to take off"),
+    Word("reported", "inertia", "I_zz as the student reports it"),
+    Word("station", "text", "the station of the log"),
+    Word("partner", "student", "a student who handed in the same data", True),
+    Word(FLAG, "verdict", "what a similarity of logs is"),
+    Word("comment", "text", "a text for the student", True),
+    Word(REGRADE, "text", "the answer to a request, which is under why", True),
+    Word("hold", "nothing", "no points are shown yet"),
+    Word("excuse", "nothing", "no points are needed"),
+    Word("late", "points", "points to take off because of lateness"),
+    Word(CORRECTED, "file", "the name of a corrected log"),
+)
+"""What a person can decide besides the points of criteria."""
+
+
 def words_of(rubric: Rubric) -> dict[str, Word]:
     """Return all that can be decided about a student, by the word of the desk."""
-    points = {one.id: one.points for one in rubric.criteria}
-    kinds = dict.fromkeys(points, "points") | WORDS
-    return {
-        what: Word(what, kind, points.get(what, rubric.points))
-        for what, kind in kinds.items()
+    words = {
+        one.id: Word(one.id, "points", one.title, most=one.points)
+        for one in rubric.criteria
     }
+    return words | {one.what: replace(one, most=rubric.points) for one in WORDS}
+
+
+Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
+STALE = (
+    "resubmitted since"  # first words if a line was written for an earlier submission
+)
+UNGRADED = "no grade:"
+_SEVERAL = tuple(one.what for one in WORDS if one.is_several)
+SETTLING = (
+    "total",
+    "hold",
+    "excuse",
+)  # with one of these, nobody needs to look at the doubts of gyro
 
 
 class Line(Struct, frozen=True):
@@ -149,15 +142,7 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        # A line without a value gives nobody a grade, and a flag is settled by its
-        # students.
-        asked = (
-            offer.flag
-            or offer.what == REGRADE
-            or offer.reason.startswith(UNGRADED)
-            or offer.why.startswith(STALE)
-        )
-        return bool(asked) or not self.decides(offer.student, offer.what)
+        return not offer.can_be_left or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -224,7 +209,7 @@ def _stale(
     stale = []
     for line in lines:
         key, digest = _seen_with(line, grade, item)
-        is_about_points = line.what not in SEVERAL and bool(line.value)
+        is_about_points = bool(line.value) and line.what not in _SEVERAL
         if is_about_points and seen.get(key, digest) != digest:
             stale.append(
                 f"{STALE} {line.what} {line.value} was set by hand: change its "
@@ -349,7 +334,7 @@ class _ReadDesk(Struct):
             return
         if one.what == FLAG:
             self.settled[frozenset(people)] = one.value
-        about = one.value + one.why if one.what in SEVERAL else BETWEEN.join(people)
+        about = one.value + one.why if word.is_several else BETWEEN.join(people)
         for student in people:
             mine = self.lines.setdefault(student, {})
             at, before = mine.get((one.what, about), (number, one))
@@ -559,6 +544,20 @@ class Offer(Struct, frozen=True):
         people = BETWEEN.join(self.people)
         why = short(self.why)
         return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
+
+    @property
+    def can_be_left(self) -> bool:
+        """Return whether a line without a value settles it.
+
+        Such a line gives nobody a grade or an answer, and a flag is settled by its
+        students.
+        """
+        return not (
+            self.flag
+            or self.what == REGRADE
+            or self.reason.startswith(UNGRADED)
+            or self.why.startswith(STALE)
+        )
 
     @property
     def people(self) -> tuple[str, ...]:

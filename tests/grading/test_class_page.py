@@ -346,7 +346,7 @@ PROBE = (DATA / "probe_of_class_page.html").read_text(encoding="utf-8")
 
 @pytest.mark.slow
 @needs_browser
-def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
+def test_page_on_a_phone_filters_and_sorts(tmp_path: Path) -> None:
     good, slip, bad = three_logs().values()
     lab = Lab(tmp_path, {"g/lab.csv": good, "s/lab.csv": slip, "w/lab.csv": bad})
     people = "student,name,section\ng,Gööd,Mon A\ns,Slip,Tue B\nw,Waiting,Tue B\n"
@@ -366,8 +366,6 @@ def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
         names,
     )
     assert out["found"] == [pair, pair, ["Slip", "Waiting"], [], names]
-    ((line,),) = (list(csv.reader([one])) for one in out["copied"])
-    assert line[:2] == ["w", "total"]
 
 
 @pytest.mark.slow

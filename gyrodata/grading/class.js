@@ -62,16 +62,16 @@ const items = all("[data-f]").map(item => {
     text: plain(parts.map(part => part.textContent).join(" ")),
     isRow: item.matches("tr"),
     isQuestion,
-    pages: all(".k a, th a", item).map(link => link.getAttribute("href")),
+    places: all(".k a, th a", item).map(link => link.dataset.student),
     sections: all(".sec", item).map(part => part.textContent),
   };
 });
 const textOfQuestions = new Map();
-for (const {isQuestion, pages, text} of items) {
+for (const {isQuestion, places, text} of items) {
   if (!isQuestion) continue;
-  for (const page of pages) textOfQuestions.set(page, `${textOfQuestions.get(page) ?? ""} ${text}`);
+  for (const place of places) textOfQuestions.set(place, `${textOfQuestions.get(place) ?? ""} ${text}`);
 }
-for (const one of items) if (one.isRow) one.text += textOfQuestions.get(one.pages[0]) ?? "";
+for (const one of items) if (one.isRow) one.text += textOfQuestions.get(one.places[0]) ?? "";
 
 function filter() {
   const words = plain(searchBox.value).split(/\s+/);
@@ -106,7 +106,6 @@ filter();
 const data = JSON.parse(byId("data").textContent);
 const words = new Map(data.words.map(word => [word.what, word]));
 const students = new Map(data.students.map(student => [student.id, student]));
-const byPage = new Map(data.students.map(student => [student.feedback, student]));
 const formula = /(^(?=[\s"]*[=+\-@＝＋－＠])|[;\n\t](?=(?:[^\S\n]|")*[=+\-@＝＋－＠]))|^(?=[\t\n])/g;
 const formulaMark = /(^|[;\n\t])'(?=[\s"]*[=+\-@＝＋－＠])/g;
 let lines = data.desk;
@@ -198,7 +197,7 @@ const openOffers = student => data.offers.filter(one => one.people.includes(stud
 // The students of the table, in its order, without those that the filter hides.
 function listed() {
   const links = all("table.everybody tbody tr:not([hidden]) th a");
-  return links.map(link => byPage.get(link.getAttribute("href"))).filter(Boolean);
+  return links.map(link => data.students[link.dataset.student]);
 }
 
 function decide(people, what, value, why) {
@@ -394,7 +393,8 @@ function show(student, focus = "") {
   const places = listed();
   byId("who").textContent = student.name;
   byId("place").textContent = `${places.indexOf(student) + 1} of ${places.length}; ${data.offers.filter(isOpen).length} open questions; ${unsaved} changes to save`;
-  byId("about").replaceChildren(student.about.join("; "), "; ", make("a", {href: student.feedback}, "feedback"));
+  byId("about").replaceChildren(student.about.join("; "));
+  if (student.feedback) byId("about").append("; ", make("a", {href: student.feedback}, "feedback"));
   if (student.group.length) byId("about").append(`; works with ${student.group.join(", ")}`);
   byId("questions").replaceChildren(...questionPart(student));
   byId("points").replaceChildren(make("h3", {}, "The points"), pointsPart(student));
@@ -468,12 +468,12 @@ byId("what").append(new Option("choose …", ""), ...data.words.map(word => new 
 byId("what").addEventListener("change", event => event.target.value && choose(event.target.value));
 document.addEventListener("keydown", onKey);
 // A name in a list or a table shows the student here.
+for (const link of all("[data-student]")) link.href = "#review";
 document.addEventListener("click", event => {
-  const link = event.target.closest("a");
-  const student = link && !review.contains(link) && byPage.get(link.getAttribute("href"));
-  if (!student || event.ctrlKey || event.metaKey) return;
+  const link = event.target.closest("[data-student]");
+  if (!link) return;
   event.preventDefault();
-  show(student);
+  show(data.students[link.dataset.student]);
 });
 const first = data.students.find(student => openOffers(student).length) ?? data.students[0];
 if (first) show(first, "none");

@@ -740,6 +740,15 @@ class ClassGrades(Struct, frozen=True, dict=True):
         """The shown name of each student."""
         return {grade.student: grade.name for grade in self.grades}
 
+    def without_names(self) -> ClassGrades:
+        """Return the class with ids instead of names."""
+        return replace(
+            self,
+            grades=[replace(one, name=one.student) for one in self.grades],
+            roster=self.roster.without_names(),
+            submissions=replace(self.submissions, diagnostics=()),
+        )
+
     def label(self, student: str) -> str:
         """Return the name of a student, with the key if it is not in the name."""
         name = self.names.get(student, student)

@@ -140,6 +140,12 @@ class Desk(Struct, frozen=True):
         """Return whether a line decides something, or leaves it as it is."""
         return (student, what) in self.left or self.value(student, what) is not None
 
+    def open_requests(self) -> Iterator[Offer]:
+        """Offer a line for the answer to each request."""
+        for student, requests in self.requests.items():
+            for why in requests:
+                yield Offer(student, REGRADE, "", why, "regrade request")
+
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
         return not offer.can_be_left or not self.decides(offer.student, offer.what)
@@ -606,8 +612,7 @@ def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[
                 f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}",
             )
         yield Offer(student, "total", value, why, "other points are in the gradebook")
-    for student, requests in found.desk.requests.items():
-        yield from (Offer(student, REGRADE, "", why, REGRADE) for why in requests)
+    yield from found.desk.open_requests()
     for grade in found.grades:
         if grade.why is not None:
             what = (

@@ -65,6 +65,11 @@ class Roster(Struct, frozen=True):
         left = tuple(one for one in self.absent if one.student not in new)
         return replace(self, people={**self.people, **moved}, absent=left)
 
+    def without_names(self) -> Roster:
+        """Return the roster with ids instead of names."""
+        nameless = tuple(one._replace(name=one.student) for one in self.absent)
+        return replace(self, absent=nameless)
+
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade.
 

@@ -162,7 +162,7 @@ def test_structure_is_sound_and_nothing_comes_from_outside(full: Lab) -> None:
     tags = Structure(page).tags
     assert [tag for tag, _ in tags].count("h1") == 1
     links = {str(attributes["href"]) for tag, attributes in tags if tag == "a"}
-    assert {link[1:] for link in links if link[0] == "#"} == {
+    assert {link[1:] for link in links if link[0] == "#"} <= {
         one["id"] for _, one in tags if "id" in one
     }
     assert {f"feedback/s{i}_{i}_{i}_lab.html" for i in range(1, 8)} < links

@@ -13,7 +13,7 @@ import math
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -177,14 +177,15 @@ def class_page(
     found: ClassGrades,
     feedback: Callable[[str], str],
     offers: Sequence[Offer],
-    folder: Path,
+    folder: Path | None,
 ) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page.
     `offers`: What needs a decision, grouped by reason. `folder`: The folder of the
-    class page, for links to files to look into. All text from outside is escaped; the
-    page contains no clock time. Its policy allows its own style and script only.
+    class page, for links to files to look into; None to show no names of files. All
+    text from outside is escaped; the page contains no clock time. Its policy allows its
+    own style and script only.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
@@ -213,7 +214,8 @@ def class_page(
         digest=_digest,
         most={"rows": MOST_STUDENTS, "named": 500},
         data=Markup(script_data(found, feedback, offers, folder)),
-        number_of={offer: number for number, offer in enumerate(offers)},
+        number_of=_numbered(offers),
+        place_of=_numbered(found.names),
         desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         unit=f"{power} kg·m²" if power else "kg·m²",
         groups=[
@@ -225,6 +227,10 @@ def class_page(
         histogram=count_points(found.totals, found.rubric.points),
         by_key={grade.student: grade for grade in found.grades},
     )
+
+
+def _numbered(items: Iterable[Hashable]) -> dict[Hashable, int]:
+    return {item: number for number, item in enumerate(items)}
 
 
 def _part(name: str) -> Markup:

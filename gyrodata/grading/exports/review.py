@@ -46,7 +46,7 @@ def script_data(
     found: ClassGrades,
     feedback: Callable[[str], str],
     offers: Sequence[Offer],
-    folder: Path,
+    folder: Path | None,
 ) -> str:
     """Write the data as JSON that no HTML parser takes for the end of a script.
 
@@ -118,7 +118,7 @@ def _settled_by(offer: Offer) -> Sequence[str]:
 
 
 def _student(
-    found: ClassGrades, grade: Grade, item: Submission, folder: Path
+    found: ClassGrades, grade: Grade, item: Submission, folder: Path | None
 ) -> dict[str, Any]:
     """Return what a person looks at to decide about one student."""
     student = grade.student
@@ -139,7 +139,7 @@ def _student(
             [points_text(mark.points), short(shown(mark.reason))]
             for mark in grade.marks
         ],
-        "answer": _answer(grade),
+        "answer": _answer(grade, folder is not None),
         "own": [
             [fit_words(name), inertia_text(fit["value"], fit["u"])]
             for name, fit in grade.own.items()
@@ -165,12 +165,12 @@ def _about(grade: Grade) -> Iterator[str]:
         yield short(shown(slip.words))
 
 
-def _answer(grade: Grade) -> list[str]:
-    """Return the answer, its place, and its factor to the own runs."""
+def _answer(grade: Grade, with_file: bool) -> list[str]:
+    """Return the answer, and its place with its factor to the own runs."""
     text = grade.reported.get("text")
     if not text:
         return []
-    file = grade.reported.get("file")
+    file = grade.reported.get("file") if with_file else ""
     line = grade.reported.get("line")
     place = [shown(file) if file else "", f"line {line}" if line else ""]
     ratio = f"{grade.ratio:.4g} times the own runs" if grade.ratio else ""
@@ -179,9 +179,15 @@ def _answer(grade: Grade) -> list[str]:
 
 
 def file_links(
-    item: Submission, names: Iterable[str], folder: Path
+    item: Submission, names: Iterable[str], folder: Path | None
 ) -> list[tuple[str, str]]:
-    """Return the name and the address of each file; no address of a file in a zip."""
+    """Return the name and the address of each file.
+
+    A file in a zip has no address. Without a folder, files get numbers instead of
+    names, in which there may be the name of a student.
+    """
+    if folder is None:
+        return [(f"file {item.members.index(name) + 1}", "") for name in names]
     base = ""
     if item.source.is_dir():
         base = Path(os.path.relpath(item.source, folder)).as_posix() + "/"

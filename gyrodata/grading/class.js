@@ -240,8 +240,9 @@ function valueField(word, value) {
   } else if (word.kind === "verdict") {
     field = make("select", {}, ...data.verdicts.map(verdict => new Option(verdict)));
   } else if (word.kind !== "nothing") {
-    field = make("input", {autocomplete: "off", placeholder: word.kind === "inertia" ? "4.4e-3 ± 0.1e-3 kg m^2" : ""});
+    field = make("input", {autocomplete: "off", placeholder: word.kind === "inertia" ? "4.4e-3 ± 0.1e-3" : ""});
     if (word.kind === "points") label.append(`(0 to ${word.most}) `);
+    if (word.kind === "inertia") label.append("(in kg m^2, or with another unit) ");
   }
   if (!field) return [null, null];
   field.value = value || field.value;
@@ -279,7 +280,8 @@ function decisionForm(people, word, offer = {}) {
       field.setAttribute("aria-invalid", "true");
       field.focus();
     } else {
-      decide(people, word.what, value, why.value.trim());
+      const lacksUnit = word.kind === "inertia" && /^[-\d.,eE+±()\s]*$/.test(value);
+      decide(people, word.what, lacksUnit ? `${value} kg m^2` : value, why.value.trim());
     }
   });
   return form;

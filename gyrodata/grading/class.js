@@ -164,10 +164,10 @@ function readDesk(text) {
   });
   const isOf = (some, line) => some.some(one => isAbout(one, line.people, line.what));
   const changed = lines.filter(line => line.isNew);
-  const added = read.filter(line => words.get(line.what)?.several
+  const added = read.filter(line => words.get(line.what)?.is_several
     ? !lines.some(one => isAbout(one, line.people, line.what) && one.cells.value === line.cells.value)
     : !isOf(changed, line));
-  const replaced = added.filter(line => !words.get(line.what)?.several);
+  const replaced = added.filter(line => !words.get(line.what)?.is_several);
   lines = [...lines.filter(line => !isOf(replaced, line)), ...added];
   return added.length;
 }
@@ -209,7 +209,7 @@ function decide(people, what, value, why) {
     return;
   }
   const isOld = line => isAbout(line, people, what)
-    && (!word.several || (what === "regrade" && !line.cells.value && line.cells.why === why));
+    && (!word.is_several || (what === "regrade" && !line.cells.value && line.cells.why === why));
   const old = lines.find(isOld);
   const before = old?.cells ?? {student: people.join(" + "), what};
   // A line that is written again confirms what it says for another submission.

@@ -6,9 +6,12 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
+
+from msgspec import to_builtins
 
 from gyrodata.base.errors import DiagnosticJson, shown
 from gyrodata.grading.forensics import Fingerprint
@@ -34,7 +37,7 @@ MOST_STUDENTS = 5000
 """A page with more is too large for a browser."""
 
 MOST_ROWS, MOST_FILES = 40, 20
-"""Of a log, and of the files of a student."""
+"""Of a log; of the files or the partners of a student."""
 
 
 def address(path: str) -> str:
@@ -61,12 +64,15 @@ def script_data(
     lines = found.desk.written
     extra = {column for line in lines for column in line.cells}
     document = {
-        "words": list(_words(found)),
+        "words": [
+            to_builtins(word) | {"how": word.how}
+            for word in words_of(found.rubric).values()
+        ],
         "verdicts": VERDICTS,
         "criteria": [
             {
                 "what": one.id,
-                "title": short(shown(one.title)),
+                "title": _plain(one.title),
                 "of": points_text(one.points),
             }
             for one in found.rubric.criteria
@@ -74,24 +80,14 @@ def script_data(
         "students": students,
         "offers": [_offer(found, one) for one in offers],
         "columns": [*COLUMNS, *sorted(extra - set(COLUMNS))],
-        "desk": [
-            {"people": one.people, "what": one.what, "cells": one.cells}
-            for one in lines
-        ],
+        "desk": to_builtins(lines),
     }
     return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _words(found: ClassGrades) -> Iterator[Mapping[str, Any]]:
-    for word in words_of(found.rubric).values():
-        yield {
-            "what": word.what,
-            "kind": word.kind,
-            "title": shown(word.title),
-            "several": word.is_several,
-            "most": word.most,
-            "how": word.how,
-        }
+def _plain(text: object) -> str:
+    """Return a harmless line, which is cut if it is very long."""
+    return short(shown(text))
 
 
 def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
@@ -103,10 +99,10 @@ def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
         "what": offer.what,
         "value": offer.value,
         # A request stays as it is, because its answer is found by it.
-        "why": offer.why if offer.what == REGRADE else short(shown(offer.why)),
+        "why": offer.why if offer.what == REGRADE else _plain(offer.why),
         "leave": offer.can_be_left,
         "settled_by": _settled_by(offer),
-        "earlier": [short(shown(found.label(key))) for key in previous],
+        "earlier": [_plain(found.label(key)) for key in previous],
     }
 
 
@@ -123,21 +119,20 @@ def _student(
     """Return what a person looks at to decide about one student."""
     student = grade.student
     log = found.prints.get(student)
+    groups = (group for group in found.groups if student in group)
     return {
         "id": student,
-        "name": short(shown(found.label(student))),
+        "name": _plain(found.label(student)),
         "about": list(_about(grade)),
         "group": [
-            short(shown(found.label(key)))
-            for group in found.groups
-            if student in group
-            for key in group
+            _plain(found.label(key))
+            for group in groups
+            for key in group[:MOST_FILES]
             if key != student
         ],
         "files": file_links(item, item.members[:MOST_FILES], folder),
         "marks": [
-            [points_text(mark.points), short(shown(mark.reason))]
-            for mark in grade.marks
+            [points_text(mark.points), _plain(mark.reason)] for mark in grade.marks
         ],
         "answer": _answer(grade, folder is not None),
         "own": [
@@ -154,15 +149,15 @@ def _about(grade: Grade) -> Iterator[str]:
     points = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
     yield points if grade.status == "graded" else f"{grade.status}, {points}"
     if grade.section:
-        yield f"section {short(shown(grade.section))}"
+        yield f"section {_plain(grade.section)}"
     if grade.station:
-        yield f"station {short(shown(grade.station))}"
+        yield f"station {_plain(grade.station)}"
     if grade.log_of:
         yield f"graded on the log of {shown(grade.log_of)}"
     if grade.late_reason:
-        yield short(shown(grade.late_reason))
+        yield _plain(grade.late_reason)
     for slip in grade.slips:
-        yield short(shown(slip.words))
+        yield _plain(slip.words)
 
 
 def _answer(grade: Grade, with_file: bool) -> list[str]:
@@ -175,7 +170,7 @@ def _answer(grade: Grade, with_file: bool) -> list[str]:
     place = [shown(file) if file else "", f"line {line}" if line else ""]
     ratio = f"{grade.ratio:.4g} times the own runs" if grade.ratio else ""
     parts = [short(", ".join(filter(None, place))), ratio]
-    return [short(shown(text)), "; ".join(filter(None, parts))]
+    return [_plain(text), "; ".join(filter(None, parts))]
 
 
 def file_links(
@@ -192,7 +187,7 @@ def file_links(
     if item.source.is_dir():
         base = Path(os.path.relpath(item.source, folder)).as_posix() + "/"
     return [
-        (short(shown(name.rpartition("/")[2])), base and address(base + name))
+        (_plain(name.rpartition("/")[2]), base and address(base + name))
         for name in names
     ]
 
@@ -200,7 +195,7 @@ def file_links(
 def _note(one: DiagnosticJson) -> str:
     """Write what was found in a log."""
     place = f"line {one['line']}: " if one["line"] else ""
-    return place + short(shown(one["message"]))
+    return place + _plain(one["message"])
 
 
 def _rows(log: Fingerprint) -> list[list[str]]:
@@ -208,6 +203,7 @@ def _rows(log: Fingerprint) -> list[list[str]]:
 
     The torque is in mN·m, the spin in rpm, and the time in s.
     """
+    rows = zip(log.lines, log.torque, log.spin, log.time, log.turns, strict=True)
     return [
         [
             str(line),
@@ -216,11 +212,5 @@ def _rows(log: Fingerprint) -> list[list[str]]:
             f"{time:.5g}",
             str(Fraction(turns).limit_denominator(99)),
         ]
-        for line, torque, spin, time, turns in _first(
-            zip(log.lines, log.torque, log.spin, log.time, log.turns, strict=True)
-        )
+        for line, torque, spin, time, turns in islice(rows, MOST_ROWS)
     ]
-
-
-def _first(rows: Iterable[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-    return list(rows)[:MOST_ROWS]

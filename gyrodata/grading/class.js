@@ -208,6 +208,7 @@ function decide(people, what, value, why) {
     graderName.focus();
     return;
   }
+  const questions = openOffers(current).length;
   const isOld = line => isAbout(line, people, what)
     && (!word.is_several || (what === "regrade" && !line.cells.value && line.cells.why === why));
   const old = lines.find(isOld);
@@ -217,9 +218,10 @@ function decide(people, what, value, why) {
   const cells = {...before, value, by, why: isAgain ? `${why} (confirmed)` : why};
   lines = [...lines.filter(line => !isOld(line)), {people, what, cells, isNew: true}];
   unsaved += 1;
-  tell(`Decided: ${what} ${value} for ${people.map(id => students.get(id)?.name ?? id).join(" and ")}.`);
-  if (openOffers(current).length) show(current, "question");
-  else if (!goOpen()) show(current, "question");
+  tell(`Decided for ${people.map(id => students.get(id)?.name ?? id).join(" and ")}: ${what} ${value}`);
+  const left = openOffers(current).length;
+  // Who answers the last question of a student goes on to the next student.
+  if (left || left === questions || !goOpen()) show(current, left < questions ? "question" : "");
 }
 
 function remove(line) {

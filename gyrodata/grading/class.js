@@ -369,7 +369,7 @@ function answerPart(student) {
   const parts = [make("h3", {}, "The answer")];
   parts.push(text ? make("p", {}, make("strong", {}, text), place ? ` – ${place}` : "")
     : make("p", {}, "No I_zz is reported."));
-  if (student.own.length) parts.push(table("Fits of the own runs", ["fit of the own runs", "I_zz"], student.own));
+  if (student.own) parts.push(make("p", {}, `The own runs give ${student.own}.`));
   return parts;
 }
 

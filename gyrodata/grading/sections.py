@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 from msgspec import Struct
 
 from gyrodata.grading.yardsticks import grouped, in_order
@@ -97,12 +99,23 @@ def _compare(
 def _probability(
     mine: Sequence[float], others: Sequence[float], count: int
 ) -> float | None:
-    """Return the corrected p of a difference; None if there are too few students."""
+    """Return the corrected p of a difference; None if there are too few students.
+
+    The same as ``scipy.stats.mannwhitneyu(method="asymptotic")``, whose import takes
+    longer than a class that is graded already.
+    """
     if min(len(mine), len(others)) < FEWEST:
         return None
-    from scipy.stats import mannwhitneyu
-
-    if len({*mine, *others}) == 1:
+    values, place, counts = np.unique(
+        [*mine, *others], return_inverse=True, return_counts=True
+    )
+    if len(values) == 1:
         return 1.0
-    p = float(mannwhitneyu(mine, others, method="asymptotic").pvalue)
+    # Equal points share the mean of their ranks.
+    ranks = (np.cumsum(counts) - (counts - 1) / 2)[place]
+    size = len(ranks)
+    ties = np.sum(counts**3 - counts) / (size * (size - 1))
+    variance = len(mine) * len(others) / 12 * (size + 1 - ties)
+    excess = abs(ranks[: len(mine)].sum() - len(mine) * (size + 1) / 2)
+    p = math.erfc(max(0.0, excess - 0.5) / math.sqrt(2 * variance))
     return min(1.0, count * p)

@@ -12,6 +12,7 @@ import pytest
 from grading.classes import make_folder
 from grading.students_reports import a_log
 from grading.test_class_page import Lab
+from scipy.stats import mannwhitneyu
 
 FIRST = ("Ada", "Bela", "Cem", "Dora", "Emil", "Fia", "Gero", "Hana", "Ilja", "Jana")
 LAST = ("Ångström", "Bernoulli")
@@ -64,6 +65,12 @@ def test_a_section_with_other_points_is_named(
         assert one["median"] == statistics.median(mine)
         assert one["spread"] == pytest.approx(statistics.stdev(mine), abs=1e-4)
         assert one["full"] == sum(points == 20 for points in mine) / 10
+    points = [one["points"] for one in document["students"]]
+    by_section = points[:10], points[10:]
+    p = 1.0
+    if len(set(points)) > 1:
+        p = min(1.0, 2 * mannwhitneyu(*by_section, method="asymptotic").pvalue)
+    assert figures["section", "A"]["p"] == pytest.approx(p, rel=1e-9)
     notes = [f"{kind} {name} has other points" for kind, name in figures]
     for text in (told, lab.read("class.html").casefold()):
         shown = [note.casefold() in text.casefold() for note in notes]

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,7 +86,8 @@ def script_data(
     return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _plain(text: object) -> str:
+@lru_cache(4096)
+def _plain(text: str) -> str:
     """Return a harmless line, which is cut if it is very long."""
     return short(shown(text))
 
@@ -135,10 +137,7 @@ def _student(
             [points_text(mark.points), _plain(mark.reason)] for mark in grade.marks
         ],
         "answer": _answer(grade, folder is not None),
-        "own": [
-            [fit_words(name), inertia_text(fit["value"], fit["u"])]
-            for name, fit in grade.own.items()
-        ],
+        "own": _own_runs(grade),
         "notes": [_note(one) for one in grade.diagnostics[:MOST_ROWS]],
         "rows": [] if log is None else _rows(log),
     }
@@ -158,6 +157,15 @@ def _about(grade: Grade) -> Iterator[str]:
         yield _plain(grade.late_reason)
     for slip in grade.slips:
         yield _plain(slip.words)
+
+
+def _own_runs(grade: Grade) -> str:
+    """Return what the own runs give by the fit that is nearest to the answer."""
+    for name in (grade.matched or "", *grade.own):
+        if name in grade.own:
+            fit = grade.own[name]
+            return f"{inertia_text(fit['value'], fit['u'])} by {fit_words(name)}"
+    return ""
 
 
 def _answer(grade: Grade, with_file: bool) -> list[str]:

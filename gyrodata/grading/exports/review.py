@@ -218,7 +218,13 @@ def _rows(log: Fingerprint) -> list[list[str]]:
             f"{1e3 * torque:.4g}",
             f"{spin / RPM:.5g}",
             f"{time:.5g}",
-            str(Fraction(turns).limit_denominator(99)),
+            _fraction(turns),
         ]
         for line, torque, spin, time, turns in islice(rows, MOST_ROWS)
     ]
+
+
+@lru_cache(64)
+def _fraction(turns: float) -> str:
+    """Write a number of turns as a log does."""
+    return str(Fraction(turns).limit_denominator(99))

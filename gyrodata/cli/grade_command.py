@@ -58,6 +58,7 @@ def grade(
     gradescope: Annotated[Path | None, Option("--gradescope", metavar="DIR")] = None,
     roster: Annotated[Path | None, Option("--roster", metavar="FILE")] = None,
     previous: Annotated[list[Path] | None, Option("--previous", metavar="DIR")] = None,
+    anonymous: Annotated[bool, Option("--anonymous")] = False,
     dry_run: Annotated[bool, Option("--dry-run")] = False,
     form: Annotated[Form, Option("--format", "-f")] = "text",
     quiet: Annotated[bool, Option("--quiet", "-q")] = False,
@@ -67,9 +68,9 @@ def grade(
 
     Everybody gets feedback, and there is a page of the class.
 
-    A second run grades only what has changed, and says why. Write your own decisions
-    into desk.csv in the folder of the grades, with the columns
-    student,what,value,by,why; desk-todo.csv there has lines to copy.
+    A second run grades only what has changed, and says why. Decide in class.html in the
+    folder of the grades, and save desk.csv there; or write this file yourself, with the
+    columns student,what,value,by,why: desk-todo.csv has lines to copy.
 
     Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a
     rubric or desk.csv with a mistake, or a class that cannot be read; 130 stopped by
@@ -122,7 +123,7 @@ def grade(
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
                 output.write_rubric(target, _rubric(rubric)[0])
-                _write(grades, target, filled, quiet)
+                _write(grades, target, filled, quiet, anonymous)
         except KeyboardInterrupt:
             kept = "nothing is kept"
             if target:
@@ -207,12 +208,14 @@ def _write(
     folder: Path,
     filled: Filled | None,
     quiet: bool,
+    anonymous: bool,
 ) -> None:
     """Write the results and the feedback of a class."""
     from gyrodata.grading import output
 
-    written = list(output.write_results(grades, folder, filled))
-    tell(*output.write_feedback(grades, folder))
+    written = list(output.write_results(grades, folder, filled, anonymous))
+    shown = grades.without_names() if anonymous else grades
+    tell(*output.write_feedback(shown, folder))
     if not quiet:
         tell(*written)
 

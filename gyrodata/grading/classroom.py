@@ -49,6 +49,7 @@ from gyrodata.grading.roster import (
     partners_by_log,
 )
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
+from gyrodata.grading.sections import SectionFigures, section_figures
 from gyrodata.grading.submissions import (
     Submission,
     Submissions,
@@ -186,6 +187,7 @@ def grade_class(
     work.grade([item for item in items if item.student not in work.entries])
     entries = work.written(items)
     groups = [*partners.groups, *partners_by_log(items)]
+    prints = work.prints
     settled, references, scatters = _settled(items, entries, roster, work)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     looked = [_with_look(one, looks.get(one.student)) for one in settled]
@@ -201,12 +203,13 @@ def grade_class(
         grades=tuple(grades),
         references=references,
         scatters=scatters,
-        flags=_flags(entries, [*groups, *desk.partners], previous),
+        flags=_flags(prints, [*groups, *desk.partners], previous),
         again=work.again,
         damaged=work.damaged,
         desk=desk,
         roster=roster,
         partners=groups,
+        prints=prints,
     )
 
 
@@ -217,15 +220,11 @@ def _texts_on_partners(items: Iterable[Submission], work: _Work) -> dict[str, st
 
 
 def _flags(
-    entries: Mapping[str, Entry],
+    prints: Mapping[str, Fingerprint],
     groups: Sequence[frozenset[str]],
     previous: Mapping[str, Fingerprint],
 ) -> tuple[Flag, ...]:
     """Compare all logs, but not those of a group with each other."""
-    prints = {}
-    for student, entry in entries.items():
-        if entry.grade.fingerprint is not None:
-            prints[student] = entry.grade.fingerprint
     flags = flag_class(prints, groups, previous, examples_for(prints))
     return in_order([*flags, *flag_simulated(prints)])
 
@@ -246,7 +245,7 @@ def _decided_without_hand_in(
             feedback_stem=one.student,
         )
         for one in roster.absent
-        if desk.lines.get(one.student)
+        if one.student in desk.lines or one.student in desk.requests
     ]
 
 
@@ -571,6 +570,15 @@ class _Work(Struct):
         if self.options.progress is not None:
             self.options.progress(len(self.entries))
 
+    @property
+    def prints(self) -> dict[str, Fingerprint]:
+        """The rows of each log that can be analysed, by student."""
+        prints = {}
+        for student, entry in self.entries.items():
+            if entry.grade.fingerprint is not None:
+                prints[student] = entry.grade.fingerprint
+        return prints
+
     def written(self, items: Iterable[Submission]) -> dict[str, Entry]:
         """Return the entries in the order of the items, and write the journal."""
         entries = {item.student: self.entries[item.student] for item in items}
@@ -624,6 +632,8 @@ class ClassGrades(Struct, frozen=True, dict=True):
     scatters: Mapping[
         str, yardsticks.BenchScatter
     ] = {}  # of the readings, by station, if the rubric asks for it
+    prints: Mapping[str, Fingerprint] = {}
+    """The rows of each log that can be analysed, by student."""
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
@@ -716,6 +726,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return statistics.median(self.totals) if self.totals else None
 
     @cached_property
+    def sections(self) -> list[SectionFigures]:
+        """The points of each section and of each grader."""
+        return list(section_figures(self))
+
+    @cached_property
     def ids(self) -> Mapping[str, Mapping[str, str]]:
         """The ids of each student on platforms."""
         return {item.student: item.ids for item in self.submissions.items}
@@ -724,6 +739,15 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def names(self) -> Mapping[str, str]:
         """The shown name of each student."""
         return {grade.student: grade.name for grade in self.grades}
+
+    def without_names(self) -> ClassGrades:
+        """Return the class with ids instead of names."""
+        return replace(
+            self,
+            grades=[replace(one, name=one.student) for one in self.grades],
+            roster=self.roster.without_names(),
+            submissions=replace(self.submissions, diagnostics=()),
+        )
 
     def label(self, student: str) -> str:
         """Return the name of a student, with the key if it is not in the name."""

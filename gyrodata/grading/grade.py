@@ -85,6 +85,8 @@ class Reported(TypedDict, total=False):
     u: float | None
     """[kg*m^2]"""
     line: int | None
+    file: str | None
+    """The file with the answer; null if a person typed it."""
 
 
 _REPORTED = list(Reported.__annotations__)
@@ -227,6 +229,7 @@ def grade_submission(
     grade = replace(
         not_graded(submission, rubric, None, diagnostics_of_all),
         **_values_of(evidence),
+        reported=_reported(answers),
         bench=bench.added,
         station=station_of(bench.readings),
         partner=submission.partner or _partners_of(submission, bench.readings),
@@ -306,7 +309,6 @@ def _slips(
 def _values_of(evidence: Evidence) -> dict[str, Any]:
     """Return the marks and the numbers of a grade, by the names of its fields."""
     analysis = evidence.analysis
-    answer = evidence.reported
     matched = evidence.matched
     scatters = criteria.scatter_of(analysis)
     return {
@@ -315,7 +317,6 @@ def _values_of(evidence: Evidence) -> dict[str, Any]:
             for criterion in evidence.rubric.criteria
         ),
         "slips": evidence.slips,
-        "reported": {name: getattr(answer, name) for name in _REPORTED if answer},
         "own": {
             one.name: {"value": one.value, "u": one.u} for one in evidence.own.values
         },
@@ -324,6 +325,20 @@ def _values_of(evidence: Evidence) -> dict[str, Any]:
         "matched": matched.name if matched else None,
         "d": evidence.d if matched else None,
         "scatters": () if times_stated(analysis.measurements) else scatters,
+    }
+
+
+def _reported(answers: Answers) -> Reported:
+    """Return the answer with its place."""
+    answer = answers.inertia
+    if answer is None:
+        return {}
+    return {
+        "text": answer.text,
+        "value": answer.value,
+        "u": answer.u,
+        "line": answer.line,
+        "file": answers.file or None,
     }
 
 

@@ -35,47 +35,82 @@ if TYPE_CHECKING:
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
-WORDS = (
-    "total",
-    "bonus",
-    "reported",
-    "station",
-    "partner",
-    "flag",
-    "comment",
-    "hold",
-    "excuse",
-    "late",
-    "log",
-)
-"""The words of the desk, besides the ids of criteria."""
-
-FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
-"""How a flag is settled, and what is written between its students."""
-
-# A student may have several lines of the first; the second need no value.
-SEVERAL, BARE = ("partner", "comment"), ("hold", "excuse")
 # a line of ``log`` with the name of a file; "log" may also be a criterion
 CORRECTED = "corrected log"
-OTHERS = (
-    "student",
-    "name",
-    "section",
-    "email",
-    "by",
-    "why",
-    "look into",
-)  # columns without a decision
+FLAG, REGRADE, BETWEEN = "flag", "regrade", " + "
+VERDICTS = ("partners", "copied", "cleared")
+"""How a flag is settled, and what is written between its students."""
+
+
+class Word(Struct, frozen=True):
+    """What a person can decide: the parser and the page of the class use this list."""
+
+    what: str
+    kind: str  # of its value
+    title: str
+    is_several: bool = False  # a student may have several lines
+    most: float = 0.0  # points
+
+    @property
+    def is_bare(self) -> bool:
+        """Return whether the word needs no value."""
+        return self.kind == "nothing"
+
+    @property
+    def how(self) -> str:
+        """How to write a value."""
+        if self.kind == "points":
+            return f"write a number of points from 0 to {self.most:g}"
+        return _HOW_TO_WRITE.get(self.kind, "")
+
+
+WORDS = (
+    Word("total", "points", "the total"),
+    Word("bonus", "number", "points to add to the total, or to take off"),
+    Word("reported", "inertia", "I_zz as the student reports it"),
+    Word("station", "text", "the station of the log"),
+    Word("partner", "student", "a student who handed in the same data", True),
+    Word(FLAG, "verdict", "what a similarity of logs is"),
+    Word("comment", "text", "a text for the student", True),
+    Word(REGRADE, "text", "the answer to a request, which is under why", True),
+    Word("hold", "nothing", "no points are shown yet"),
+    Word("excuse", "nothing", "no points are needed"),
+    Word("late", "points", "points to take off because of lateness"),
+    Word(CORRECTED, "file", "the name of a corrected log"),
+)
+"""What a person can decide besides the points of criteria."""
+
+
+def words_of(rubric: Rubric) -> dict[str, Word]:
+    """Return all that can be decided about a student, by the word of the desk."""
+    words = {
+        one.id: Word(one.id, "points", one.title, most=one.points)
+        for one in rubric.criteria
+    }
+    return words | {one.what: replace(one, most=rubric.points) for one in WORDS}
+
+
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
 STALE = (
     "resubmitted since"  # first words if a line was written for an earlier submission
 )
 UNGRADED = "no grade:"
+_SEVERAL = tuple(one.what for one in WORDS if one.is_several)
 SETTLING = (
     "total",
     "hold",
     "excuse",
 )  # with one of these, nobody needs to look at the doubts of gyro
+
+
+class Line(Struct, frozen=True):
+    """A line of the file as a person wrote it."""
+
+    people: tuple[str, ...]
+    """The keys of its students."""
+    what: str
+    cells: Mapping[str, str]
+    """By column, other columns too."""
 
 
 class Desk(Struct, frozen=True):
@@ -91,6 +126,9 @@ class Desk(Struct, frozen=True):
     """How each flag is settled, by its students; one student alone: all flags of that
     student."""
     folder: Path = Path()  # folder of the file, and of corrected logs
+    written: tuple[Line, ...] = ()  # all lines of the file
+    requests: Mapping[str, list[str]] = {}
+    """What students ask for and nobody has answered yet, by student."""
 
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""
@@ -102,16 +140,15 @@ class Desk(Struct, frozen=True):
         """Return whether a line decides something, or leaves it as it is."""
         return (student, what) in self.left or self.value(student, what) is not None
 
+    def open_requests(self) -> Iterator[Offer]:
+        """Offer a line for the answer to each request."""
+        for student, requests in self.requests.items():
+            for why in requests:
+                yield Offer(student, REGRADE, "", why, "regrade request")
+
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        # A line without a value gives nobody a grade, and a flag is settled by its
-        # students.
-        asked = (
-            offer.flag
-            or offer.reason.startswith(UNGRADED)
-            or offer.why.startswith(STALE)
-        )
-        return bool(asked) or not self.decides(offer.student, offer.what)
+        return not offer.can_be_left or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -178,7 +215,8 @@ def _stale(
     stale = []
     for line in lines:
         key, digest = _seen_with(line, grade, item)
-        if line.what not in (*SEVERAL, *BARE) and seen.get(key, digest) != digest:
+        is_about_points = bool(line.value) and line.what not in _SEVERAL
+        if is_about_points and seen.get(key, digest) != digest:
             stale.append(
                 f"{STALE} {line.what} {line.value} was set by hand: change its "
                 f"line in {DESK} to confirm it"
@@ -248,7 +286,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     `forms_of` lists them, with the keys of all students with this name. A corrected log
     is in the folder of the file.
     """
-    points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
+    words = words_of(rubric)
     faults = list[Diagnostic]()
     number = 0
     read = _ReadDesk()
@@ -256,7 +294,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
         for number, cells in read_list(data, path.name, "student", "what", "value"):
             row = dict.fromkeys(COLUMNS, "") | cells
             try:
-                read.add(number, *_decision(row, points, students, path.parent), row)
+                read.add(number, *_decision(row, words, students, path.parent), row)
             except UnfitError as error:
                 place = {"file": path.name, "line": number}
                 faults.append(replace(error.diagnostic, **place))
@@ -269,7 +307,9 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
         student: tuple(one for _, one in mine.values())
         for student, mine in read.lines.items()
     }
-    return Desk(decided, frozenset(read.left), read.settled, path.parent)
+    left = frozenset(read.left)
+    written = tuple(read.written)
+    return Desk(decided, left, read.settled, path.parent, written, read.requests)
 
 
 class _ReadDesk(Struct):
@@ -279,18 +319,28 @@ class _ReadDesk(Struct):
     """The number and the decision of each line, by student and by what is decided."""
     left: set[tuple[str, str]] = set()
     settled: dict[frozenset[str], str] = {}
+    written: list[Line] = []
+    requests: dict[str, list[str]] = {}
 
     def add(
-        self, number: int, people: list[str], one: Decision, row: Mapping[str, str]
+        self,
+        number: int,
+        people: list[str],
+        word: Word,
+        one: Decision,
+        row: Mapping[str, str],
     ) -> None:
         """Add a line; raise UnfitError if an earlier one says something else."""
-        if not one.value and one.what not in BARE:
-            if one.by:
+        self.written.append(Line(tuple(people), one.what, row))
+        if not one.value and not word.is_bare:
+            if one.what == REGRADE:
+                self.requests.setdefault(people[0], []).append(one.why)
+            elif one.by:
                 self.left |= {(student, one.what) for student in people}
             return
         if one.what == FLAG:
             self.settled[frozenset(people)] = one.value
-        about = one.value if one.what in SEVERAL else BETWEEN.join(people)
+        about = one.value + one.why if word.is_several else BETWEEN.join(people)
         for student in people:
             mine = self.lines.setdefault(student, {})
             at, before = mine.get((one.what, about), (number, one))
@@ -302,74 +352,70 @@ class _ReadDesk(Struct):
 
 
 def _decision(
-    row: dict[str, str], points: Mapping[str, float], known: Known, folder: Path
-) -> tuple[list[str], Decision]:
+    row: dict[str, str], words: Mapping[str, Word], known: Known, folder: Path
+) -> tuple[list[str], Word, Decision]:
     """Read the students and the decision of a line, or raise UnfitError."""
-    what = _word_of(row, points)
+    what = _word_of(row, words)
     value = row["value"]
     name = row["student"]
     is_group = what == FLAG and name.casefold() not in known
     names = name.split(BETWEEN) if is_group else [name]
     people = sorted({_student(one, known) for one in names})
-    if what not in (*points, *WORDS, CORRECTED):
-        near = nearest(row["what"], (*points, *WORDS[1:]))
+    word = words.get(what)
+    if word is None:
+        near = nearest(row["what"], (*words, "log"))
         raise unfit("desk_word_unknown", what=what, written=row["what"][:60], near=near)
-    if what in BARE:
+    if word.is_bare:
         value = ""
     elif value:
-        if what == "partner":
+        if word.kind == "student":
             value = _student(value, known)
-        how = _how_to_write(row, what, points, folder)
+        how = _how_to_write(row, word, folder)
         if how:
             raise unfit("desk_value_unfit", what=what, value=value[:60], how=how)
-        if what == FLAG:
+        if word.kind == "verdict":
             value = value.casefold()
-    return people, Decision(what, value, row["by"], row["why"])
+    return people, word, Decision(what, value, row["by"], row["why"])
 
 
 _HOW_TO_WRITE = {
-    "bonus": "write the points to add, such as 2",
-    CORRECTED: "write the corrected log into the folder of the grades, and its name here",
-    FLAG: "write partners, copied or cleared; and write who has decided it, under by",
-    "reported": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
+    "number": "write the points to add, such as 2",
+    "file": "write the corrected log into the folder of the grades, and its name here",
+    "verdict": "write partners, copied or cleared; and write who has decided it, under by",
+    "inertia": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
 }
 
 
-def _how_to_write(
-    row: Mapping[str, str], what: str, points: Mapping[str, float], folder: Path
-) -> str:
+def _how_to_write(row: Mapping[str, str], word: Word, folder: Path) -> str:
     """Say how to write a value of another kind than its word; "" if it can be used."""
     value = row["value"]
     is_fine = True
-    how = _HOW_TO_WRITE.get(what, "")
-    if what in (*points, "late"):
-        most = points.get(what, points["total"])
-        how = f"write a number of points from 0 to {most:g}"
+    if word.kind == "points":
         # "+2" means two points more.
-        has_sign = what != "late" and value.startswith(("+", "-"))
-        is_fine = is_points(value, most) and not has_sign
-        if has_sign:
+        if word.what != "late" and value.startswith(("+", "-")):
             number = value[:60].removeprefix("+")
-            how = f"to change the total by this number, write bonus,{number}"
-    elif what == "bonus":
+            return f"to change the total by this number, write bonus,{number}"
+        is_fine = is_points(value, word.most)
+    elif word.kind == "number":
         is_fine = read_number(value) is not None
-    elif what == CORRECTED:
+    elif word.kind == "file":
         is_fine = (folder / value).is_file()
-    elif what == FLAG:
+    elif word.kind == "verdict":
         is_fine = value.casefold() in VERDICTS and bool(row["by"])
-    elif what == "reported":
+    elif word.kind == "inertia":
         fault = read_reported("inertia", value).fault
         is_fine = fault not in ("unreadable", "wrong unit")
-    return "" if is_fine else how
+    return "" if is_fine else word.how
 
 
-def _word_of(row: Mapping[str, str], points: Mapping[str, float]) -> str:
+def _word_of(row: Mapping[str, str], words: Mapping[str, Word]) -> str:
     """Return what a line decides; "log" may be a criterion, or the file of a log."""
     written = row["what"]
-    what = written if written in points else written.casefold()
-    if what != "log" or not row["value"]:
+    value = row["value"]
+    what = written if written in words else written.casefold()
+    if what != "log":
         return what
-    is_points = what in points and read_number(row["value"]) is not None
+    is_points = what in words and (not value or read_number(value) is not None)
     return what if is_points else CORRECTED
 
 
@@ -433,8 +479,9 @@ def is_points(text: str, most: float) -> bool:
     return points is not None and 0 <= points <= most
 
 
-_MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
-"""The mark in front of a text that a spreadsheet would run as a formula."""
+_MARKED = r"(^|[;\n\t])'(?=[\s\"]*[=+\-@＝＋－＠])"
+"""The mark in front of a text that a spreadsheet would run as a formula, as `csv_cell`
+writes it."""
 
 
 def read_list(
@@ -460,7 +507,7 @@ def read_list(
         raise LookupError(f"there is no column {' and '.join(lacks)}")
     number = reader.line_num + 1
     for cells in reader:
-        row = [re.sub(_MARKED, "", cell.strip()) for cell in cells]
+        row = [re.sub(_MARKED, r"\1", cell.strip()) for cell in cells]
         if any(row):
             named = dict(zip_longest(head, row, fillvalue=""))
             named.pop("", None)
@@ -503,6 +550,20 @@ class Offer(Struct, frozen=True):
         people = BETWEEN.join(self.people)
         why = short(self.why)
         return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
+
+    @property
+    def can_be_left(self) -> bool:
+        """Return whether a line without a value settles it.
+
+        Such a line gives nobody a grade or an answer, and a flag is settled by its
+        students.
+        """
+        return not (
+            self.flag
+            or self.what == REGRADE
+            or self.reason.startswith(UNGRADED)
+            or self.why.startswith(STALE)
+        )
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -551,6 +612,7 @@ def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[
                 f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}",
             )
         yield Offer(student, "total", value, why, "other points are in the gradebook")
+    yield from found.desk.open_requests()
     for grade in found.grades:
         if grade.why is not None:
             what = (

@@ -91,11 +91,12 @@ def write_rubric(folder: Path, text: bytes) -> None:
 
 
 def write_results(
-    found: ClassGrades, folder: Path, filled: Filled | None
+    found: ClassGrades, folder: Path, filled: Filled | None, anonymous: bool
 ) -> Iterator[str]:
     """Write everything but the feedback, and keep a table that a person changed.
 
-    Say where to look.
+    Say where to look. `anonymous`: The page shows ids, and nothing else that may
+    contain the name of a student.
     """
     names = feedback_names(found)
     files = {
@@ -106,9 +107,12 @@ def write_results(
     }
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(found, filled.by_hand if filled else ())
-    page = class_page(
-        found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder
-    )
+    if anonymous:
+        page = class_page(found.without_names(), lambda _: "", offers, None)
+    else:
+        page = class_page(
+            found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder
+        )
     texts = {
         ledger.TODO: ledger.todo_csv(offers, found.names, files),
         TABLE: found.table,

@@ -43,6 +43,7 @@ class Person(NamedTuple):
     station: str
     partners: str  # as written
     ids: tuple[str, ...]  # all ids and addresses of the row
+    grader: str = ""
 
 
 NOBODY = Person("", "", "", "", "", ())
@@ -63,6 +64,11 @@ class Roster(Struct, frozen=True):
         moved = {one.student: one for one in self.absent if one.student in new}
         left = tuple(one for one in self.absent if one.student not in new)
         return replace(self, people={**self.people, **moved}, absent=left)
+
+    def without_names(self) -> Roster:
+        """Return the roster with ids instead of names."""
+        nameless = tuple(one._replace(name=one.student) for one in self.absent)
+        return replace(self, absent=nameless)
 
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade.
@@ -276,6 +282,7 @@ def _person(cells: Mapping[str, str]) -> Person | None:
         cells.get("station", ""),
         cells.get("partner", ""),
         tuple(ids),
+        cells.get("grader", "") or cells.get("ta", ""),
     )
 
 

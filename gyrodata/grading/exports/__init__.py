@@ -18,6 +18,7 @@ from gyrodata.base.version import __version__
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
+from gyrodata.grading.sections import SectionFigures
 from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines, json_text
@@ -293,6 +294,8 @@ class GradesDocument(Struct, kw_only=True):
     out_of: float
     summary: ClassSummary
     criteria: tuple[CriterionFigures, ...]
+    sections: tuple[SectionFigures, ...]
+    """Of the sections and graders of a roster."""
     references: Mapping[str, Reference]
     scatters: Mapping[str, BenchScatter]
     absent: tuple[AbsentPerson, ...]
@@ -323,6 +326,7 @@ def grades_document(
         out_of=rubric.points,
         summary=ClassSummary(graded, count - graded, found.mean, found.median),
         criteria=tuple(found.criteria()),
+        sections=tuple(found.sections),
         references=dict(sorted(found.references.items())),
         scatters=dict(sorted(found.scatters.items())),
         absent=tuple(

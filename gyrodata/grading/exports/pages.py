@@ -7,23 +7,29 @@ HTML is escaped, and each text from outside becomes one harmless line.
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import math
-import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
-from posixpath import basename
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
+from markupsafe import Markup
 from msgspec.structs import replace
 
 from gyrodata.base.errors import shown
 from gyrodata.base.version import __version__
+from gyrodata.grading.exports.review import (
+    MOST_STUDENTS,
+    address,
+    file_links,
+    script_data,
+)
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import Offer, short
 from gyrodata.grading.yardsticks import fit_words, in_order
@@ -55,9 +61,7 @@ def environment() -> Environment:
         "fit_words": fit_words,
         "count": count_text,
     }
-    made.filters |= {
-        "address": lambda path: quote(path.encode("utf-8", "replace")),
-    }
+    made.filters |= {"address": address, "plain": lru_cache(512)(shown)}
     made.globals |= {"version": __version__}
     # Titles, rules and reasons are the same for many students, and numbers in the two
     # pages of one student.
@@ -66,7 +70,6 @@ def environment() -> Environment:
         "sentence": lru_cache(512)(sentence),
     }
     made.filters |= {
-        "plain": lru_cache(512)(shown),
         "points": lru_cache(512)(points_text),
         "listing": listing,
     }
@@ -174,31 +177,23 @@ def class_page(
     found: ClassGrades,
     feedback: Callable[[str], str],
     offers: Sequence[Offer],
-    folder: Path,
+    folder: Path | None,
 ) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page.
     `offers`: What needs a decision, grouped by reason. `folder`: The folder of the
-    class page, for links to files to look into. All text from outside is escaped; the
-    page contains no clock time.
+    class page, for links to files to look into; None to show no names of files. All
+    text from outside is escaped; the page contains no clock time. Its policy allows its
+    own style and script only.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     items = {item.student: item for item in found.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
-        """Return the name and the address of each file besides the log.
-
-        No address of a file in a zip.
-        """
-        item = items[student]
-        base = (
-            Path(os.path.relpath(item.source, folder)).as_posix()
-            if item.source.is_dir()
-            else ""
-        )
-        return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
+        """Return the name and the address of each file besides the log."""
+        return file_links(items[student], items[student].beside_log, folder)
 
     # Texts of students may be very long; a line for the desk is copied as it is.
     page = environment().overlay()
@@ -214,6 +209,13 @@ def class_page(
         links=links,
         offers=offers,
         factor=factor,
+        style=_part("class.css"),
+        script=_part("class.js"),
+        digest=_digest,
+        most={"rows": MOST_STUDENTS, "named": 500},
+        data=Markup(script_data(found, feedback, offers, folder)),
+        number_of=_numbered(offers),
+        place_of=_numbered(found.names),
         desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         unit=f"{power} kg·m²" if power else "kg·m²",
         groups=[
@@ -225,6 +227,20 @@ def class_page(
         histogram=count_points(found.totals, found.rubric.points),
         by_key={grade.student: grade for grade in found.grades},
     )
+
+
+def _numbered(items: Iterable[Hashable]) -> dict[Hashable, int]:
+    return {item: number for number, item in enumerate(items)}
+
+
+def _part(name: str) -> Markup:
+    """Return a file that the page contains as it is."""
+    return Markup(Path(__file__).parents[1].joinpath(name).read_text("utf-8"))
+
+
+def _digest(text: str) -> str:
+    """Return the hash by which a policy allows a style or a script."""
+    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:

@@ -1,0 +1,230 @@
+"""Collect what the script of ``class.html`` shows and saves: plain data, no HTML."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from msgspec import to_builtins
+
+from gyrodata.base.errors import DiagnosticJson, shown
+from gyrodata.grading.forensics import Fingerprint
+from gyrodata.grading.grade import Grade, points_text
+from gyrodata.grading.ledger import (
+    COLUMNS,
+    REGRADE,
+    SETTLING,
+    VERDICTS,
+    Offer,
+    short,
+    words_of,
+)
+from gyrodata.grading.submissions import Submission
+from gyrodata.grading.yardsticks import fit_words
+from gyrodata.physics import RPM
+from gyrodata.reporting.values import inertia_text
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import ClassGrades
+
+MOST_STUDENTS = 5000
+"""A page with more is too large for a browser."""
+
+MOST_ROWS, MOST_FILES = 40, 20
+"""Of a log; of the files or the partners of a student."""
+
+
+def address(path: str) -> str:
+    """Write the path of a file as a link."""
+    return quote(path.encode("utf-8", "replace"))
+
+
+def script_data(
+    found: ClassGrades,
+    feedback: Callable[[str], str],
+    offers: Sequence[Offer],
+    folder: Path | None,
+) -> str:
+    """Write the data as JSON that no HTML parser takes for the end of a script.
+
+    `feedback`, `offers` and `folder`: As for `class_page`.
+    """
+    items = {item.student: item for item in found.submissions.items}
+    students = [
+        _student(found, grade, items[grade.student], folder)
+        | {"feedback": address(feedback(grade.student))}
+        for grade in found.grades[:MOST_STUDENTS]
+    ]
+    lines = found.desk.written
+    extra = {column for line in lines for column in line.cells}
+    document = {
+        "words": [
+            to_builtins(word) | {"how": word.how}
+            for word in words_of(found.rubric).values()
+        ],
+        "verdicts": VERDICTS,
+        "criteria": [
+            {
+                "what": one.id,
+                "title": _plain(one.title),
+                "of": points_text(one.points),
+            }
+            for one in found.rubric.criteria
+        ],
+        "students": students,
+        "offers": [_offer(found, one) for one in offers],
+        "columns": [*COLUMNS, *sorted(extra - set(COLUMNS))],
+        "desk": to_builtins(lines),
+    }
+    return json.dumps(document, separators=(",", ":")).replace("<", "\\u003c")
+
+
+@lru_cache(4096)
+def _plain(text: str) -> str:
+    """Return a harmless line, which is cut if it is very long."""
+    return short(shown(text))
+
+
+def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
+    """Return an open question, with the logs to be compared if it is about a flag."""
+    flag = offer.flag
+    previous = flag.previous if flag else ()
+    return {
+        "people": offer.people,
+        "what": offer.what,
+        "value": offer.value,
+        # A request stays as it is, because its answer is found by it.
+        "why": offer.why if offer.what == REGRADE else _plain(offer.why),
+        "leave": offer.can_be_left,
+        "settled_by": _settled_by(offer),
+        "earlier": [_plain(found.label(key)) for key in previous],
+    }
+
+
+def _settled_by(offer: Offer) -> Sequence[str]:
+    """Return the words that settle a question; none if every decision does."""
+    if offer.flag or offer.what == REGRADE:
+        return [offer.what]
+    return [offer.what, *SETTLING] if offer.can_be_left else []
+
+
+def _student(
+    found: ClassGrades, grade: Grade, item: Submission, folder: Path | None
+) -> dict[str, Any]:
+    """Return what a person looks at to decide about one student."""
+    student = grade.student
+    log = found.prints.get(student)
+    groups = (group for group in found.groups if student in group)
+    return {
+        "id": student,
+        "name": _plain(found.label(student)),
+        "about": list(_about(grade)),
+        "group": [
+            _plain(found.label(key))
+            for group in groups
+            for key in group[:MOST_FILES]
+            if key != student
+        ],
+        "files": file_links(item, item.members[:MOST_FILES], folder),
+        "marks": [
+            [points_text(mark.points), _plain(mark.reason)] for mark in grade.marks
+        ],
+        "answer": _answer(grade, folder is not None),
+        "own": _own_runs(grade),
+        "notes": [_note(one) for one in grade.diagnostics[:MOST_ROWS]],
+        "rows": [] if log is None else _rows(log),
+    }
+
+
+def _about(grade: Grade) -> Iterator[str]:
+    """Say in short lines what a grade is and why."""
+    points = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
+    yield points if grade.status == "graded" else f"{grade.status}, {points}"
+    if grade.section:
+        yield f"section {_plain(grade.section)}"
+    if grade.station:
+        yield f"station {_plain(grade.station)}"
+    if grade.log_of:
+        yield f"graded on the log of {shown(grade.log_of)}"
+    if grade.late_reason:
+        yield _plain(grade.late_reason)
+    for slip in grade.slips:
+        yield _plain(slip.words)
+
+
+def _own_runs(grade: Grade) -> str:
+    """Return what the own runs give by the fit that is nearest to the answer."""
+    for name in (grade.matched or "", *grade.own):
+        if name in grade.own:
+            fit = grade.own[name]
+            return f"{inertia_text(fit['value'], fit['u'])} by {fit_words(name)}"
+    return ""
+
+
+def _answer(grade: Grade, with_file: bool) -> list[str]:
+    """Return the answer, and its place with its factor to the own runs."""
+    text = grade.reported.get("text")
+    if not text:
+        return []
+    file = grade.reported.get("file") if with_file else ""
+    line = grade.reported.get("line")
+    place = [shown(file) if file else "", f"line {line}" if line else ""]
+    ratio = f"{grade.ratio:.4g} times the own runs" if grade.ratio else ""
+    parts = [short(", ".join(filter(None, place))), ratio]
+    return [_plain(text), "; ".join(filter(None, parts))]
+
+
+def file_links(
+    item: Submission, names: Iterable[str], folder: Path | None
+) -> list[tuple[str, str]]:
+    """Return the name and the address of each file.
+
+    A file in a zip has no address. Without a folder, files get numbers instead of
+    names, in which there may be the name of a student.
+    """
+    if folder is None:
+        return [(f"file {item.members.index(name) + 1}", "") for name in names]
+    base = ""
+    if item.source.is_dir():
+        base = Path(os.path.relpath(item.source, folder)).as_posix() + "/"
+    return [
+        (_plain(name.rpartition("/")[2]), base and address(base + name))
+        for name in names
+    ]
+
+
+def _note(one: DiagnosticJson) -> str:
+    """Write what was found in a log."""
+    place = f"line {one['line']}: " if one["line"] else ""
+    return place + _plain(one["message"])
+
+
+def _rows(log: Fingerprint) -> list[list[str]]:
+    """Return the line, torque, spin, time and turns of each run, as texts.
+
+    The torque is in mN·m, the spin in rpm, and the time in s.
+    """
+    rows = zip(log.lines, log.torque, log.spin, log.time, log.turns, strict=True)
+    return [
+        [
+            str(line),
+            f"{1e3 * torque:.4g}",
+            f"{spin / RPM:.5g}",
+            f"{time:.5g}",
+            _fraction(turns),
+        ]
+        for line, torque, spin, time, turns in islice(rows, MOST_ROWS)
+    ]
+
+
+@lru_cache(64)
+def _fraction(turns: float) -> str:
+    """Write a number of turns as a log does."""
+    return str(Fraction(turns).limit_denominator(99))

@@ -13,6 +13,7 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import physics
 from gyrodata.base.errors import Diagnostic
+from gyrodata.measurements import blocks
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import (
     Drag,
@@ -84,6 +85,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One step of the last digit of each mass [kg]; 0 if unknown."""
     position_step: Floats
     """One step of the last digit of each position [m]; 0 if unknown."""
+    block: Integers
+    """Number of each run's day or group, shape (n,)."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
@@ -182,7 +185,15 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             groups[runs] = number
         loaded = np.flatnonzero(self.torque)
         before = np.searchsorted(loaded, np.arange(len(groups)), side="right") - 1
-        return groups[loaded[np.maximum(before, 0)]]
+        groups = groups[loaded[np.maximum(before, 0)]]
+        if self.one_block:
+            return groups
+        return parts.number_groups([*zip(self.block, groups, strict=True)])
+
+    @cached_property
+    def one_block(self) -> bool:
+        """Whether all runs are of one day and one group."""
+        return not np.ptp(self.block)
 
     @property
     def balance_differs(self) -> bool:
@@ -302,11 +313,11 @@ def measure(readings: Readings) -> Measurements:
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
+        block=np.array(readings.block_of_runs, dtype=int),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )
-    sources = tuple(parts.list_sources(readings, measured))
-    return replace(measured, sources=sources)
+    return replace(measured, sources=blocks.sources_of(readings, measured))
 
 
 def _loads(

@@ -10,6 +10,7 @@ Settings are values for the whole log: ``# key: value`` lines, ``--set`` and
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -148,6 +149,11 @@ class Readings(Struct, frozen=True, dict=True):
         Line in the file of each run.
     notes : tuple of str
         Free text of each run.
+    blocks : tuple of str
+        The day or the group of each run; empty if all runs are of one.
+    files : tuple of (int, Readings)
+        The logs of which this one consists, and the line before the first one of each;
+        empty if it is one log.
     screws : tuple of str
         The screw at which a part of a turn began in each run; "" if the log does not
         say.
@@ -216,6 +222,8 @@ class Readings(Struct, frozen=True, dict=True):
     lines: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     screws: tuple[str, ...] = ()
+    blocks: tuple[str, ...] = ()
+    files: tuple[tuple[int, Readings], ...] = ()
     columns: Mapping[str, Column] = field(default_factory=dict)
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -256,10 +264,21 @@ class Readings(Struct, frozen=True, dict=True):
             lines=_at(self.lines, runs),
             notes=_at(self.notes, runs),
             screws=_at(self.screws, runs),
+            blocks=_at(self.blocks, runs) if self.blocks else (),
             columns=columns,
             others=others,
             unread=tuple((header, _at(texts, runs)) for header, texts in self.unread),
         )
+
+    @property
+    def block_of_runs(self) -> list[int]:
+        """Number of the day or group of each run, from 0."""
+        names = list(dict.fromkeys(self.blocks))
+        return list(map(names.index, self.blocks)) or [0] * len(self.runs)
+
+    def file_of(self, line: int) -> int:
+        """Return the number of the log to which a line belongs, of several logs."""
+        return max(bisect_left([before for before, _ in self.files], line) - 1, 0)
 
     @property
     def ok(self) -> bool:

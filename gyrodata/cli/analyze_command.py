@@ -88,6 +88,7 @@ def analyze(
     model: Annotated[Model, typer.Option("--model")] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
     worksheet: Annotated[bool, typer.Option("--worksheet")] = False,
+    together: Annotated[bool, typer.Option("--together")] = False,
     watched: Annotated[bool, typer.Option("--watch")] = False,
     opened: OpenOption = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
@@ -100,7 +101,8 @@ def analyze(
     be read; 3 a fault of gyro, which affects that log only.
     """
     out = _place_of(out, form)
-    _refuse_contradictions(logs, form, table, out, watched)
+    several = len(logs) > 1 and not together
+    _refuse_contradictions(logs, several, form, table, out, watched)
     from gyrodata.results import Options
 
     options = Options(
@@ -110,7 +112,6 @@ def analyze(
         keep_flagged=keep_flagged,
         worksheet=worksheet,
     )
-    several = len(logs) > 1
     request = _Request(options, config, form, table, figures, style, verbose, several)
     if watched:
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
@@ -122,11 +123,20 @@ def analyze(
     output = _Output(form, _table_header(form, table), file, opened, quiet)
     worst = 0
     folders = _folders(terminal.short_paths(logs))
-    names = terminal.names_of(logs, stdin)
-    for log, name, below in zip(logs, names, folders, strict=True):
+    named = list(zip(logs, terminal.names_of(logs, stdin), strict=True))
+    parts = [[each] for each in named]
+    if together and len(logs) > 1:
+        parts = [named]
+        folders = [folders[0].with_name(f"{Path(named[0][1]).stem}-together-report")]
+    for part, below in zip(parts, folders, strict=True):
+        log = part[0][0]
         folder = _report_folder(log, out, below, several) if reported else None
-        of_log = request.with_constants(constants_of(log, config, quiet))
-        outcome = _answer(log, name, of_log, below, folder is not None)
+        requests = [
+            request.with_constants(constants_of(each, config, quiet))
+            for each, _ in part
+        ]
+        of_log = requests[0]
+        outcome = _answer(part, requests, below, folder is not None)
         output.show_answer(outcome.text, folder is not None)
         # The answer is on the screen while the figures are drawn.
         outcome = _with_report(outcome, of_log, folder)
@@ -252,10 +262,14 @@ def demo(opened: OpenOption = False) -> None:
 
 
 def _refuse_contradictions(
-    logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool
+    logs: Sequence[str],
+    several: bool,
+    form: Format,
+    table: Table,
+    out: Path | None,
+    watched: bool,
 ) -> None:
-    """Refuse options that contradict each other."""
-    several = len(logs) > 1
+    """Refuse options that contradict each other; `several`: several answers."""
     if form in ("json", "latex") and several:
         terminal.refuse(
             "format_for_one_log",
@@ -266,7 +280,7 @@ def _refuse_contradictions(
         terminal.refuse("table_for_csv", table=table)
     if out is not None:
         _refuse_file_for_report(out, form)
-    if watched and (several or logs[0] == "-" or form != "text" or out):
+    if watched and (len(logs) > 1 or logs[0] == "-" or form != "text" or out):
         terminal.refuse("watch_one_file")
 
 
@@ -448,14 +462,24 @@ class _Outcome(Struct, frozen=True):
 
 
 def _answer(
-    log: str, name: str, request: _Request, below: Path, has_report: bool
+    named: Sequence[tuple[str, str]],
+    requests: Sequence[_Request],
+    below: Path,
+    has_report: bool,
 ) -> _Outcome:
-    """Analyse one log; `below` is its part of the path of its report."""
+    """Analyse one log, or several together; `below` is a part of the report's path."""
     from gyrodata.analysis import analyze_readings
+    from gyrodata.readings.together import read_together
 
     readings = None
+    request = requests[0]
+    name = " + ".join(name for _, name in named)
     try:
-        readings = request.read(**terminal.source_of(log, name))
+        read = [
+            of_log.read(**terminal.source_of(*each))
+            for each, of_log in zip(named, requests, strict=True)
+        ]
+        readings = read[0] if len(read) == 1 else read_together(read)
         analysis = analyze_readings(readings, request.options)
         text = _formatted(analysis, request, below, has_report)
     except GyroError as error:

@@ -257,6 +257,14 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return np.zeros(problem.count)
 
     @property
+    def balances(self) -> Floats:
+        """M0 of each run's day [N*m], shape (n,)."""
+        adjusted = self.adjusted
+        # Nobody reads a balance: its reading is zero, and M0 is minus its error.
+        shift = adjusted.problem.shift_of(DAY_BALANCE, adjusted.shared)
+        return cast(Floats, self.residual_torque.value - shift)
+
+    @property
     def chance_of_one_balance(self) -> float:
         """Probability that M0 is the same with every weight; 1 if the log says so."""
         if self.posterior is None or self.adjusted.problem.measured.balance is not None:

@@ -351,12 +351,8 @@ class Faults:
             return Diagnostic(
                 code, about.severity, words, hint, self.name, doubt=about.doubt
             )
-        is_inside = 0 < where.line <= len(self.lines)
-        excerpt = self.lines[where.line - 1] if is_inside else ""
-        cell, row = self._row(where.line)
-        if cell and row:
-            high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
-            cell += f"!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+        excerpt = self._excerpt(where.line)
+        cell = self.cell_of(where)
         about_place = (*where, excerpt, max(1, len(text)), about.doubt, cell)
         return Diagnostic(code, about.severity, words, hint, self.name, *about_place)
 
@@ -386,6 +382,18 @@ class Faults:
         """Remove the messages of one kind about a line."""
         code = diagnostics.message(name).code
         self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
+
+    def _excerpt(self, line: int) -> str:
+        return self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+
+    def cell_of(self, place: Place) -> str:
+        """Return the cell of a place in a workbook: "Sheet2!B5"; else ""."""
+        cell, row = self._row(place.line)
+        if not (cell and row):
+            return cell
+        before = self._excerpt(place.line)[: place.column - 1]
+        high, low = divmod(before.count("\t"), 26)
+        return f"{cell}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
 
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet and the row of a line; without a workbook, no sheet and the line."""

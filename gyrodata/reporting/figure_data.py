@@ -111,7 +111,7 @@ def gather(analysis: Analysis) -> Scene:
         unit_size=unit_size,
         torque=measured.torque / unit_size,
         torque_u=torque_u / unit_size,
-        rest=(measured.torque + imbalance - inertia * product) / unit_size,
+        rest=(measured.torque + analysis.fit.balances - inertia * product) / unit_size,
         rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
     )
 

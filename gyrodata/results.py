@@ -536,7 +536,7 @@ class Pattern(Struct, eq=False):
     p_corrected: float
 
 
-class AnalysisResult(Struct, eq=False, omit_defaults=True):
+class AnalysisResult(Struct, eq=False):
     """All quantities are SI."""
 
     inertia: Result
@@ -586,10 +586,10 @@ class AnalysisResult(Struct, eq=False, omit_defaults=True):
     """The convention of each number, by its key."""
     patterns: tuple[Pattern, ...]
     """Always empty: `explanations` contains the errors that all runs share."""
-    blocks: tuple[Block, ...] = ()
-    """The days or groups of the log; absent if it has only one."""
-    blocks_agreement: BlockAgreement | None = None
-    """Whether they have one I_zz; absent if there is only one, or if they cannot be
+    blocks: tuple[Block, ...]
+    """The days or groups of the log; empty if it has only one."""
+    blocks_agreement: BlockAgreement | None
+    """Whether they have one I_zz; null if there is only one, or if they cannot be
     compared."""
 
 

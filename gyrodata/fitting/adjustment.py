@@ -537,7 +537,7 @@ def adjust(
     """
     # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of
     # their priors. They are means over all days.
-    share = share_of_mean(problem.measured.block)
+    share = share_of_mean(problem.measured.day)
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     scale[1:] *= share
     unknowns = np.zeros(3 + problem.shared_count)

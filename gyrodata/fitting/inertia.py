@@ -539,7 +539,7 @@ def _result(
     kept = adjusted.kept
     unknowns = 1 + int(_separates_balance(measured, kept))
     if not measured.one_block:
-        unknowns += len({*measured.block[kept > 0].tolist()}) - 1
+        unknowns += len({*measured.day[kept > 0].tolist()}) - 1
     return FitResult(
         chi2=chi2,
         dof=int(kept.sum()) - unknowns,
@@ -554,21 +554,31 @@ def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     if measured.one_block:
         return adjustment.torques_differ(measured.torque[kept > 0])
     return any(
-        adjustment.torques_differ(measured.torque[(kept > 0) & (measured.block == day)])
-        for day in {*measured.block[kept > 0].tolist()}
+        adjustment.torques_differ(measured.torque[(kept > 0) & (measured.day == day)])
+        for day in {*measured.day[kept > 0].tolist()}
     )
 
 
-def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
+def p_of_no_error(result: FitResult, number: int) -> float:
+    """Return the p-value of a shared error that is zero, whatever the widths are.
+
+    `number` counts the shared errors of the fit.
+    """
+    return _integrate_at(result, about=number).p_of_zero()
+
+
+def _integrate_at(
+    result: FitResult, tested: bool = True, about: int | None = None
+) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit.
 
-    I_zz in kg*m^2, M0 in N*m, b in s.
+    I_zz in kg*m^2, M0 in N*m, b in s. With `about`, a shared error instead of I_zz.
     """
     adjusted = result.adjusted
     inertia = result.inertia.value
     measured = result.adjusted.problem.measured
     lightest = adjustment.lightest_torque(measured, adjusted.kept)
-    share = share_of_mean(measured.block)
+    share = share_of_mean(measured.day)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u * share])
     rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
@@ -580,7 +590,7 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     levels = rows[:, 1:2] * (groups[:, None] == np.array(several))
     problem = adjusted.problem
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
-    days = rows[:, 1:2] * contrasts(measured.block).T / share
+    days = rows[:, 1:2] * contrasts(measured.day).T / share
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:][:, ~is_balance],
@@ -592,6 +602,9 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         runs=float(adjusted.kept.sum()),
         scatter=result.widths.scatter,
     )
+    if about is not None:
+        before = int(np.sum(~is_balance[:about]))
+        conditions = conditions.about(before, float(adjusted.shared[about]))
     test = measured.balance_test if tested else None
     # The prior is that of the mean of all days.
     width = None if test is None else share * test(inertia) / lightest
@@ -747,7 +760,7 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     NoFit
         If these are not the numbers of a top.
     """
-    torque = measured.torque + near.residual_torque.value
+    torque = measured.torque + near.balances
     inertia = near.inertia.value + measured.added
     try:
         return Top(inertia, adjustment.transverse_inertia(measured), torque)

@@ -263,7 +263,9 @@ def _blocks_disagree(seen: Seen) -> Iterator[Diagnostic]:
         for block in alone
         if block.inertia
     ]
-    names = listing([block.name for block in alone])
+    names = listing([block.name for block in seen.blocks])
+    if len(seen.blocks) > 2:
+        values.append(f"{agreement.differs_most} differs most")
     yield seen.readings.say(
         "blocks_disagree", names=names, p=agreement.p, values=listing(values)
     )

@@ -11,6 +11,7 @@ error, and so do equal positions.
 from gyrodata.measurements.blocks import (
     DAY_BALANCE,
     DAY_BIAS,
+    PLACED,
     block_sources,
     contrast_sources,
     contrasts,

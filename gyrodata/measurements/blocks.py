@@ -77,7 +77,7 @@ def contrast_sources(
 
 def block_sources(measured: Measurements, width: float) -> list[Source]:
     """List the differences of M0, of a width [N*m], and of b between blocks."""
-    block = measured.block
+    block = measured.day
     if measured.one_block:
         return []
     bias = measured.timing_bias_u
@@ -163,7 +163,7 @@ def _divided(
 ) -> Source:
     """Return a source whose groups end with the day, or with the instrument."""
     if source.name in PLACED:
-        keys = measured.block.tolist()
+        keys = measured.day.tolist()
     elif source.name in INSTRUMENTS:
         keys = _instruments(INSTRUMENTS[source.name], readings, of_file, measured)
     else:
@@ -180,7 +180,7 @@ def _instruments(
         one.metadata.get(key, one.metadata.get(key.title(), "")).strip().lower()
         for one in _files(readings)
     ]
-    pairs = zip(of_file.tolist(), measured.block.tolist(), strict=True)
+    pairs = zip(of_file.tolist(), measured.day.tolist(), strict=True)
     return [
         (labels[file], block if labels[file] == EACH_DAY else -1)
         for file, block in pairs

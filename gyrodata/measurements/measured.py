@@ -85,8 +85,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One step of the last digit of each mass [kg]; 0 if unknown."""
     position_step: Floats
     """One step of the last digit of each position [m]; 0 if unknown."""
-    block: Integers
-    """Number of each run's day or group, shape (n,)."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
@@ -122,6 +120,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     delay_factor: Floats | None = None
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
+    block: Integers | None = None
+    """Number of each run's day or group, shape (n,); None if the log has only one."""
+    block_names: tuple[str, ...] = ()
+    """Name of each day or group, by this number."""
 
     metadata: Mapping[str, str] = {}
     """Every line ``# key: value`` of the log."""
@@ -139,13 +141,18 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def by_torque(self) -> list[list[int]]:
-        """Indices of the runs of each torque, in the order of the log."""
-        groups: dict[tuple[str, str, str], list[int]] = {}
+        """Indices of the runs of each torque of a day, in the order of the log."""
+        groups: dict[tuple[int, str, str, str], list[int]] = {}
         each = zip(
-            self.load.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
+            self.load.tolist(),
+            self.position.tolist(),
+            self.sense.tolist(),
+            self.day.tolist(),
+            strict=True,
         )
-        for i, (load, position, sense) in enumerate(each):
+        for i, (load, position, sense, day) in enumerate(each):
             words = (
+                day,
                 f"{load:.9g}",
                 f"{position:.9g}",
                 f"{sense:g}" if load == 0 else "",
@@ -188,12 +195,21 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         groups = groups[loaded[np.maximum(before, 0)]]
         if self.one_block:
             return groups
-        return parts.number_groups([*zip(self.block, groups, strict=True)])
+        return parts.number_groups([*zip(self.day, groups, strict=True)])
 
     @cached_property
     def one_block(self) -> bool:
         """Whether all runs are of one day and one group."""
-        return not np.ptp(self.block)
+        return not np.ptp(self.day)
+
+    def day_words(self, run: int) -> str:
+        """Return the day or group of a run behind its load: ", Mon"; else ""."""
+        return "" if self.one_block else f", {self.block_names[self.day[run]]}"
+
+    @cached_property
+    def day(self) -> Integers:
+        """Number of each run's day or group, shape (n,)."""
+        return np.zeros(len(self.runs), dtype=int) if self.block is None else self.block
 
     @property
     def balance_differs(self) -> bool:
@@ -313,7 +329,8 @@ def measure(readings: Readings) -> Measurements:
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
-        block=np.array(readings.block_of_runs, dtype=int),
+        block=np.array(readings.block_of_runs) if readings.blocks else None,
+        block_names=tuple(dict.fromkeys(readings.blocks)),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )

@@ -272,9 +272,9 @@ class Readings(Struct, frozen=True, dict=True):
 
     @property
     def block_of_runs(self) -> list[int]:
-        """Number of the day or group of each run, from 0."""
+        """Number of the day or group of each run, from 0; empty if there is only one."""
         names = list(dict.fromkeys(self.blocks))
-        return list(map(names.index, self.blocks)) or [0] * len(self.runs)
+        return list(map(names.index, self.blocks))
 
     def file_of(self, line: int) -> int:
         """Return the number of the log to which a line belongs, of several logs."""

@@ -303,7 +303,7 @@ def draw_days(ax: Axes, scene: Scene) -> None:
         ax.axhline(minus_m0, color=colour)
         ax.axhspan(minus_m0 - half, minus_m0 + half, color=colour, alpha=0.15, lw=0.0)
         for hollow in (False, True):
-            runs = (scene.analysis.measurements.block == number) & (
+            runs = (scene.analysis.measurements.day == number) & (
                 scene.hollow == hollow
             )
             ax.errorbar(

@@ -21,7 +21,7 @@ from gyrodata import fitting
 from gyrodata.fitting import FitResult
 from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
-from gyrodata.measurements import SOURCES, Measurements, measure, select
+from gyrodata.measurements import PLACED, SOURCES, Measurements, measure, select
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
 from gyrodata.results import to_json
@@ -266,7 +266,13 @@ def _usual_spins(measured: Measurements) -> tuple[float, ...]:
 
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     """Yield the loads of the log, or those that the user has."""
-    loaded = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
+    # A load of several days is that of the last one.
+    last = {
+        (measured.load[runs[0]], measured.position[runs[0]]): runs[0]
+        for runs in measured.by_torque
+        if measured.torque[runs[0]]
+    }
+    loaded = list(last.values())
     if not limits.masses or np.isnan(measured.mass).all():
         yield from map(_Load, loaded)
         return
@@ -342,6 +348,9 @@ def _with_run(
     means that there is no load, and no error of it.
     """
     larger = select(measured, [*range(len(measured.runs)), like])
+    today = measured.day[-1]
+    if larger.block is not None:
+        larger.block[-1] = today
     for name, value in values.items():
         readings = getattr(larger, name)
         if readings is not None and not np.isnan(readings).all():
@@ -352,7 +361,11 @@ def _with_run(
             source.groups[-1] = -1
         elif source.shared_by.startswith("all runs"):
             source.groups[-1] = max(source.groups[-1], 0)
-        elif not source.shared_by or source.quantity in others:
+        elif (
+            not source.shared_by
+            or source.quantity in others
+            or (source.name in PLACED and measured.day[like] != today)
+        ):
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(

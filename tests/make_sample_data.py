@@ -60,10 +60,11 @@ def make() -> str:
 
 
 BALANCES = {"Mon": 6e-4, "Fri": -2.5e-3}  # M0 of each day [N*m]
+SEED_OF_DAYS = 2
 TWO_DAYS = ROOT / "sample_data" / "two_days.csv"
 
 HEAD_OF_DAYS = f"""\
-# Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {BALANCES["Mon"]} N*m on Monday and {BALANCES["Fri"]} N*m on Friday, seed {SEED}
+# Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {BALANCES["Mon"]} N*m on Monday and {BALANCES["Fri"]} N*m on Friday, seed {SEED_OF_DAYS}
 # noise: 0.1 s a click, 0.08 s for the hand of a day, tachometer 0.2 % and 0.1 % shared, weights 0.2 % each, ruler zero 1 mm, all normal
 # ball_mass: 4.31 ± 0.01 kg
 # ball_diameter: 101.60 ± 0.05 mm
@@ -74,7 +75,7 @@ day,mass [g],position [cm],spin [rpm],time [s],turns
 
 def make_days() -> str:
     """Draw the log of two days with one ball and one ruler: 3 weights × 3 spins a day."""
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(SEED_OF_DAYS)
     tachometer = 1 + 0.001 * random.standard_normal()
     zero = 0.001 * random.standard_normal()
     masses = {

@@ -30,7 +30,6 @@ from gyrodata.fitting.inertia import (
     corrected,
     fit,
     fit_model,
-    p_of_no_error,
     relative_u,
     timed_runs,
     times_stated,

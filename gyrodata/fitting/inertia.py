@@ -559,20 +559,10 @@ def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     )
 
 
-def p_of_no_error(result: FitResult, number: int) -> float:
-    """Return the p-value of a shared error that is zero, whatever the widths are.
-
-    `number` counts the shared errors of the fit.
-    """
-    return _integrate_at(result, about=number).p_of_zero()
-
-
-def _integrate_at(
-    result: FitResult, tested: bool = True, about: int | None = None
-) -> Posterior:
+def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit.
 
-    I_zz in kg*m^2, M0 in N*m, b in s. With `about`, a shared error instead of I_zz.
+    I_zz in kg*m^2, M0 in N*m, b in s.
     """
     adjusted = result.adjusted
     inertia = result.inertia.value
@@ -602,9 +592,6 @@ def _integrate_at(
         runs=float(adjusted.kept.sum()),
         scatter=result.widths.scatter,
     )
-    if about is not None:
-        before = int(np.sum(~is_balance[:about]))
-        conditions = conditions.about(before, float(adjusted.shared[about]))
     test = measured.balance_test if tested else None
     # The prior is that of the mean of all days.
     width = None if test is None else share * test(inertia) / lightest
@@ -760,7 +747,11 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     NoFit
         If these are not the numbers of a top.
     """
-    torque = measured.torque + near.balances
+    # The fit can be that of other runs of the same days.
+    m0 = near.residual_torque.value
+    days = near.adjusted.problem.measured.day.tolist()
+    m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
+    torque = measured.torque + [m0_of_day.get(day, m0) for day in measured.day.tolist()]
     inertia = near.inertia.value + measured.added
     try:
         return Top(inertia, adjustment.transverse_inertia(measured), torque)

@@ -31,7 +31,6 @@ from typing import cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
@@ -137,24 +136,6 @@ class Conditions(Struct, frozen=True):
     scatter: float
     """Factor s on the independent errors in the fit."""
 
-    def about(self, number: int, value: float) -> Conditions:
-        """Exchange I_zz with a shared error, which has a value at the end of the fit.
-
-        The posterior is then that of the error, with a flat prior; I_zz has the prior
-        1 ± 1 in its unit.
-        """
-        shared = self.shared.copy()
-        unknowns = self.unknowns.copy()
-        shared[:, number] = self.unknowns[:, 0]
-        unknowns[:, 0] = self.shared[:, number]
-        return replace(
-            self,
-            unknowns=unknowns,
-            shared=shared,
-            left=self.left + self.shared[:, number] * value,
-            ended=np.array([value, *self.ended[1:]]),
-        )
-
 
 class Posterior(Struct, frozen=True):
     """A mixture of N normal distributions of I_zz, M0 and b."""
@@ -177,12 +158,6 @@ class Posterior(Struct, frozen=True):
     def quantiles(self, number: int = 0) -> Floats:
         """Compute the quantiles at `LEVELS` of I_zz, M0 or b, shape (5,)."""
         return _quantiles(self.weight, self.mean[number], self.u[number])
-
-    def p_of_zero(self) -> float:
-        """Return the probability that the first unknown is as far from zero, by chance."""
-        away = -self.mean[0] / self.u[0]
-        below = float(_normal_below(away, np.exp(-(away**2) / 2)) @ self.weight)
-        return 2 * max(min(below, 1 - below), 0.0)
 
     def typical_widths(self) -> tuple[float, float, float]:
         """Return a typical s, v and width of M0: the weighted means of all parts."""

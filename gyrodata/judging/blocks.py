@@ -46,11 +46,13 @@ class Block(Struct, frozen=True):
 class BlockAgreement(Struct, frozen=True):
     """Whether one I_zz is right for all blocks."""
 
+    chi2: float
+    """χ² of the differences of I_zz between the blocks; errors that blocks share do not
+    count."""
+    dof: int
+    """Number of blocks, minus one."""
     p: float
-    """Probability of a difference of I_zz at least as large, if all blocks have the same
-    I_zz. Errors that blocks share do not count."""
-    differs_most: str
-    """Name of the block that differs most from the others."""
+    """Probability of a χ² at least as large if I_zz is the same in all blocks."""
 
 
 def list_blocks(lab: Lab) -> tuple[Block, ...]:
@@ -115,31 +117,26 @@ def _covariance(fit: FitResult) -> Floats:
 
 
 def compare_blocks(lab: Lab) -> BlockAgreement | None:
-    """Test whether the blocks have one I_zz; None if they cannot be compared.
-
-    Each block is compared with the mean of the others; with more than two blocks, these
-    are several tests (Bonferroni's correction).
-    """
-    if lab.measured.one_block:
+    """Test whether the blocks have one I_zz; None if they cannot be compared."""
+    measured = lab.measured
+    if measured.one_block:
         return None
-    names = lab.measured.block_names
-    numbers = sorted({*lab.measured.day.tolist()})
-    # Of two blocks, each differs from the other one.
-    tested = numbers if len(numbers) > 2 else numbers[1:]
+    # I_zz of each block may differ by any amount.
+    own = contrast_sources(DAY_INERTIA, "added", measured.day, lab.fit.inertia.value)
+    changed = replace(measured, sources=(*measured.sources, *own))
     with suppress(fitting.NoFit):
-        p_values = {number: _p_of_block(lab, number) for number in tested}
-        worst = min(p_values, key=p_values.__getitem__)
-        return BlockAgreement(min(1.0, len(tested) * p_values[worst]), names[worst])
+        fit = fitting.fit(changed, tilted=lab.motion.tilted, left_out=lab.left_out)
+        return _agreement(fit)
     return None
 
 
-def _p_of_block(lab: Lab, number: int) -> float:
-    """Test whether a block has the same I_zz as the others."""
-    measured = lab.measured
-    # The last contrast is that of the last block with all others.
-    order = np.where(measured.day == number, measured.day.max() + 1, measured.day)
-    own = contrast_sources(DAY_INERTIA, "added", order, lab.fit.inertia.value)
-    changed = replace(measured, sources=(*measured.sources, *own))
-    fit = fitting.fit(changed, tilted=lab.motion.tilted, left_out=lab.left_out)
-    of_inertia = np.flatnonzero(fit.adjusted.problem.owned_by(DAY_INERTIA))
-    return fitting.p_of_no_error(fit, int(of_inertia[-1]))
+def _agreement(fit: FitResult) -> BlockAgreement:
+    """Test whether the differences of I_zz between blocks are zero."""
+    of_inertia = fit.adjusted.problem.owned_by(DAY_INERTIA)
+    differences = fit.adjusted.shared[of_inertia]
+    covariance = _covariance(fit)[3:, 3:][np.ix_(of_inertia, of_inertia)]
+    # As for I_zz, the widths of the errors are not certain.
+    wider = (fit.inertia.u or 0.0) ** 2 / fit.covariance[0, 0]
+    chi2 = float(differences @ np.linalg.solve(wider * covariance, differences))
+    dof = len(differences)
+    return BlockAgreement(chi2, dof, fitting.chi2_tail(chi2, dof))

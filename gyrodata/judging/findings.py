@@ -264,8 +264,6 @@ def _blocks_disagree(seen: Seen) -> Iterator[Diagnostic]:
         if block.inertia
     ]
     names = listing([block.name for block in seen.blocks])
-    if len(seen.blocks) > 2:
-        values.append(f"{agreement.differs_most} differs most")
     yield seen.readings.say(
         "blocks_disagree", names=names, p=agreement.p, values=listing(values)
     )

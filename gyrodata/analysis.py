@@ -95,10 +95,10 @@ def analyze(
     settings = settings or {}
     mapping = mapping or {}
     insist_on_type("together", together, bool, "True or False")
-    logs = [log]
+    logs: Any = [log]
     if together:
         insist_on_type("log", log, list | tuple, "a list of logs with together=True")
-        logs = list(log)
+        logs = log
     read = [
         read_log(each, name=name, settings=settings, mapping=mapping, config=config)
         for each in logs

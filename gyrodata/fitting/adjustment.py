@@ -535,11 +535,7 @@ def adjust(
     NoFit
         If there is no credible solution.
     """
-    # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of
-    # their priors. They are means over all days.
-    share = share_of_mean(problem.measured.day)
-    scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
-    scale[1:] *= share
+    scale = _scale(problem.measured, start, prior_width)
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
@@ -622,6 +618,17 @@ def adjust(
     )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
+
+
+def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
+    """Return the units of the unknowns in the steps, shape (3,).
+
+    They are of order one: I_zz by its start, M0 and b by the widths of their priors. M0
+    and b are means over all days.
+    """
+    share = share_of_mean(measured.day)
+    widths = share * np.array([prior_width, measured.timing_bias_u])
+    return np.array([start.inertia, *widths])
 
 
 def _fill(

@@ -262,7 +262,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         adjusted = self.adjusted
         # Nobody reads a balance: its reading is zero, and M0 is minus its error.
         shift = adjusted.problem.shift_of(DAY_BALANCE, adjusted.shared)
-        return cast(Floats, self.residual_torque.value - shift)
+        return self.residual_torque.value - shift
 
     @property
     def chance_of_one_balance(self) -> float:
@@ -657,8 +657,8 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     rows.append((excess, "unexplained_scatter", False, ""))
     # The differences of M0 and of b between days are in the rows of M0 and b.
     sums: dict[tuple[str, bool, str], float] = {}
-    for variance, *row in rows:
-        sums[tuple(row)] = sums.get(tuple(row), 0.0) + variance
+    for variance, name, several, by in rows:
+        sums[name, several, by] = sums.get((name, several, by), 0.0) + variance
     parts = [(math.sqrt(variance), *row) for row, variance in sums.items()]
     parts.sort(key=itemgetter(0), reverse=True)
     total = math.fsum([size**2 for size, *_ in parts])

@@ -39,6 +39,15 @@ EACH_DAY = "each day"
 """What the line of an instrument says if it was another one in each block."""
 
 
+def numbered(readings: Readings) -> dict[str, Any]:
+    """Return the number of each run's block, and the names of the blocks."""
+    names = list(dict.fromkeys(readings.blocks))
+    if not names:
+        return {}
+    of_run = np.array([names.index(block) for block in readings.blocks])
+    return {"block": of_run, "block_names": tuple(names)}
+
+
 def share_of_mean(block: Integers) -> float:
     """Return the width of the mean of all blocks over that of a single one [1]."""
     return 1 / math.sqrt(max(len({*block.tolist()}), 1))

@@ -329,8 +329,7 @@ def measure(readings: Readings) -> Measurements:
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
-        block=np.array(readings.block_of_runs) if readings.blocks else None,
-        block_names=tuple(dict.fromkeys(readings.blocks)),
+        **blocks.numbered(readings),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )

@@ -270,12 +270,6 @@ class Readings(Struct, frozen=True, dict=True):
             unread=tuple((header, _at(texts, runs)) for header, texts in self.unread),
         )
 
-    @property
-    def block_of_runs(self) -> list[int]:
-        """Number of the day or group of each run, from 0; empty if there is only one."""
-        names = list(dict.fromkeys(self.blocks))
-        return list(map(names.index, self.blocks))
-
     def file_of(self, line: int) -> int:
         """Return the number of the log to which a line belongs, of several logs."""
         return max(bisect_left([before for before, _ in self.files], line) - 1, 0)

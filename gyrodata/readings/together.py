@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from itertools import accumulate
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate, chain
 from pathlib import PurePath
 from typing import Any
 
@@ -66,55 +66,52 @@ def read_together(logs: Sequence[Readings]) -> Readings:
         raise LogError([*found, *notes])
     starts = [0, *accumulate(len(split_lines(log.source_text)) for log in logs)]
     files = tuple(zip(starts, logs, strict=False))
-    names = _names(logs)
+    blocks = _block_names(logs)
     joined = replace(
         logs[0],
-        name=" + ".join(log.name for log in logs),
-        sha256=hashlib.sha256("".join(log.sha256 for log in logs).encode()).hexdigest(),
-        runs=_labels(logs, names),
-        lines=tuple(line + start for start, log in files for line in log.lines),
-        notes=_all(logs, "notes"),
-        screws=_all(logs, "screws"),
-        blocks=tuple(
-            name for log, each in zip(logs, names, strict=True) for name in each
-        ),
+        name=" + ".join(_all(logs, "name")),
+        sha256=hashlib.sha256("".join(_all(logs, "sha256")).encode()).hexdigest(),
+        runs=_labels(_joined(logs, "runs"), blocks),
+        lines=_lines(files),
+        notes=_joined(logs, "notes"),
+        screws=_joined(logs, "screws"),
+        blocks=blocks,
         files=files,
         columns=_columns(files),
         others=(),
-        constants={key: log.constants[key] for log in logs for key in log.constants},
+        constants=_merged(logs, "constants"),
         uncertainties=_uncertainties(logs),
         stated_at={},
-        spin_down=_all(logs, "spin_down"),
+        spin_down=_joined(logs, "spin_down"),
         position_from=_same(logs, "position_from"),
-        origin_u=max(log.origin_u for log in logs),
-        metadata={key: log.metadata[key] for log in logs for key in log.metadata},
+        origin_u=max(_all(logs, "origin_u")),
+        metadata=_merged(logs, "metadata"),
         reported={},
         unmoved=None,
         unread=(),
         diagnostics=(*found, *notes),
-        source_text="\n".join(log.source_text for log in logs),
+        source_text="\n".join(_all(logs, "source_text")),
         sheets=tuple((start, log.name) for start, log in files),
         **{field: _same(logs, field) for field in _OF_BALANCE},
     )
-    still = [log.unmoved for log in logs]
-    if None not in still:
-        # A balance that was seen in all blocks.
-        return replace(joined, unmoved=_joined_unmoved(joined, still))
-    return joined
+    still = _all(logs, "unmoved")
+    # A balance that was seen in all blocks.
+    return joined if None in still else _with_unmoved(joined, still)
 
 
-def _joined_unmoved(joined: Readings, still: Sequence[Any]) -> Readings:
-    """Return the runs in which the rod did not move, of all logs."""
+def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:
+    """Add the runs in which the rod did not move, of all logs."""
     files = tuple(zip([start for start, _ in joined.files], still, strict=True))
-    return replace(
+    unmoved = replace(
         joined,
-        runs=_all(still, "runs"),
-        lines=tuple(line + start for start, log in files for line in log.lines),
-        notes=_all(still, "notes"),
-        screws=_all(still, "screws"),
+        runs=_joined(still, "runs"),
+        lines=_lines(files),
+        notes=_joined(still, "notes"),
+        screws=_joined(still, "screws"),
         blocks=(),
         columns=_columns(files),
     )
+    return replace(joined, unmoved=unmoved)
 
 
 def in_own_file(finding: Diagnostic, readings: Readings) -> Diagnostic:
@@ -135,39 +132,35 @@ def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:
     first = logs[0]
     notes: list[Diagnostic] = []
     for number, log in enumerate(logs[1:], start=1):
-        if any(log.sha256 == other.sha256 for other in logs[:number]):
+        if log.sha256 in _all(logs[:number], "sha256"):
             notes.append(_say("log_given_twice", log))
-            continue
-        both = first.constants.keys() & log.constants.keys()
-        values = first.constants
-        differ = [key for key in sorted(both) if values[key] != log.constants[key]]
-        differ += [key for key in _MUST_AGREE if _differ(first, log, key)]
-        notes += [_compared("logs_contradict", first, log, key) for key in differ]
-        notes += _unlike_columns(first, log)
-        notes += [
-            _compared("logs_differ", first, log, key)
-            for key in _OF_BALANCE
-            if _differ(first, log, key)
-        ]
+        else:
+            notes += _contradictions_of_two(first, log)
     return notes
 
 
-def _differ(first: Readings, log: Readings, field: str) -> bool:
-    return bool(getattr(first, field) != getattr(log, field))
+def _contradictions_of_two(first: Readings, log: Readings) -> Iterator[Diagnostic]:
+    """List what two logs say differently."""
+    for key in sorted(first.constants.keys() & log.constants.keys()):
+        if first.constants[key] != log.constants[key]:
+            yield _compared("logs_contradict", first, log, key)
+    for key in (*_MUST_AGREE, *_OF_BALANCE):
+        if getattr(first, key) != getattr(log, key):
+            name = "logs_contradict" if key in _MUST_AGREE else "logs_differ"
+            yield _compared(name, first, log, key)
+    yield from _unlike_columns(first, log)
 
 
-def _unlike_columns(first: Readings, log: Readings) -> list[Diagnostic]:
-    """Return an error if two logs have no common readings from which I_zz follows."""
+def _unlike_columns(first: Readings, log: Readings) -> Iterator[Diagnostic]:
+    """Yield an error if two logs have no common readings from which I_zz follows."""
     common = {*first.columns} & {*log.columns}
     lacking = roles.missing_roles(common, common, loaded=True)
     only = {*first.columns} ^ {*log.columns}
     lacking += sorted(only & {"transverse_inertia"})
-    if not lacking:
-        return []
-    columns = [", ".join(sorted(each.columns)) for each in (first, log)]
-    return [
-        _say("logs_unlike", log, other=first.name, first=columns[0], second=columns[1])
-    ]
+    if lacking:
+        columns = [", ".join(sorted(each.columns)) for each in (first, log)]
+        values = {"other": first.name, "first": columns[0], "second": columns[1]}
+        yield _say("logs_unlike", log, **values)
 
 
 def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic:
@@ -216,32 +209,42 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
 # Runs
 
 
-def _names(logs: Sequence[Readings]) -> list[list[str]]:
-    """Return the name of the block of each run, for each log."""
+def _block_names(logs: Sequence[Readings]) -> tuple[str, ...]:
+    """Return the name of the block of each run: its log, and its day in the log."""
     stems = [PurePath(log.name).name.partition(".")[0] or log.name for log in logs]
     if len({*stems}) < len(stems):
-        stems = [log.name for log in logs]
-    counts = Counter(stems)
-    names = []
-    for number, (log, stem) in enumerate(zip(logs, stems, strict=True), start=1):
-        name = stem if counts[stem] == 1 else f"{stem} ({number})"
-        blocks = [f"{name} {block}" for block in log.blocks]
-        names.append(blocks or [name] * len(log.runs))
-    return names
+        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, start=1)]
+    names: list[str] = []
+    for stem, log in zip(stems, logs, strict=True):
+        names += [f"{stem} {block}" for block in log.blocks] or [stem] * len(log.runs)
+    return tuple(names)
 
 
-def _labels(logs: Sequence[Readings], names: Sequence[list[str]]) -> tuple[str, ...]:
+def _labels(runs: tuple[str, ...], blocks: tuple[str, ...]) -> tuple[str, ...]:
     """Return unique labels of all runs."""
-    runs = list(_all(logs, "runs"))
     if len({*runs}) == len(runs):
-        return tuple(runs)
-    blocks = [name for each in names for name in each]
+        return runs
     return tuple(f"{block} {run}" for block, run in zip(blocks, runs, strict=True))
 
 
-def _all(logs: Sequence[Readings], field: str) -> tuple[Any, ...]:
+def _lines(files: Sequence[tuple[int, Readings]]) -> tuple[int, ...]:
+    """Return the line of each run in the joined text."""
+    return tuple(line + start for start, log in files for line in log.lines)
+
+
+def _all(logs: Sequence[Readings], field: str) -> list[Any]:
+    """Return a field of each log."""
+    return [getattr(log, field) for log in logs]
+
+
+def _joined(logs: Sequence[Readings], field: str) -> tuple[Any, ...]:
     """Return the items of a field of all logs, one log after the other."""
-    return tuple(item for log in logs for item in getattr(log, field))
+    return tuple(chain.from_iterable(_all(logs, field)))
+
+
+def _merged(logs: Sequence[Readings], field: str) -> dict[str, Any]:
+    """Return what any of the logs states, the first one before the others."""
+    return dict(ChainMap(*map(dict, _all(logs, field))))
 
 
 def _columns(files: Sequence[tuple[int, Readings]]) -> dict[str, Column]:
@@ -258,28 +261,28 @@ def _columns(files: Sequence[tuple[int, Readings]]) -> dict[str, Column]:
 
 def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     """Return a column of all logs; blank cells for a log without it."""
-    readings: list[Reading] = []
-    spots: list[int] = []
-    for number, (_, log) in enumerate(files):
-        column = log.columns.get(role)
-        count = len(log.runs)
-        readings += column.readings if column else [Reading()] * count
-        shift = number * _CELLS
-        each = column.spots if column else [-1] * count
-        spots += [spot if spot < 0 else spot + shift for spot in each]
-    first = next(log.columns[role] for _, log in files if role in log.columns)
-    starts = [start for start, _ in files]
-    finds = [
-        log.columns[role].find if role in log.columns else None for _, log in files
+    columns = [
+        log.columns.get(role) or _blank_column(role, len(log.runs)) for _, log in files
+    ]
+    shifts = range(0, len(files) * _CELLS, _CELLS)
+    spots = [
+        spot if spot < 0 else spot + shift
+        for column, shift in zip(columns, shifts, strict=True)
+        for spot in column.spots
     ]
 
     def find(spot: int) -> Place:
         number, cell = divmod(spot, _CELLS)
-        place_of = finds[number]
+        place_of = columns[number].find
         assert place_of is not None
         place = place_of(cell)
-        return Place(place.line + starts[number], place.column)
+        return Place(place.line + files[number][0], place.column)
 
-    return replace(
-        first, readings=tuple(readings), spots=tuple(spots), given=None, find=find
-    )
+    first = next(log.columns[role] for _, log in files if role in log.columns)
+    readings = tuple(chain.from_iterable(column.readings for column in columns))
+    return replace(first, readings=readings, spots=tuple(spots), given=None, find=find)
+
+
+def _blank_column(role: str, count: int) -> Column:
+    """Return a column of a log that has none of its role."""
+    return Column(role, "", "", (Reading(),) * count, (-1,) * count)

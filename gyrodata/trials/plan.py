@@ -348,9 +348,8 @@ def _with_run(
     means that there is no load, and no error of it.
     """
     larger = select(measured, [*range(len(measured.runs)), like])
-    today = measured.day[-1]
-    if larger.block is not None:
-        larger.block[-1] = today
+    # A weight of another day is set again.
+    anew = _on_last_day(larger, like)
     for name, value in values.items():
         readings = getattr(larger, name)
         if readings is not None and not np.isnan(readings).all():
@@ -361,16 +360,23 @@ def _with_run(
             source.groups[-1] = -1
         elif source.shared_by.startswith("all runs"):
             source.groups[-1] = max(source.groups[-1], 0)
-        elif (
-            not source.shared_by
-            or source.quantity in others
-            or (source.name in PLACED and measured.day[like] != today)
-        ):
+        elif not source.shared_by or source.quantity in others or source.name in anew:
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
+
+
+def _on_last_day(larger: Measurements, like: int) -> tuple[str, ...]:
+    """Put the last run on the day of the run before it.
+
+    Return the errors of a position that it then does not share with the run `like`.
+    """
+    today = larger.day[-2]
+    if larger.block is not None:
+        larger.block[-1] = today
+    return () if larger.day[like] == today else PLACED
 
 
 # --- what remains ---

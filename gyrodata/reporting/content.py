@@ -27,7 +27,7 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import FIGURES
+from gyrodata.reporting.figures import FIGURES, KINDS
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -553,7 +553,7 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     return (
         Text((_days_agree(n),)),
         table(heads, rows, caption, main=0),
-        Picture("days", FIGURES["days"].caption),
+        Picture("days", KINDS["days"].caption),
     )
 
 

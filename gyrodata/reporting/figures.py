@@ -373,6 +373,10 @@ FIGURES = {
         "uncertainties. About 95 % of good runs "
         "are in the band.",
     ),
+}
+"""The figures of every log by their names, in the order of the report."""
+
+KINDS = FIGURES | {
     "days": Kind(
         (draw_days,),
         describe_days,
@@ -380,12 +384,12 @@ FIGURES = {
         "runs of each are on its line at −M0; bands and bars: one standard uncertainty.",
     ),
 }
-"""The figures by their names, in the order of the report."""
+"""All figures: several days are compared in one more."""
 
 
 def figures_of(analysis: Analysis) -> tuple[str, ...]:
-    """Return the names of the figures of a log; only several days are compared."""
-    return tuple(name for name in FIGURES if name != "days" or analysis.blocks)
+    """Return the names of the figures of a log."""
+    return tuple(KINDS if analysis.blocks else FIGURES)
 
 
 # --- parts of figures ---
@@ -608,7 +612,7 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `FIGURES` with its legend and heading, and return its main axes."""
-    panels = FIGURES[name].panels
+    panels = KINDS[name].panels
     axes: list[Axes] = list(
         figure.subplots(len(panels), sharex=True, squeeze=False).flat
     )
@@ -672,7 +676,7 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
         from matplotlib import pyplot
 
         return _fill(pyplot.figure(layout="constrained"), scene, name)
-    FIGURES[name].panels[0](ax, scene)
+    KINDS[name].panels[0](ax, scene)
     return ax
 
 
@@ -756,7 +760,7 @@ def _draw(
     from matplotlib.figure import Figure
 
     size = STYLES[style]
-    height = size.height + size.second_panel * (len(FIGURES[name].panels) - 1)
+    height = size.height + size.second_panel * (len(KINDS[name].panels) - 1)
     figure = Figure((size.width, height), size.resolution, layout="constrained")
     _fill(figure, scene, name)
     files = {}
@@ -821,6 +825,6 @@ def alt_text(analysis: Analysis, name: str) -> str:
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
-    return FIGURES[name].describe(scene) + (
+    return KINDS[name].describe(scene) + (
         f" Drawn hollow: {_listed(odd)}." if odd else ""
     )

@@ -101,10 +101,7 @@ def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -
         ) == done.stdout
         drawn = {path.name for path in folder.iterdir()}
         assert {
-            f"{name}.{end}"
-            for name in FIGURES
-            if name != "days"
-            for end in (shown, figures)
+            f"{name}.{end}" for name in FIGURES for end in (shown, figures)
         } <= drawn
 
 

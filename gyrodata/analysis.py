@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, TypeAlias
 
 import numpy as np
 from msgspec.structs import asdict, replace
@@ -18,6 +18,7 @@ from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic, LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes, findings, tables
+from gyrodata.judging.blocks import compare_blocks, list_blocks
 from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import what_lacks
 from gyrodata.judging.recommended import recommend
@@ -25,6 +26,7 @@ from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.physics import models
 from gyrodata.physics.models import AUTO, ModelName
 from gyrodata.readings import Readings, read_log, value_text, without_wrong_runs
+from gyrodata.readings.together import in_own_file, read_together
 from gyrodata.results import DOUBTS, Analysis, Doubt, FittedLog, Options, Result
 
 if TYPE_CHECKING:
@@ -33,8 +35,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+Log: TypeAlias = "str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame"
+
+
 def analyze(
-    log: str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame,
+    log: Log | Sequence[Log],
     *,
     name: str | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -42,6 +47,7 @@ def analyze(
     config: str | os.PathLike[str] | None = None,
     model: ModelName = AUTO,
     keep_flagged: bool = False,
+    together: bool = False,
 ) -> Analysis:
     """Compute I_zz with its uncertainty from a log, and all that the report shows.
 
@@ -49,7 +55,7 @@ def analyze(
     ----------
     log : path, bytes, str, file or DataFrame
         The same as for ``gyro analyze``; bytes, and a str of several lines, are the
-        text of a log.
+        text of a log. With `together`, a list of logs.
     name : str, optional
         Name of the log in messages.
     settings : mapping, optional
@@ -68,6 +74,8 @@ def analyze(
     keep_flagged : bool
         Keep all outliers in the fit. By default those are left out that are certainly
         wrong; the other outliers are only named.
+    together : bool
+        Fit one I_zz to several logs of one gyroscope, of several days or groups.
 
     Returns
     -------
@@ -86,9 +94,16 @@ def analyze(
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
     settings = settings or {}
     mapping = mapping or {}
-    readings = read_log(
-        log, name=name, settings=settings, mapping=mapping, config=config
-    )
+    insist_on_type("together", together, bool, "True or False")
+    logs: Any = [log]
+    if together:
+        insist_on_type("log", log, list | tuple, "a list of logs with together=True")
+        logs = log
+    read = [
+        read_log(each, name=name, settings=settings, mapping=mapping, config=config)
+        for each in logs
+    ]
+    readings = read[0] if len(read) == 1 else read_together(read)
     options = Options(
         set={key: value_text(settings[key]) for key in sorted(settings)},
         map={key: mapping[key] for key in sorted(mapping)},
@@ -101,7 +116,28 @@ def analyze(
 
 def analyze_readings(readings: Readings, options: Options | None = None) -> Analysis:
     """Fit a log, and judge the fit; see `analyze`."""
-    return judge(fit_log(readings, options or Options()))
+    if not readings.files:
+        return judge(fit_log(readings, options or Options()))
+    try:
+        analysis = judge(fit_log(readings, options or Options()))
+    except LogError as error:
+        raise LogError(_in_own_files(error.diagnostics, readings)) from None
+    starts = [readings.files[readings.file_of(line)][0] for line in readings.lines]
+    return replace(
+        analysis,
+        diagnostics=_in_own_files(analysis.diagnostics, readings),
+        run_table=tuple(
+            replace(run, line=run.line - start)
+            for run, start in zip(analysis.run_table, starts, strict=True)
+        ),
+    )
+
+
+def _in_own_files(
+    diagnostics: Sequence[Diagnostic], readings: Readings
+) -> tuple[Diagnostic, ...]:
+    """Return diagnostics with their places in the logs that were joined."""
+    return tuple(in_own_file(diagnostic, readings) for diagnostic in diagnostics)
 
 
 def fit_log(readings: Readings, options: Options) -> FittedLog:
@@ -170,6 +206,8 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         torques=torques,
         run_table=tables.run_table(corrected, fit, outliers, lab.left_out),
         unusual_sizes=unusual_sizes,
+        blocks=list_blocks(lab),
+        blocks_agreement=compare_blocks(lab),
         diagnostics=diagnostics,
     )
 
@@ -233,6 +271,8 @@ def _findings(
         explanations=fitted.explanations,
         p=fitted.p,
         constancy=fitted.constancy,
+        blocks=fitted.blocks,
+        agreement=fitted.blocks_agreement,
         exponent=exponent,
         ball=_ball(fitted),
         unusual_sizes=fitted.unusual_sizes,

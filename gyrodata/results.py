@@ -19,6 +19,7 @@ from msgspec import Struct, field
 from gyrodata.base.errors import Diagnostic, DiagnosticJson, insist_on_choice
 from gyrodata.base.tool import Tool
 from gyrodata.fitting import Estimate, FitResult, Outlier, Share
+from gyrodata.judging.blocks import Block, BlockAgreement
 from gyrodata.judging.changes import Effect, Lab, Sensitivity
 from gyrodata.judging.explanations import Explanation
 from gyrodata.judging.tables import (
@@ -224,6 +225,11 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
         Every run with its residual; `runs` is the same as a DataFrame.
+    blocks : tuple of Block
+        The days or groups of the log, each alone; empty if it has only one.
+    blocks_agreement : BlockAgreement or None
+        Whether they have one I_zz; None if there is only one, or if they cannot be
+        compared.
     unusual_sizes : tuple of Diagnostic
         The diagnostics about readings of an unusual size.
     diagnostics : tuple of Diagnostic
@@ -253,6 +259,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     unusual_sizes: tuple[Diagnostic, ...]
+    blocks: tuple[Block, ...] = ()
+    blocks_agreement: BlockAgreement | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
     effects: tuple[Effect, ...] = ()
 
@@ -578,6 +586,11 @@ class AnalysisResult(Struct, eq=False):
     """The convention of each number, by its key."""
     patterns: tuple[Pattern, ...]
     """Always empty: `explanations` contains the errors that all runs share."""
+    blocks: tuple[Block, ...]
+    """The days or groups of the log; empty if it has only one."""
+    blocks_agreement: BlockAgreement | None
+    """Whether they have one I_zz; null if there is only one, or if they cannot be
+    compared."""
 
 
 class AnalysisDocument(Struct, eq=False, kw_only=True):

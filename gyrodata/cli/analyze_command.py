@@ -88,6 +88,7 @@ def analyze(
     model: Annotated[Model, typer.Option("--model")] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
     worksheet: Annotated[bool, typer.Option("--worksheet")] = False,
+    together: Annotated[bool, typer.Option("--together")] = False,
     watched: Annotated[bool, typer.Option("--watch")] = False,
     opened: OpenOption = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
@@ -100,7 +101,9 @@ def analyze(
     be read; 3 a fault of gyro, which affects that log only.
     """
     out = _place_of(out, form)
-    _refuse_contradictions(logs, form, table, out, watched)
+    parts = _parts(logs, stdin, together)
+    several = len(parts) > 1
+    _refuse_contradictions(several, form, table, out)
     from gyrodata.results import Options
 
     options = Options(
@@ -110,9 +113,9 @@ def analyze(
         keep_flagged=keep_flagged,
         worksheet=worksheet,
     )
-    several = len(logs) > 1
     request = _Request(options, config, form, table, figures, style, verbose, several)
     if watched:
+        _refuse_watching(logs, form, out)
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
     file = _data_file(out, form)
@@ -121,12 +124,12 @@ def analyze(
         terminal.refuse("open_without_report")
     output = _Output(form, _table_header(form, table), file, opened, quiet)
     worst = 0
-    folders = _folders(terminal.short_paths(logs))
-    names = terminal.names_of(logs, stdin)
-    for log, name, below in zip(logs, names, folders, strict=True):
+    for part, below in parts:
+        log = part[0][0]
         folder = _report_folder(log, out, below, several) if reported else None
-        of_log = request.with_constants(constants_of(log, config, quiet))
-        outcome = _answer(log, name, of_log, below, folder is not None)
+        requests = request.of_logs(part, config, quiet)
+        of_log = requests[0]
+        outcome = _answer(part, requests, below, folder is not None)
         output.show_answer(outcome.text, folder is not None)
         # The answer is on the screen while the figures are drawn.
         outcome = _with_report(outcome, of_log, folder)
@@ -134,6 +137,18 @@ def analyze(
         worst = max(worst, outcome.code)
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _parts(
+    logs: Sequence[str], stdin: str, together: bool
+) -> list[tuple[list[tuple[str, str]], Path]]:
+    """List what gets one answer: logs with their names, and the folder of the report."""
+    folders = _folders(terminal.short_paths(logs))
+    named = list(zip(logs, terminal.names_of(logs, stdin), strict=True))
+    if together and len(logs) > 1:
+        name = f"{Path(named[0][1]).stem}-together-report"
+        return [(named, folders[0].with_name(name))]
+    return [([each], folder) for each, folder in zip(named, folders, strict=True)]
 
 
 def _place_of(out: Path | None, form: Format) -> Path | None:
@@ -252,10 +267,9 @@ def demo(opened: OpenOption = False) -> None:
 
 
 def _refuse_contradictions(
-    logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool
+    several: bool, form: Format, table: Table, out: Path | None
 ) -> None:
-    """Refuse options that contradict each other."""
-    several = len(logs) > 1
+    """Refuse options that contradict each other; `several`: there are several answers."""
     if form in ("json", "latex") and several:
         terminal.refuse(
             "format_for_one_log",
@@ -266,7 +280,11 @@ def _refuse_contradictions(
         terminal.refuse("table_for_csv", table=table)
     if out is not None:
         _refuse_file_for_report(out, form)
-    if watched and (several or logs[0] == "-" or form != "text" or out):
+
+
+def _refuse_watching(logs: Sequence[str], form: Format, out: Path | None) -> None:
+    """Refuse to watch anything but one file."""
+    if len(logs) > 1 or logs[0] == "-" or form != "text" or out:
         terminal.refuse("watch_one_file")
 
 
@@ -309,6 +327,14 @@ class _Request(Struct, frozen=True):
         name = None if config is None else config.name
         options = replace(self.options, config=name)
         return replace(self, config=config, options=options)
+
+    def of_logs(
+        self, named: Sequence[tuple[str, str]], config: Path | None, quiet: bool
+    ) -> list[_Request]:
+        """Return the same request with the constants of each log."""
+        return [
+            self.with_constants(constants_of(log, config, quiet)) for log, _ in named
+        ]
 
     def read(self, **source: Any) -> Readings:
         """Read a log with the constants and headers of the options."""
@@ -448,14 +474,24 @@ class _Outcome(Struct, frozen=True):
 
 
 def _answer(
-    log: str, name: str, request: _Request, below: Path, has_report: bool
+    named: Sequence[tuple[str, str]],
+    requests: Sequence[_Request],
+    below: Path,
+    has_report: bool,
 ) -> _Outcome:
-    """Analyse one log; `below` is its part of the path of its report."""
+    """Analyse one log, or several together; `below` is a part of the report's path."""
     from gyrodata.analysis import analyze_readings
+    from gyrodata.readings.together import read_together
 
     readings = None
+    request = requests[0]
+    name = " + ".join(name for _, name in named)
     try:
-        readings = request.read(**terminal.source_of(log, name))
+        read = [
+            of_log.read(**terminal.source_of(*each))
+            for each, of_log in zip(named, requests, strict=True)
+        ]
+        readings = read[0] if len(read) == 1 else read_together(read)
         analysis = analyze_readings(readings, request.options)
         text = _formatted(analysis, request, below, has_report)
     except GyroError as error:

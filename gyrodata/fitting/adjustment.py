@@ -27,7 +27,12 @@ from typing import Any, cast
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
+from gyrodata.measurements import (
+    DEFAULT_TRANSVERSE_RATIO,
+    Measurements,
+    block_sources,
+    share_of_mean,
+)
 from gyrodata.physics import Floats
 
 ROWS = {
@@ -99,15 +104,26 @@ class Problem:
     """
 
     def __init__(
-        self, measured: Measurements, tilted: bool, level: float = 0.0
+        self,
+        measured: Measurements,
+        tilted: bool,
+        level: float = 0.0,
+        width: float = 0.0,
     ) -> None:
-        """Number the errors; the balance differs between weights by `level` [N*m]."""
+        """Number the errors; the balance differs between weights by `level` [N*m].
+
+        M0 of each day has the prior width `width` [N*m].
+        """
         count = len(measured.runs)
         self.measured = measured
         self.count = count
         self.tilted = tilted
         self.observed = _observed(measured, tilted)
-        sources = [*measured.sources, measured.balance_source(level)]
+        sources = [
+            *measured.sources,
+            measured.balance_source(level),
+            *block_sources(measured, width),
+        ]
         if not tilted:
             sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
         sources = [s for s in sources if s.absolute.any() or s.relative.any()]
@@ -145,6 +161,18 @@ class Problem:
         # The source of each shared error.
         self.owners = np.zeros(self.shared_count, dtype=int)
         self.owners[self.to_column] = self.from_source
+
+    def owned_by(self, *names: str) -> Any:
+        """Return whether each shared error belongs to one of these sources, shape (K,)."""
+        owners = [self.sources[owner].name for owner in self.owners]
+        return np.array([name in names for name in owners], dtype=bool)
+
+    def shift_of(self, name: str, shared: Floats) -> Floats:
+        """Return the shift of the readings by the shared errors of a source, shape (n,)."""
+        shift = np.zeros(self.count)
+        for number in np.flatnonzero(self.owned_by(name)).tolist():
+            shift += shared[number] * self.absolute[self.owners[number]]
+        return shift
 
     def with_scatter(self, factor: float) -> Problem:
         """Return the same problem with larger errors of single runs, by a factor."""
@@ -507,11 +535,9 @@ def adjust(
     NoFit
         If there is no credible solution.
     """
-    # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of
-    # their priors.
-    scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
+    scale = _scale(problem.measured, start, prior_width)
     unknowns = np.zeros(3 + problem.shared_count)
-    unknowns[:2] = 1.0, start.residual_torque / prior_width
+    unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
     count = problem.count
     width = len(unknowns)
@@ -594,6 +620,17 @@ def adjust(
     return adjusted
 
 
+def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
+    """Return the units of the unknowns in the steps, shape (3,).
+
+    They are of order one: I_zz by its start, M0 and b by the widths of their priors. M0
+    and b are means over all days.
+    """
+    share = share_of_mean(measured.day)
+    widths = share * np.array([prior_width, measured.timing_bias_u])
+    return np.array([start.inertia, *widths])
+
+
 def _fill(
     rows: Floats, plain: Floats, weight: Floats, misclosure: Floats, unknowns: Floats
 ) -> None:
@@ -660,7 +697,7 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     source = problem.from_source
     run = problem.from_run
     read = np.abs(problem.observed[problem.quantity[source], run])
-    size = problem.absolute[source, run] + problem.relative[source, run] * read
+    size = np.abs(problem.absolute[source, run]) + problem.relative[source, run] * read
     far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)
     far &= (error > MOVED_U) & (error * size > MOVED * read)
     if far.any():

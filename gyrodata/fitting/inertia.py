@@ -36,10 +36,14 @@ from gyrodata.fitting.adjustment import (
 from gyrodata.fitting.posterior import Posterior, chi2_tail
 from gyrodata.measurements import (
     BALANCE_CHANGE,
+    DAY_BALANCE,
+    DAY_BIAS,
     SOURCES,
     TRANSVERSE_U,
     Measurements,
     Source,
+    contrasts,
+    share_of_mean,
     total_spin_excess,
 )
 from gyrodata.physics import Floats, motion
@@ -221,8 +225,9 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
+        late = bias + self.adjusted.problem.shift_of(DAY_BIAS, self.adjusted.shared)
         with np.errstate(divide="ignore"):
-            return cast(Floats, 2 * np.pi * values[TURNS] / rate + bias)
+            return cast(Floats, 2 * np.pi * values[TURNS] / rate + late)
 
     @cached_property
     def time_u(self) -> Floats:
@@ -250,6 +255,14 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
             if source.name == name:
                 return cast(Floats, shared[member])
         return np.zeros(problem.count)
+
+    @property
+    def balances(self) -> Floats:
+        """M0 of each run's day [N*m], shape (n,)."""
+        adjusted = self.adjusted
+        # Nobody reads a balance: its reading is zero, and M0 is minus its error.
+        shift = adjusted.problem.shift_of(DAY_BALANCE, adjusted.shared)
+        return self.residual_torque.value - shift
 
     @property
     def chance_of_one_balance(self) -> float:
@@ -376,7 +389,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         tilted = result.adjusted.problem.tilted
-        problem = Problem(measured, tilted, level).with_scatter(scatter)
+        problem = Problem(measured, tilted, level, width).with_scatter(scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(
                 problem, result.sense, start, width, kept, adjustment.FACTOR
@@ -465,7 +478,7 @@ def _at_widths(
     if width is None:
         width = adjustment.lightest_torque(measured, kept)
         widths = replace(widths, residual_torque=width)
-    problem = Problem(measured, tilted, widths.level)
+    problem = Problem(measured, tilted, widths.level, width)
     start = adjustment.first_guess(measured, sense, kept)
     m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
@@ -482,8 +495,9 @@ def _at_widths(
         adjusted, widths = _with_larger_errors(problem, sense, kept, widths)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
-    differ = adjustment.torques_differ(measured.torque[kept > 0])
-    prior = (adjusted.unknowns[1] / widths.residual_torque) ** 2 if differ else 0.0
+    prior = float(np.sum(adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)] ** 2))
+    if _separates_balance(measured, kept):
+        prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
     chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
     return _result(adjusted, sense, widths, chi2)
 
@@ -521,15 +535,27 @@ def _result(
     adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
 ) -> FitResult:
     """Create the result of a fit at fixed widths."""
-    differ = adjustment.torques_differ(
-        adjusted.problem.measured.torque[adjusted.kept > 0]
-    )
+    measured = adjusted.problem.measured
+    kept = adjusted.kept
+    unknowns = 1 + int(_separates_balance(measured, kept))
+    if not measured.one_block:
+        unknowns += len({*measured.day[kept > 0].tolist()}) - 1
     return FitResult(
         chi2=chi2,
-        dof=int(adjusted.kept.sum()) - 1 - int(differ),
+        dof=int(kept.sum()) - unknowns,
         widths=widths,
         sense=sense,
         adjusted=adjusted,
+    )
+
+
+def _separates_balance(measured: Measurements, kept: Floats) -> bool:
+    """Return whether the torques of a day differ, so that they determine its M0."""
+    if measured.one_block:
+        return adjustment.torques_differ(measured.torque[kept > 0])
+    return any(
+        adjustment.torques_differ(measured.torque[(kept > 0) & (measured.day == day)])
+        for day in {*measured.day[kept > 0].tolist()}
     )
 
 
@@ -542,7 +568,8 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     inertia = result.inertia.value
     measured = result.adjusted.problem.measured
     lightest = adjustment.lightest_torque(measured, adjusted.kept)
-    unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
+    share = share_of_mean(measured.day)
+    unit = np.array([abs(inertia), lightest, measured.timing_bias_u * share])
     rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
@@ -552,12 +579,13 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})
     levels = rows[:, 1:2] * (groups[:, None] == np.array(several))
     problem = adjusted.problem
-    names = [problem.sources[owner].name for owner in problem.owners]
-    is_balance = np.array([name == BALANCE_CHANGE for name in names], dtype=bool)
+    is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
+    days = rows[:, 1:2] * contrasts(measured.day).T / share
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:][:, ~is_balance],
         levels=levels if len(several) > 1 else levels[:, :0],
+        days=days,
         left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
@@ -565,8 +593,9 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         scatter=result.widths.scatter,
     )
     test = measured.balance_test if tested else None
-    width = None if test is None else test(inertia) / lightest
-    scale = balance_scale(measured, inertia, lightest) / lightest
+    # The prior is that of the mean of all days.
+    width = None if test is None else share * test(inertia) / lightest
+    scale = share * balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
     differ = adjustment.torques_differ(measured.torque[adjusted.kept > 0])
     tails = differ or not measured.balanced
@@ -616,16 +645,21 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     stated = variances / max(result.widths.scatter, 1.0) ** 2
     excess = max(0.0, float((variances - stated).sum()))
     np.add.at(stated, problem.owners, gain[count + 2 :] ** 2)
-    of_m0, of_bias = np.abs(gain[count : count + 2]).tolist()
+    of_m0, of_bias = np.square(gain[count : count + 2]).tolist()
     by_bias = SOURCES["time_bias"].shared_by
     shared = {problem.sources[number].name for number in problem.owners}
-    parts = [
-        (size, source.name, source.name in shared, source.shared_by)
-        for source, size in zip(problem.sources, np.sqrt(stated).tolist(), strict=True)
+    rows = [
+        (variance, source.name, source.name in shared, source.shared_by)
+        for source, variance in zip(problem.sources, stated.tolist(), strict=True)
     ]
-    parts.append((of_m0, "residual_torque", True, "all runs"))
-    parts.append((of_bias, "time_bias", True, by_bias))
-    parts.append((math.sqrt(excess), "unexplained_scatter", False, ""))
+    rows.append((of_m0, DAY_BALANCE, True, "all runs"))
+    rows.append((of_bias, DAY_BIAS, True, by_bias))
+    rows.append((excess, "unexplained_scatter", False, ""))
+    # The differences of M0 and of b between days are in the rows of M0 and b.
+    sums: dict[tuple[str, bool, str], float] = {}
+    for variance, name, several, by in rows:
+        sums[name, several, by] = sums.get((name, several, by), 0.0) + variance
+    parts = [(math.sqrt(variance), *row) for row, variance in sums.items()]
     parts.sort(key=itemgetter(0), reverse=True)
     total = math.fsum([size**2 for size, *_ in parts])
     factor = u / math.sqrt(total or 1.0)
@@ -713,7 +747,11 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
     NoFit
         If these are not the numbers of a top.
     """
-    torque = measured.torque + near.residual_torque.value
+    # The fit can be that of other runs of the same days.
+    m0 = near.residual_torque.value
+    days = near.adjusted.problem.measured.day.tolist()
+    m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
+    torque = measured.torque + [m0_of_day.get(day, m0) for day in measured.day.tolist()]
     inertia = near.inertia.value + measured.added
     try:
         return Top(inertia, adjustment.transverse_inertia(measured), torque)

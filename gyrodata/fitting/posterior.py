@@ -122,6 +122,9 @@ class Conditions(Struct, frozen=True):
     levels: Floats
     """Derivatives with respect to the difference of M0 of each weight, in the unit of
     M0, shape (n, J); J is 0 if M0 does not differ."""
+    days: Floats
+    """Derivatives with respect to the differences of M0 between D + 1 days, in the width
+    of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
@@ -194,7 +197,7 @@ def integrate(
     widths, prior = balance
     levels, chance = level_prior(untouched if conditions.levels.shape[1] else 1.0)
     prior = chance[:, None, None] + prior
-    shared, rows, slope = _rotate(conditions, levels)
+    shared, rows, slope = _rotate(conditions, levels, widths)
     low, high = ENDS
     for _round in range(MAX_SPREADS):
         logarithm, spacing = np.linspace(low, high, STEPS, retstep=True)
@@ -278,11 +281,11 @@ def _solve(
     `rows` contains the derivatives to `both`, M0 and b, and the misclosure, as from
     `_rotate`. The page "statistics" derives the sums.
     """
-    variance = factor[:, None] ** 2 + shared[:, None] ** 2
+    variance = factor[:, None] ** 2 + shared[:, :, None] ** 2
     products = (rows[..., :, None] * rows[..., None, :]).reshape(*shared.shape, 16)
-    sums = ((1 / variance) @ products)[..., None]
+    sums = ((1 / variance) @ products).swapaxes(1, 2)
     (ii, im, ib, i_left), (_, mm, mb, m_left), (_, _, bb, b_left), (*_, chi2) = (
-        np.moveaxis(sums, 2, 0).reshape(4, 4, *sums[:, :, 0].shape)
+        np.moveaxis(sums, 3, 0).reshape(4, 4, *sums.shape[:3])
     )
     narrow = 1 / widths**2
     at = conditions.ended[1]
@@ -294,10 +297,10 @@ def _solve(
     m0 = (ii * m_left - im * i_left) / determinant
     misfit = chi2 + at**2 * narrow - both * i_left - m0 * m_left
     # Rows without information have the variance s².
-    empty = conditions.runs - rows.shape[1]
+    empty = conditions.runs - rows.shape[2]
     ln_det = np.add.reduce(np.log(variance), axis=-1) + 2 * empty * np.log(factor)
     return _Solution(
-        -0.5 * (ln_det[..., None] + np.log(determinant / narrow) + misfit),
+        -0.5 * (ln_det.swapaxes(1, 2) + np.log(determinant / narrow) + misfit),
         both,
         m0,
         (mm / determinant, -im / determinant, ii / determinant),
@@ -305,7 +308,9 @@ def _solve(
     )
 
 
-def _rotate(conditions: Conditions, levels: Floats) -> tuple[Floats, Floats, Floats]:
+def _rotate(
+    conditions: Conditions, levels: Floats, widths: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Rotate the conditions until shared errors and b do not correlate two rows.
 
     Parameters
@@ -313,37 +318,52 @@ def _rotate(conditions: Conditions, levels: Floats) -> tuple[Floats, Floats, Flo
     conditions : Conditions
     levels : ndarray, shape (V,)
         Widths of the difference of M0 between weights [unit of M0].
+    widths : ndarray, shape (W,)
+        Widths of M0 [unit of M0]. They count only if M0 differs between days; else the
+        results are the same for all of them, and W is 1 below.
 
     Returns
     -------
     tuple of ndarray
-        For each v: the shared error of each of m rows, so that its variance is s² plus
-        the square of this error, shape (V, m); derivatives with respect to I_zz + slope
-        M0, M0 and b, and the misclosure, shape (V, m, 4); and the slope, which makes
-        the first two unknowns nearly independent, shape (V, 1, 1).
+        For each v and w: the shared error of each of m rows, so that its variance is s² plus
+        the square of this error, shape (V, W, m); derivatives with respect to I_zz + slope
+        M0, M0 and b, and the misclosure, shape (V, W, m, 4); and the slope, which makes
+        the first two unknowns nearly independent, shape (V, 1, W).
     """
     several = conditions.levels.shape[1]
-    count = several + conditions.shared.shape[1] + 1
+    known = several + conditions.days.shape[1]
+    count = known + conditions.shared.shape[1] + 1
     bias = conditions.unknowns[:, 2:]
     # Relative to b = 0, the centre of its prior.
     target = bias * conditions.ended[2] - conditions.left[:, None]
     rows: Floats = np.concatenate(
-        [conditions.levels, conditions.shared, bias, conditions.unknowns, target],
+        [
+            conditions.levels,
+            conditions.days,
+            conditions.shared,
+            bias,
+            conditions.unknowns,
+            target,
+        ],
         axis=1,
     )
     if rows.shape[0] > rows.shape[1]:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
-    errors = np.repeat(rows[None, :, :count], len(levels), axis=0)
-    errors[:, :, :several] *= levels[:, None, None]
+    each = widths if known > several else widths[:1]
+    errors = np.tile(rows[:, :count], (len(levels), len(each), 1, 1))
+    errors[..., :several] *= levels[:, None, None, None]
+    errors[..., several:known] *= each[:, None, None]
     turn, values, _ = np.linalg.svd(errors)
-    size = np.zeros((len(levels), len(rows)))
-    size[:, : values.shape[1]] = values
-    rotated = turn.transpose(0, 2, 1) @ rows[:, count:]
+    size = np.zeros((len(levels), len(each), len(rows)))
+    size[..., : values.shape[2]] = values
+    rotated = turn.swapaxes(2, 3) @ rows[:, count:]
     weight = 1 / (conditions.scatter**2 + size**2)
-    own, with_m0 = np.einsum("vm,vm,vmk->kv", weight, rotated[..., 0], rotated[..., :2])
-    slope = (with_m0 / own)[:, None]
-    rotated[..., 1] -= slope * rotated[..., 0]
-    return size, rotated, slope[:, :, None]
+    own, with_m0 = np.einsum(
+        "vwm,vwm,vwmk->kvw", weight, rotated[..., 0], rotated[..., :2]
+    )
+    slope = with_m0 / own
+    rotated[..., 1] -= slope[..., None] * rotated[..., 0]
+    return size, rotated, slope[:, None]
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:

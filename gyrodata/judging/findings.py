@@ -21,6 +21,7 @@ from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
+from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
 from gyrodata.judging.corrections import timing_role
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
@@ -58,6 +59,10 @@ class Seen(Lab, frozen=True, kw_only=True):
     """Probability of a larger chi-square; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
+    blocks: tuple[Block, ...]
+    """The days or groups; empty if there is only one."""
+    agreement: BlockAgreement | None
+    """Whether they have one I_zz."""
     exponent: Exponent | None
     ball: Ball | None
     unusual_sizes: tuple[Diagnostic, ...]
@@ -245,6 +250,23 @@ def _odd_weight(seen: Seen) -> str:
         return "so few weights cannot show which one is different"
     run = int(np.abs(seen.fit.error_of(BALANCE_CHANGE)).argmax())
     return f"M0 differs most with {load_words(seen.measured, run)}"
+
+
+def _blocks_disagree(seen: Seen) -> Iterator[Diagnostic]:
+    """Report days or groups that do not have the same I_zz."""
+    agreement = seen.agreement
+    if seen.contradicts_itself or agreement is None or agreement.p > DISAGREE:
+        return
+    alone = [block for block in seen.blocks if block.inertia]
+    values = [
+        f"{1e3 * block.inertia.value:.4g} ± {1e3 * (block.inertia.u or 0.0):.2g}"
+        for block in alone
+        if block.inertia
+    ]
+    names = listing([block.name for block in seen.blocks])
+    yield seen.readings.say(
+        "blocks_disagree", names=names, p=agreement.p, values=listing(values)
+    )
 
 
 OTHER_MESSAGES = ("runs", "balance")
@@ -895,6 +917,7 @@ CHECKS: tuple[Check, ...] = (
     _outliers,
     _scatter,
     _weights_disagree,
+    _blocks_disagree,
     _balance,
     _explanations,
     _deviations,

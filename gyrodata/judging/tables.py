@@ -121,8 +121,8 @@ def load_words(measured: Measurements, index: int) -> str:
         position = as_read(
             1e2 * measured.position[index], 1e2 * measured.position_step[index]
         )
-        return f"{mass} g at {position} cm"
-    return f"{1e3 * measured.torque[index]:.3g} mN·m"
+        return f"{mass} g at {position} cm{measured.day_words(index)}"
+    return f"{1e3 * measured.torque[index]:.3g} mN·m{measured.day_words(index)}"
 
 
 def turn_words(turns: float) -> str:

@@ -8,6 +8,15 @@ If a reading is written in several runs, it is one reading: equal weights share 
 error, and so do equal positions.
 """
 
+from gyrodata.measurements.blocks import (
+    DAY_BALANCE,
+    DAY_BIAS,
+    PLACED,
+    block_sources,
+    contrast_sources,
+    contrasts,
+    share_of_mean,
+)
 from gyrodata.measurements.measured import (
     BALANCE_CHANGE,
     Measurements,

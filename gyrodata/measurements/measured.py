@@ -13,6 +13,7 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import physics
 from gyrodata.base.errors import Diagnostic
+from gyrodata.measurements import blocks
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import (
     Drag,
@@ -119,6 +120,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     delay_factor: Floats | None = None
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
+    block: Integers | None = None
+    """Number of each run's day or group, shape (n,); None if the log has only one."""
+    block_names: tuple[str, ...] = ()
+    """Name of each day or group, by this number."""
 
     metadata: Mapping[str, str] = {}
     """Every line ``# key: value`` of the log."""
@@ -136,13 +141,18 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def by_torque(self) -> list[list[int]]:
-        """Indices of the runs of each torque, in the order of the log."""
-        groups: dict[tuple[str, str, str], list[int]] = {}
+        """Indices of the runs of each torque of a day, in the order of the log."""
+        groups: dict[tuple[int, str, str, str], list[int]] = {}
         each = zip(
-            self.load.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
+            self.load.tolist(),
+            self.position.tolist(),
+            self.sense.tolist(),
+            self.day.tolist(),
+            strict=True,
         )
-        for i, (load, position, sense) in enumerate(each):
+        for i, (load, position, sense, day) in enumerate(each):
             words = (
+                day,
                 f"{load:.9g}",
                 f"{position:.9g}",
                 f"{sense:g}" if load == 0 else "",
@@ -182,7 +192,24 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             groups[runs] = number
         loaded = np.flatnonzero(self.torque)
         before = np.searchsorted(loaded, np.arange(len(groups)), side="right") - 1
-        return groups[loaded[np.maximum(before, 0)]]
+        groups = groups[loaded[np.maximum(before, 0)]]
+        if self.one_block:
+            return groups
+        return parts.number_groups([*zip(self.day, groups, strict=True)])
+
+    @cached_property
+    def one_block(self) -> bool:
+        """Whether all runs are of one day and one group."""
+        return not np.ptp(self.day)
+
+    def day_words(self, run: int) -> str:
+        """Return the day or group of a run behind its load: ", Mon"; else ""."""
+        return "" if self.one_block else f", {self.block_names[self.day[run]]}"
+
+    @cached_property
+    def day(self) -> Integers:
+        """Number of each run's day or group, shape (n,)."""
+        return np.zeros(len(self.runs), dtype=int) if self.block is None else self.block
 
     @property
     def balance_differs(self) -> bool:
@@ -302,11 +329,11 @@ def measure(readings: Readings) -> Measurements:
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
+        **blocks.numbered(readings),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )
-    sources = tuple(parts.list_sources(readings, measured))
-    return replace(measured, sources=sources)
+    return replace(measured, sources=blocks.sources_of(readings, measured))
 
 
 def _loads(

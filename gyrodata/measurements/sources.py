@@ -169,7 +169,7 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 
     Runs of one weight share it, unless the weight was moved for each run.
     """
-    groups = _numbered(load, load)
+    groups = number_groups(load, load)
     shared_by = "runs with the same weight"
     if readings.position_set == "each run":
         groups = np.where(load, np.arange(len(load)), -1)
@@ -187,7 +187,7 @@ def _diameter_source(column: Column, mass: Floats) -> Source:
         given[i] = u.at(float(across[i])) / across[i]
     # Half of m r²: an error of the diameter counts twice.
     doubt = np.where((mass > 0) & np.isfinite(across), 2 * given, 0.0)
-    return _source("weight_diameter", _numbered(across, doubt), 0.0, doubt, False)
+    return _source("weight_diameter", number_groups(across, doubt), 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
@@ -242,7 +242,7 @@ def _spin_sources(readings: Readings) -> Iterator[Source]:
         relative, default = _relative_errors(readings, column)
         square += (share * relative) ** 2
         any_default |= default
-    groups = _numbered(list(zip(*[column.spots for column in used], strict=True)))
+    groups = number_groups(list(zip(*[column.spots for column in used], strict=True)))
     usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
     yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
     yield _of_whole_log(readings, "spin_scale")
@@ -404,7 +404,7 @@ def _screw_sources(
     remainder = (np.round(thirds) % 3).astype(int).tolist()
     pairs = zip(readings.screws, remainder, strict=True)
     absolute = np.where(between, size.absolute / (2 * math.pi), 0.0)
-    groups = _numbered([*pairs], absolute)
+    groups = number_groups([*pairs], absolute)
     yield _source("screw_angle", groups, absolute, 0.0, default)
 
 
@@ -425,7 +425,7 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
     rounding[rounding < NEGLIGIBLE_ROUNDING * np.abs(values_of(turns))] = 0.0
     if not rounding.any():
         return
-    groups = _numbered(texts, rounding)
+    groups = number_groups(texts, rounding)
     shared_by = "runs with the same rounded turns"
     yield Source(
         "rounded_turns",
@@ -501,7 +501,7 @@ def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
     key = column.role
     absolute, relative, default = _reading_errors(column, values, key)
     touched = loaded & np.isfinite(values)
-    group = _numbered(values, touched)
+    group = number_groups(values, touched)
     if column.stated or len({*column.steps}) > 1:
         for sizes in (absolute, relative):
             most = np.zeros_like(sizes)
@@ -510,7 +510,7 @@ def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
     return _source(key, group, absolute, relative, default)
 
 
-def _numbered(keys: Sequence[object] | Floats, counts: Any = None) -> Integers:
+def number_groups(keys: Sequence[object] | Floats, counts: Any = None) -> Integers:
     """Number the keys from 0 in order of appearance.
 
     Equal keys, and values that are equal to 9 digits, have the same number.

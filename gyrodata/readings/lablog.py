@@ -10,6 +10,7 @@ Settings are values for the whole log: ``# key: value`` lines, ``--set`` and
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -148,6 +149,11 @@ class Readings(Struct, frozen=True, dict=True):
         Line in the file of each run.
     notes : tuple of str
         Free text of each run.
+    blocks : tuple of str
+        The day or the group of each run; empty if all runs are of one.
+    files : tuple of (int, Readings)
+        The logs of which this one consists, and the line before the first one of each;
+        empty if it is one log.
     screws : tuple of str
         The screw at which a part of a turn began in each run; "" if the log does not
         say.
@@ -216,6 +222,8 @@ class Readings(Struct, frozen=True, dict=True):
     lines: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     screws: tuple[str, ...] = ()
+    blocks: tuple[str, ...] = ()
+    files: tuple[tuple[int, Readings], ...] = ()
     columns: Mapping[str, Column] = field(default_factory=dict)
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
@@ -256,10 +264,15 @@ class Readings(Struct, frozen=True, dict=True):
             lines=_at(self.lines, runs),
             notes=_at(self.notes, runs),
             screws=_at(self.screws, runs),
+            blocks=_at(self.blocks, runs) if self.blocks else (),
             columns=columns,
             others=others,
             unread=tuple((header, _at(texts, runs)) for header, texts in self.unread),
         )
+
+    def file_of(self, line: int) -> int:
+        """Return the number of the log to which a line belongs, of several logs."""
+        return max(bisect_left([before for before, _ in self.files], line) - 1, 0)
 
     @property
     def ok(self) -> bool:
@@ -332,12 +345,8 @@ class Faults:
             return Diagnostic(
                 code, about.severity, words, hint, self.name, doubt=about.doubt
             )
-        is_inside = 0 < where.line <= len(self.lines)
-        excerpt = self.lines[where.line - 1] if is_inside else ""
-        cell, row = self._row(where.line)
-        if cell and row:
-            high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
-            cell += f"!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+        excerpt = self._excerpt(where.line)
+        cell = self.cell_of(where)
         about_place = (*where, excerpt, max(1, len(text)), about.doubt, cell)
         return Diagnostic(code, about.severity, words, hint, self.name, *about_place)
 
@@ -367,6 +376,18 @@ class Faults:
         """Remove the messages of one kind about a line."""
         code = diagnostics.message(name).code
         self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
+
+    def _excerpt(self, line: int) -> str:
+        return self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+
+    def cell_of(self, place: Place) -> str:
+        """Return the cell of a place in a workbook: "Sheet2!B5"; else ""."""
+        cell, row = self._row(place.line)
+        if not (cell and row):
+            return cell
+        before = self._excerpt(place.line)[: place.column - 1]
+        high, low = divmod(before.count("\t"), 26)
+        return f"{cell}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
 
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet and the row of a line; without a workbook, no sheet and the line."""

@@ -16,6 +16,7 @@ from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import compared, layout, roles, shapes, sheet
 from gyrodata.readings import source as sources
+from gyrodata.readings.blocks import BLOCKS, NO_BLOCKS, find_blocks
 from gyrodata.readings.cells import (
     CellReader,
     DecimalSigns,
@@ -243,6 +244,7 @@ class TableReader:
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
         self._use_stated_turns(columns, runs)
+        role_of_blocks, blocks = self._blocks(rows, columns)
         sentences = self.table.statements
         origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
         others = self._read_others(rows) if self.choice.others else []
@@ -255,11 +257,12 @@ class TableReader:
             lines=tuple(self.rows[i].line for i in rows),
             notes=self._texts("note", rows),
             screws=self._texts("screw", rows),
+            blocks=blocks,
             columns=columns,
             others=tuple(others),
             position_from=self.settings.fields.get("position_from"),
             origin_u=origin_u,
-            unread=self._unread(columns, rows),
+            unread=self._unread(columns, rows, {*BLOCKS} - {role_of_blocks}),
         )
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
@@ -570,12 +573,15 @@ class TableReader:
         return others
 
     def _unread(
-        self, columns: Mapping[str, Column], rows: list[int]
+        self, columns: Mapping[str, Column], rows: list[int], unused: set[str]
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Return header and cells of the columns that were not read."""
+        """Return header and cells of the columns that were not read.
+
+        Columns of texts in the roles `unused` are among them.
+        """
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
-        used = self._places_read({*columns, *TEXTS})
+        used = self._places_read({*columns, *TEXTS} - unused)
         unread = [
             (cell.text, tuple(self.rows[i].texts[at] for i in rows))
             for at, cell in enumerate(self.table.cells)
@@ -602,6 +608,17 @@ class TableReader:
         """Return the text of each run in the column of a role; "" without a column."""
         columns = self.choice.used.get(role)
         return tuple(columns[0].texts[i] if columns else "" for i in rows)
+
+    def _blocks(
+        self, rows: list[int], columns: Mapping[str, Column]
+    ) -> tuple[str, tuple[str, ...]]:
+        """Return the role of days or groups, and the one of each run; note the others."""
+        texts = {role: self._texts(role, rows) for role in BLOCKS}
+        role, blocks = find_blocks(texts, columns)
+        for other in {*BLOCKS}.intersection(self.choice.used) - {role}:
+            cell = self.choice.used[other][0].cell
+            self.faults.add("not_used", cell, why=f"is not used: {NO_BLOCKS}")
+        return role, blocks
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Return the label of each run.

@@ -163,6 +163,8 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
         columns.append(("note", [*readings.notes]))
     if any(readings.screws):
         columns.append(("screw", [*readings.screws]))
+    if any(readings.blocks):
+        columns.append(("day", [*readings.blocks]))
     return head, columns
 
 
@@ -254,6 +256,7 @@ def _joined(readings: Readings) -> Readings:
         lines=readings.lines + last.lines,
         notes=readings.notes + last.notes,
         screws=readings.screws + last.screws,
+        blocks=readings.blocks + last.blocks,
         columns=columns,
         unread=unread,
         unmoved=None,

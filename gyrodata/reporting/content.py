@@ -9,10 +9,11 @@ from msgspec.structs import asdict
 
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
+from gyrodata.judging.blocks import DISAGREE
 from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
-from gyrodata.readings import kind_of_role
+from gyrodata.readings import kind_of_role, listing
 from gyrodata.reporting import elements, questions, values
 from gyrodata.reporting.elements import (
     Head,
@@ -26,7 +27,7 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import FIGURES
+from gyrodata.reporting.figures import FIGURES, KINDS
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -96,6 +97,7 @@ def report(analysis: Analysis) -> elements.Report:
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
+        *([Section("Days and groups", _days(n), "days")] if analysis.blocks else []),
         Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
         *(
             []
@@ -230,10 +232,14 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
         yield say(words, n.value("inertia.value", n.inertia))
     elif analysis.inertia.interval_95 is not None:
         yield say(
-            "95 % interval: {}; torque without a weight M0 = {} (included in the fit)",
+            "95 % interval: {}; torque without a weight M0 = {} ({})",
             n.interval("inertia.interval_95", n.inertia),
             n.value("residual_torque.value", n.torque),
+            "mean of the days" if analysis.blocks else "included in the fit",
         )
+    if analysis.blocks:
+        names = listing([block.name for block in analysis.blocks])
+        yield say("{}: each has its own M0. {}", names, _days_agree(n))
     yield (NO_BALL,) if analysis.ball is None else questions.compare_with_ball(n)
     yield from _to_repeat(n)
     if analysis.advice and not analysis.doubts:
@@ -523,6 +529,43 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
         if advice
         else paragraph("No single change would help much."),
     )
+
+
+def _days(n: Numbers) -> tuple[elements.Block, ...]:
+    """Compare the days or groups: each alone, and its M0 in the fit of all."""
+    blocks = n.analysis.blocks
+    rows: list[tuple[elements.Cell, ...]] = []
+    for i, block in enumerate(blocks):
+        at = f"blocks.{i}"
+        alone: elements.Cell = say("not determined")
+        if block.inertia:
+            alone = n.value(f"{at}.inertia.value", n.inertia)
+        m0 = n.value(f"{at}.residual_torque.value", n.torque)
+        name = say("{}", block.name)
+        rows.append((name, n.number(f"{at}.runs"), alone, m0))
+    heads = (
+        Head("day or group"),
+        Head("runs", values.NUMBER),
+        _drawn(n, [block.inertia for block in blocks]),
+        Head("M0", n.torque),
+    )
+    caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
+    return (
+        Text((_days_agree(n),)),
+        table(heads, rows, caption, main=0),
+        Picture("days", KINDS["days"].caption),
+    )
+
+
+def _days_agree(n: Numbers) -> Sentence:
+    """Say whether the days or groups have one I_zz."""
+    agreement = n.analysis.blocks_agreement
+    if agreement is None:
+        return say("The days or groups cannot be compared.")
+    p = n.p("blocks_agreement.p")
+    if agreement.p > DISAGREE:
+        return say("The days or groups agree ({} if I_zz is the same).", p)
+    return say("The days or groups disagree ({} if I_zz is the same).", p)
 
 
 # --- details ---

@@ -410,16 +410,16 @@ class Numbers:
         torque = analysis.torques[group]
         runs = analysis.measurements.by_torque[group]
         mark = Mark(group)
-        left_out = (
-            ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
-        )
+        behind = analysis.measurements.day_words(runs[0])
+        if all(analysis.run_table[i].left_out for i in runs):
+            behind += ", left out"
         if torque.torque == 0:
-            return say("{}no weight{}", mark, left_out)
+            return say("{}no weight{}", mark, behind)
         if torque.mass is None or torque.position is None:
             return say(
                 "{}a torque of {}{}",
                 mark,
                 self.value(f"{place}.torque", self.torque),
-                left_out,
+                behind,
             )
-        return say("{}{}{}", mark, self.hung(runs[0], place), left_out)
+        return say("{}{}{}", mark, self.hung(runs[0], place), behind)

@@ -111,7 +111,7 @@ def gather(analysis: Analysis) -> Scene:
         unit_size=unit_size,
         torque=measured.torque / unit_size,
         torque_u=torque_u / unit_size,
-        rest=(measured.torque + imbalance - inertia * product) / unit_size,
+        rest=(measured.torque + analysis.fit.balances - inertia * product) / unit_size,
         rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
     )
 
@@ -142,9 +142,12 @@ def list_looks(analysis: Analysis) -> tuple[Look, ...]:
 
 
 def _groups(analysis: Analysis) -> tuple[Group, ...]:
-    members = analysis.measurements.by_torque
+    measured = analysis.measurements
+    members = measured.by_torque
     torques = analysis.torques
-    labels = [_label(analysis.measurements, group[0]) for group in members]
+    labels = [
+        _label(measured, group[0]) + measured.day_words(group[0]) for group in members
+    ]
     for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
         # Runs without a weight can precess in both directions.
         labels[i] += f" ({'+' if torques[i].product.value > 0 else '−'})"

@@ -28,6 +28,8 @@ from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.figure_data import (
+    COLOURS,
+    MARKERS,
     Group,
     Scene,
     answer,
@@ -282,8 +284,56 @@ def describe_residuals(scene: Scene) -> str:
     )
 
 
+def draw_days(ax: Axes, scene: Scene) -> None:
+    """Draw what the torque of each run lacks to I_zz φ̇ψ̇, in the colour of its day."""
+    lacking = scene.torque - scene.inertia * scene.product / scene.unit_size
+    low, high = _limits(lacking, scene.rest_u, ~scene.hollow)
+    left, right = _limits(scene.product, scene.product_u, ~scene.hollow)
+    ax.set(xlim=(left, right), ylim=(low, high))
+    ax.set(
+        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]",
+        ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]",
+    )
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    at = np.clip(lacking, low, high)
+    for number, block in enumerate(scene.analysis.blocks):
+        colour = COLOURS[number % len(COLOURS)]
+        minus_m0 = -block.residual_torque.value / scene.unit_size
+        half = (block.residual_torque.u or 0.0) / scene.unit_size
+        ax.axhline(minus_m0, color=colour)
+        ax.axhspan(minus_m0 - half, minus_m0 + half, color=colour, alpha=0.15, lw=0.0)
+        for hollow in (False, True):
+            runs = (scene.analysis.measurements.day == number) & (
+                scene.hollow == hollow
+            )
+            ax.errorbar(
+                scene.product[runs],
+                at[runs],
+                scene.rest_u[runs],
+                fmt=MARKERS[number % len(MARKERS)],
+                color=colour,
+                markerfacecolor="white" if hollow else colour,
+                label="_" if hollow else short_name(block.name, 30),
+            )
+
+
+def describe_days(scene: Scene) -> str:
+    """Describe the figure in words."""
+    found = []
+    for block in scene.analysis.blocks:
+        m0 = block.residual_torque
+        value = Estimate(
+            m0.value / scene.unit_size, (m0.u or 0.0) / scene.unit_size, scene.unit
+        )
+        found.append(f"{block.name}: M0 = {with_u(value)} {scene.unit}")
+    return (
+        "Torque minus I_zz φ̇ψ̇ of each run, in the colour of its day or group: the "
+        f"runs of each are near a level line at −M0. {_listed(found)}."
+    )
+
+
 class Kind(Struct, frozen=True):
-    """One of the four figures."""
+    """One of the figures."""
 
     panels: tuple[Callable[[Axes, Scene], None], ...]
     """Functions that draw on axes; a second panel is below the first and has the same x
@@ -324,7 +374,23 @@ FIGURES = {
         "are in the band.",
     ),
 }
-"""The figures by their names, in the order of the report."""
+"""The figures of every log by their names, in the order of the report."""
+
+KINDS = FIGURES | {
+    "days": Kind(
+        (draw_days,),
+        describe_days,
+        "Torque M minus I_zz φ̇ψ̇, in the colour of each day or group. With one I_zz, the "
+        "runs of each are on its line at −M0; bands and bars: one standard uncertainty.",
+    ),
+}
+"""All figures: several days are compared in one more."""
+
+
+def figures_of(analysis: Analysis) -> tuple[str, ...]:
+    """Return the names of the figures of a log."""
+    return tuple(KINDS if analysis.blocks else FIGURES)
+
 
 # --- parts of figures ---
 
@@ -546,7 +612,7 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `FIGURES` with its legend and heading, and return its main axes."""
-    panels = FIGURES[name].panels
+    panels = KINDS[name].panels
     axes: list[Axes] = list(
         figure.subplots(len(panels), sharex=True, squeeze=False).flat
     )
@@ -603,14 +669,14 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     load_matplotlib()
     from matplotlib.axes import Axes
 
-    insist_on_choice("name", name, FIGURES)
+    insist_on_choice("name", name, figures_of(analysis))
     insist_on_type("ax", ax, Axes | None, "axes of matplotlib")
     scene = gather(analysis)
     if ax is None:
         from matplotlib import pyplot
 
         return _fill(pyplot.figure(layout="constrained"), scene, name)
-    FIGURES[name].panels[0](ax, scene)
+    KINDS[name].panels[0](ax, scene)
     return ax
 
 
@@ -618,7 +684,7 @@ def render(
     analysis: Analysis,
     form: Form = "png",
     style: str = "screen",
-    names: Sequence[str] = tuple(FIGURES),
+    names: Sequence[str] | None = None,
     faults: dict[str, str] | None = None,
 ) -> dict[str, bytes]:
     """Draw figures as files of one type; see `render_all`."""
@@ -629,7 +695,7 @@ def render_all(
     analysis: Analysis,
     forms: Sequence[Form],
     style: str = "screen",
-    names: Sequence[str] = tuple(FIGURES),
+    names: Sequence[str] | None = None,
     faults: dict[str, str] | None = None,
 ) -> dict[Form, dict[str, bytes]]:
     """Draw figures once, and write each as files of one or more types.
@@ -641,8 +707,8 @@ def render_all(
         File types.
     style : {"screen", "print"}
         Size and resolution.
-    names : sequence of str
-        Which figures.
+    names : sequence of str, optional
+        Which figures; by default all of the log.
     faults : dict, optional
         Receives why figures cannot be drawn, by their names. Without it, the first
         error is raised.
@@ -653,6 +719,7 @@ def render_all(
         By file type: the files of the figures that can be drawn, by name.
     """
     scene = gather(analysis)
+    names = figures_of(analysis) if names is None else names
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
         load_matplotlib()
@@ -693,7 +760,7 @@ def _draw(
     from matplotlib.figure import Figure
 
     size = STYLES[style]
-    height = size.height + size.second_panel * (len(FIGURES[name].panels) - 1)
+    height = size.height + size.second_panel * (len(KINDS[name].panels) - 1)
     figure = Figure((size.width, height), size.resolution, layout="constrained")
     _fill(figure, scene, name)
     files = {}
@@ -758,6 +825,6 @@ def alt_text(analysis: Analysis, name: str) -> str:
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
-    return FIGURES[name].describe(scene) + (
+    return KINDS[name].describe(scene) + (
         f" Drawn hollow: {_listed(odd)}." if odd else ""
     )

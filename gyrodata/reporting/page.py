@@ -30,7 +30,7 @@ from gyrodata.reporting.elements import (
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import FIGURES, Form, alt_text, render_all
+from gyrodata.reporting.figures import Form, alt_text, figures_of, render_all
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -279,4 +279,4 @@ def shown_form(figures: Form) -> Literal["png", "svg"]:
 
 def alternatives(analysis: Analysis) -> dict[str, str]:
     """Describe each figure in words."""
-    return {name: alt_text(analysis, name) for name in FIGURES}
+    return {name: alt_text(analysis, name) for name in figures_of(analysis)}

@@ -21,7 +21,7 @@ from gyrodata import fitting
 from gyrodata.fitting import FitResult
 from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
-from gyrodata.measurements import SOURCES, Measurements, measure, select
+from gyrodata.measurements import PLACED, SOURCES, Measurements, measure, select
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
 from gyrodata.results import to_json
@@ -266,7 +266,13 @@ def _usual_spins(measured: Measurements) -> tuple[float, ...]:
 
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     """Yield the loads of the log, or those that the user has."""
-    loaded = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
+    # A load of several days is that of the last one.
+    last = {
+        (measured.load[runs[0]], measured.position[runs[0]]): runs[0]
+        for runs in measured.by_torque
+        if measured.torque[runs[0]]
+    }
+    loaded = list(last.values())
     if not limits.masses or np.isnan(measured.mass).all():
         yield from map(_Load, loaded)
         return
@@ -342,6 +348,8 @@ def _with_run(
     means that there is no load, and no error of it.
     """
     larger = select(measured, [*range(len(measured.runs)), like])
+    # A weight of another day is set again.
+    anew = _on_last_day(larger, like)
     for name, value in values.items():
         readings = getattr(larger, name)
         if readings is not None and not np.isnan(readings).all():
@@ -352,12 +360,23 @@ def _with_run(
             source.groups[-1] = -1
         elif source.shared_by.startswith("all runs"):
             source.groups[-1] = max(source.groups[-1], 0)
-        elif not source.shared_by or source.quantity in others:
+        elif not source.shared_by or source.quantity in others or source.name in anew:
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
+
+
+def _on_last_day(larger: Measurements, like: int) -> tuple[str, ...]:
+    """Put the last run on the day of the run before it.
+
+    Return the errors of a position that it then does not share with the run `like`.
+    """
+    today = larger.day[-2]
+    if larger.block is not None:
+        larger.block[-1] = today
+    return () if larger.day[like] == today else PLACED
 
 
 # --- what remains ---

@@ -1,0 +1,196 @@
+"""Days or groups of one lab: what changes between them, and what they share.
+
+A block is a day, a group of students, or a file that is analysed with others. Each
+block has its own M0, hand and placed positions. I_zz, the ruler, the scale and the
+tachometer are those of all blocks, unless the log says otherwise.
+
+The values of K blocks are independent and have the same prior. So their mean has a
+prior of 1/√K of its width, and K − 1 differences (orthonormal contrasts) have the width
+itself: the fit has its M0 and b for the mean, and a `Source` for each contrast.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from gyrodata.measurements.sources import Source, list_sources, number_groups
+from gyrodata.physics import Floats, Integers
+from gyrodata.quantities.error_sources import SOURCES
+from gyrodata.readings import Readings
+
+if TYPE_CHECKING:
+    from gyrodata.measurements.measured import Measurements
+
+DAY_BALANCE, DAY_BIAS = "residual_torque", "time_bias"
+"""Names of the differences of M0 and of b between blocks, as in the budget."""
+
+PLACED = ("position", "position_set")
+"""Errors that a weight has until it is set again: they are new on another day."""
+
+INSTRUMENTS = {"position_zero": "ruler", "mass": "scale", "mass_scale": "scale"}
+"""Errors of an instrument, with the line "# ruler: 2" that names another one."""
+
+EACH_DAY = "each day"
+"""What the line of an instrument says if it was another one in each block."""
+
+
+def numbered(readings: Readings) -> dict[str, Any]:
+    """Return the number of each run's block, and the names of the blocks."""
+    names = list(dict.fromkeys(readings.blocks))
+    if not names:
+        return {}
+    of_run = np.array([names.index(block) for block in readings.blocks])
+    return {"block": of_run, "block_names": tuple(names)}
+
+
+def share_of_mean(block: Integers) -> float:
+    """Return the width of the mean of all blocks over that of a single one [1]."""
+    return 1 / math.sqrt(max(len({*block.tolist()}), 1))
+
+
+def contrasts(block: Integers) -> Floats:
+    """Return orthonormal contrasts between the K blocks of n runs, shape (K − 1, n).
+
+    They are the contrasts of Helmert: each block with the mean of those before it.
+    """
+    numbers = sorted({*block.tolist()})
+    of_run = np.searchsorted(numbers, block)
+    before = np.arange(1, len(numbers))[:, None]
+    sizes = np.where(of_run == before, before, -(of_run < before).astype(float))
+    return np.asarray(sizes / np.sqrt(before * (before + 1)))
+
+
+def contrast_sources(
+    name: str, quantity: Any, block: Integers, width: float, shared_by: str = ""
+) -> Iterator[Source]:
+    """List the differences of a quantity between blocks, each of a width [SI]."""
+    nothing = np.zeros(len(block))
+    everyone = np.zeros(len(block), dtype=int)
+    for contrast in contrasts(block):
+        yield Source(
+            name,
+            quantity,
+            everyone,
+            width * contrast,
+            nothing,
+            shared_by,
+            True,
+            "estimated from the runs",
+        )
+
+
+def block_sources(measured: Measurements, width: float) -> list[Source]:
+    """List the differences of M0, of a width [N*m], and of b between blocks."""
+    block = measured.day
+    if measured.one_block:
+        return []
+    bias = measured.timing_bias_u
+    by_hand = SOURCES["time_bias"].shared_by
+    return [
+        *contrast_sources(DAY_BALANCE, "balance", block, width, "all runs"),
+        *contrast_sources(DAY_BIAS, "time", block, bias, by_hand),
+    ]
+
+
+def sources_of(readings: Readings, measured: Measurements) -> tuple[Source, ...]:
+    """List the sources of error of a log, by what its blocks share.
+
+    The uncertainties that a file states are those of its runs.
+    """
+    if measured.one_block:
+        return tuple(list_sources(readings, measured))
+    files = _files(readings)
+    of_file = np.array([readings.file_of(line) for line in readings.lines])
+    stated = [
+        {each.name: each for each in list_sources(_as_stated(readings, one), measured)}
+        for one in files
+    ]
+    names = dict.fromkeys(name for one in stated for name in one)
+    sources = [_of_files(name, stated, of_file) for name in names]
+    return tuple([_divided(each, readings, of_file, measured) for each in sources])
+
+
+def _files(readings: Readings) -> list[Readings]:
+    """Return the logs of which a log consists."""
+    return [log for _, log in readings.files] or [readings]
+
+
+def _as_stated(readings: Readings, file: Readings) -> Readings:
+    """Return all runs with the uncertainties that one file states."""
+    return replace(
+        readings,
+        uncertainties=file.uncertainties,
+        position_set=file.position_set,
+        origin_u=file.origin_u,
+    )
+
+
+def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> Source:
+    """Return a source with the size that the file of each run states.
+
+    Two statements are about two instruments, so that files have their own errors.
+    """
+    known = [one[name] for one in stated if name in one]
+    first = known[0]
+    if len(known) == len(stated) and all(_is_alike(first, other) for other in known):
+        return first
+    absolute = np.zeros(len(of_file))
+    relative = np.zeros(len(of_file))
+    groups = np.full(len(of_file), -1)
+    for number, one in enumerate(stated):
+        if name in one:
+            runs = of_file == number
+            absolute[runs] = one[name].absolute[runs]
+            relative[runs] = one[name].relative[runs]
+            groups[runs] = one[name].groups[runs]
+    keys = list(zip(of_file.tolist(), groups.tolist(), strict=True))
+    return replace(
+        first,
+        absolute=absolute,
+        relative=relative,
+        groups=number_groups(keys, groups >= 0),
+        default=any(one.default for one in known),
+    )
+
+
+def _is_alike(one: Source, other: Source) -> bool:
+    """Return whether two files state the same size of an error."""
+    return bool(
+        np.array_equal(one.absolute, other.absolute)
+        and np.array_equal(one.relative, other.relative)
+        and np.array_equal(one.groups, other.groups)
+    )
+
+
+def _divided(
+    source: Source, readings: Readings, of_file: Integers, measured: Measurements
+) -> Source:
+    """Return a source whose groups end with the day, or with the instrument."""
+    if source.name in PLACED:
+        keys = measured.day.tolist()
+    elif source.name in INSTRUMENTS:
+        keys = _instruments(INSTRUMENTS[source.name], readings, of_file, measured)
+    else:
+        return source
+    pairs = list(zip(keys, source.groups.tolist(), strict=True))
+    return replace(source, groups=number_groups(pairs, source.groups >= 0))
+
+
+def _instruments(
+    key: str, readings: Readings, of_file: Integers, measured: Measurements
+) -> list[Any]:
+    """Return the ruler or scale of each run, as the lines of its file name it."""
+    labels = [
+        one.metadata.get(key, one.metadata.get(key.title(), "")).strip().lower()
+        for one in _files(readings)
+    ]
+    pairs = zip(of_file.tolist(), measured.day.tolist(), strict=True)
+    return [
+        (labels[file], block if labels[file] == EACH_DAY else -1)
+        for file, block in pairs
+    ]

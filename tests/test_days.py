@@ -1,0 +1,266 @@
+"""Several days or groups of one gyroscope: one I_zz, and an M0 for each day.
+
+All logs are simulated: 9 runs a day at 15 cm, true I_zz 4.44e-3 kg·m², M0 as stated.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gyrodata
+from gyrodata import Analysis
+from gyrodata.analysis import fit_log
+from gyrodata.base.errors import LogError
+from gyrodata.cli import app
+from gyrodata.readings import read_log
+from gyrodata.results import FittedLog, Options
+
+TRUTH = 4.44e-3
+G = 9.80665
+HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"
+BALANCES = 1.5e-3, -1.5e-3
+
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+def rows_of_day(
+    m0: float, seed: int, inertia: float = TRUTH, press: float = 0.14
+) -> list[str]:
+    """Draw the rows of a day with a residual torque [N*m] and an I_zz [kg*m^2]."""
+    random = np.random.default_rng([74, seed])
+    late = 0.08 * random.standard_normal()
+    rows = []
+    for grams in (20, 40, 60):
+        for rpm in (200, 400, 600):
+            torque = 1e-3 * grams * G * 0.15 + m0
+            time = 2 * np.pi * inertia * rpm * np.pi / 30 / torque
+            time += late + press * random.standard_normal()
+            read = rpm * (1 + 0.002 * random.standard_normal())
+            rows.append(f"{grams}.0,15.0,{read:.0f},{time:.2f},1")
+    return rows
+
+
+def file(rows: list[str], *lines: str) -> bytes:
+    return "\n".join([*lines, HEADER, *rows, ""]).encode()
+
+
+def with_column(name: str, days: dict[str, list[str]]) -> bytes:
+    """Write the rows of several days as one log, with the day in the first column."""
+    rows = [f"{day},{row}" for day, each in days.items() for row in each]
+    return "\n".join([f"{name},{HEADER}", *rows, ""]).encode()
+
+
+def two_days(**changed: float) -> dict[str, list[str]]:
+    return {
+        "Mon": rows_of_day(BALANCES[0], 1),
+        "Fri": rows_of_day(BALANCES[1], 2, **changed),
+    }
+
+
+def u(analysis: Analysis | FittedLog) -> float:
+    return float(analysis.inertia.u or 0.0)
+
+
+def fitted(log: bytes) -> FittedLog:
+    return fit_log(read_log(log, name="log.csv"), Options())
+
+
+def test_one_log_with_a_column_is_two_logs_together() -> None:
+    days = two_days()
+    one = gyrodata.analyze(with_column("day", days))
+    both = gyrodata.analyze([file(rows) for rows in days.values()], together=True)
+    for name in ("inertia", "residual_torque", "timing_bias"):
+        first, second = getattr(one, name), getattr(both, name)
+        assert first.value == pytest.approx(second.value, rel=1e-9)
+        assert first.u == pytest.approx(second.u, rel=1e-9)
+    for first, second in zip(one.blocks, both.blocks, strict=True):
+        assert first.inertia == second.inertia
+        assert first.residual_torque == second.residual_torque
+
+
+def test_two_days_are_better_than_the_better_day() -> None:
+    days = two_days()
+    alone = [gyrodata.analyze(file(rows)) for rows in days.values()]
+    both = gyrodata.analyze(with_column("day", days))
+    assert u(both) < 0.97 * min(map(u, alone))
+    low, high = both.inertia.interval_95
+    assert low < TRUTH < high
+    # Each day alone is what its own log gives, and M0 of each is near the truth.
+    for block, lab, m0 in zip(both.blocks, alone, BALANCES, strict=True):
+        assert block.inertia.value == pytest.approx(lab.inertia.value, rel=1e-9)
+        assert abs(block.residual_torque.value - m0) < 3 * block.residual_torque.u
+    assert not [found for found in both.diagnostics if found.code == "G460"]
+    assert both.blocks_agreement.p > 0.01
+
+
+@pytest.mark.parametrize(
+    "lines", [("# ruler: 2",), ("# u_position_zero: 1.0001 mm",)], ids=str
+)
+def test_another_ruler_has_its_own_zero(lines: tuple[str, ...]) -> None:
+    monday, friday = two_days().values()
+    same = gyrodata.analyze([file(monday), file(friday)], together=True)
+    other = gyrodata.analyze([file(monday), file(friday, *lines)], together=True)
+    alone = gyrodata.analyze(file(monday))
+    assert u(other) < 0.88 * u(alone)
+    assert u(other) < 0.95 * u(same)
+
+
+def test_the_order_of_days_does_not_matter() -> None:
+    monday, friday = two_days().values()
+    logs = [file(monday), file(friday)]
+    first = gyrodata.analyze(logs, together=True)
+    second = gyrodata.analyze(logs[::-1], together=True)
+    assert first.inertia.value == pytest.approx(second.inertia.value, rel=1e-9)
+    assert u(first) == pytest.approx(u(second), rel=1e-9)
+
+
+def test_another_ball_on_one_day_is_a_finding() -> None:
+    log = with_column("day", two_days(inertia=1.08 * TRUTH))
+    analysis = gyrodata.analyze(log)
+    [finding] = [found for found in analysis.diagnostics if found.code == "G460"]
+    assert "Mon, Fri" in finding.message
+    assert analysis.blocks_agreement.p < 0.01
+    assert "contradiction" in [doubt.kind for doubt in analysis.doubts]
+
+
+def test_three_days_are_compared_with_each_other() -> None:
+    days = two_days() | {"Sun": rows_of_day(0.0, 3, 1.1 * TRUTH)}
+    agreement = fitted(with_column("day", days)).blocks_agreement
+    assert (agreement.dof, agreement.p < 0.01) == (2, True)
+
+
+@pytest.mark.parametrize("name", ["date", "group", "Tag", "jour", "fecha", "日付"])
+def test_days_have_names_in_many_languages(name: str) -> None:
+    labels = [block.name for block in fitted(with_column(name, two_days())).blocks]
+    assert labels == ["Mon", "Fri"]
+
+
+def test_cells_of_a_day_can_be_blank_or_have_a_time() -> None:
+    days = two_days()
+    rows = [
+        f"{day} 10:{15 + i}" * (i != 4) + f",{row}"
+        for day, each in days.items()
+        for i, row in enumerate(each)
+    ]
+    log = "\n".join([f"date,{HEADER}", *rows, ""]).encode()
+    assert [block.name for block in fitted(log).blocks] == ["Mon", "Fri"]
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ["7"] * 9,
+        [f"team {i}" for i in range(9)],
+        [f"10:{i + 10}" for i in range(9)],
+        [*"aaabbbccc"],
+    ],
+    ids=["constant", "one for each run", "times of the day", "the weights"],
+)
+def test_a_column_that_is_no_block_is_named(cells: list[str]) -> None:
+    rows = rows_of_day(0.0, 1)
+    typed = [f"{cell},{row}" for cell, row in zip(cells, rows, strict=True)]
+    log = "\n".join([f"group,{HEADER}", *typed, ""]).encode()
+    lab = fitted(log)
+    assert not lab.blocks
+    assert u(lab) == u(fitted(file(rows)))
+    assert [each for each in lab.diagnostics if '"group" is not used' in each.message]
+
+
+@pytest.mark.parametrize("count", [1, 3], ids=["one run", "one weight"])
+def test_a_day_with_few_runs_has_an_m0_and_adds_little(count: int) -> None:
+    monday, friday = two_days().values()
+    lab = fitted(with_column("day", {"Mon": monday, "Fri": friday[:count]}))
+    last = lab.blocks[-1]
+    assert last.runs == count
+    # I_zz of the other day determines M0.
+    m0 = last.residual_torque
+    assert abs(m0.value - BALANCES[1]) < 3 * m0.u
+    assert 0.9 < u(lab) / u(fitted(file(monday))) < 1.1
+
+
+def test_a_contradiction_is_quoted_from_both_logs(tmp_path: Path) -> None:
+    monday, friday = two_days().values()
+    logs = tmp_path / "monday.csv", tmp_path / "friday.csv"
+    logs[0].write_bytes(file(monday, "# ball_mass: 4.31 kg"))
+    logs[1].write_bytes(file(friday, "# ball_mass: 2.10 kg"))
+    with pytest.raises(LogError) as caught:
+        gyrodata.analyze(list(map(str, logs)), together=True)
+    [error] = caught.value.diagnostics
+    assert (error.code, error.line) == ("G311", 1)
+    assert '"# ball_mass: 4.31 kg"' in error.message
+    assert '"# ball_mass: 2.10 kg"' in error.message
+    with pytest.raises(LogError, match="given twice"):
+        gyrodata.analyze([str(logs[0]), str(logs[0])], together=True)
+
+
+def test_logs_without_common_readings_are_refused() -> None:
+    monday, friday = two_days().values()
+    other = file(friday).replace(b"spin [rpm]", b"spin_start [rpm]")
+    other = other.replace(b"turns\n", b"turns,spin_end [rpm]\n")
+    lines = [
+        line + b",190" if b",15.0," in line else line for line in other.split(b"\n")
+    ]
+    with pytest.raises(LogError, match="different readings"):
+        gyrodata.analyze([file(monday), b"\n".join(lines)], together=True)
+
+
+def test_a_finding_has_its_place_in_its_own_log() -> None:
+    monday, friday = two_days().values()
+    mistaken = friday[4].split(",")
+    mistaken[3] = str(10 * float(mistaken[3]))
+    logs = [file(monday), file([*friday[:4], ",".join(mistaken), *friday[5:]])]
+    analysis = gyrodata.analyze(logs, together=True)
+    lines = [found.line for found in analysis.diagnostics if found.line]
+    assert 6 in lines
+    assert max(lines) <= 10
+    assert analysis.run_table[-1].line == 10
+
+
+def test_the_command_writes_table_figure_and_json(tmp_path: Path) -> None:
+    names = []
+    for day, rows in two_days().items():
+        names.append(str(tmp_path / f"{day}.csv"))
+        Path(names[-1]).write_bytes(file(rows))
+    out = tmp_path / "report"
+    run = CliRunner()
+    done = run.invoke(app, ["analyze", *names, "--together", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "Mon, Fri: each has its own M0" in done.stdout
+    assert (out / "days.svg").exists()
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Days and groups" in page
+    done = run.invoke(app, ["analyze", *names, "--together", "-f", "json"])
+    result = json.loads(done.stdout)["result"]
+    assert [block["name"] for block in result["blocks"]] == ["Mon", "Fri"]
+    assert 0.01 < result["blocks_agreement"]["p"] <= 1
+
+
+def test_one_day_has_no_blocks_and_no_figure_of_days() -> None:
+    analysis = gyrodata.analyze(gyrodata.sample())
+    assert analysis.blocks == ()
+    with pytest.raises(ValueError, match="days"):
+        analysis.plot("days")
+    with pytest.raises(TypeError, match="list"):
+        gyrodata.analyze(gyrodata.sample(), together=True)
+
+
+@pytest.mark.slow
+def test_intervals_of_two_days_contain_the_truth() -> None:
+    random = np.random.default_rng(74)
+    inside = disagree = 0
+    for number in range(40):
+        days = {
+            day: rows_of_day(1.5e-3 * random.standard_normal(), 10 * number + place)
+            for place, day in enumerate(("Mon", "Fri"))
+        }
+        lab = fitted(with_column("day", days))
+        low, high = lab.inertia.interval_95
+        inside += low < TRUTH < high
+        disagree += lab.blocks_agreement.p < 0.01
+    assert inside >= 36
+    assert disagree <= 2

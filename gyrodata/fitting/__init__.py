@@ -8,6 +8,7 @@ fitted.
 
 # ruff: noqa: I001 - the lists below are packed
 from gyrodata.fitting.adjustment import (
+    FACTOR,
     MAD_TO_SD,
     MANY,
     NEGLIGIBLE,
@@ -26,10 +27,10 @@ from gyrodata.fitting.inertia import (
     Share,
     Widths,
     balance_scale,
-    conserved_spin,
     corrected,
     fit,
     fit_model,
+    integrate_at,
     relative_u,
     timed_runs,
     times_stated,
@@ -45,9 +46,6 @@ from gyrodata.fitting.posterior import (
 )
 from gyrodata.fitting.screening import (
     TEXTBOOK,
-    USUAL_COUNTS,
-    explaining_counts,
-    insist_on_lines,
     ordinary_line,
     screen,
 )

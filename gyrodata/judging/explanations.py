@@ -67,6 +67,10 @@ published air ball has an M0 of 28 % of the lightest torque."""
 WRONG_COUNT = 0.01
 """Probability that the turns of all runs of one weight are miscounted [1]."""
 
+PART_OF_A_TURN = 4.0
+"""A student who does not write the turns has timed a part of one turn this many times as
+often as several turns [1]."""
+
 UNKNOWN = 4.0
 """A wrong time is equally probable in a range of this width of its logarithm."""
 
@@ -673,6 +677,8 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
         with suppress(NoFit):
             fit = log.fit(replace(measured, turns=turns))
             evidence = log.evidence(fit) + len(counts) * math.log(WRONG_COUNT)
+            if max(counts.values()) > 1:
+                evidence -= math.log(PART_OF_A_TURN)
             wrong = np.flatnonzero(turns != measured.turns).tolist()
             yield Hypothesis("turns", "; ".join(words), evidence, tuple(wrong), fit)
 
@@ -715,7 +721,7 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
         }
         if answer and answer not in answers:
             answers.append(answer)
-    # Students who forget to write the turns have timed parts of one turn.
+    # Only the first are tried: the smallest counts are the most usual.
     return sorted(answers, key=lambda answer: sum(answer.values()))
 
 

@@ -405,6 +405,30 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
         )
 
 
+def _friction(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the torque of friction, and whether it is negligible."""
+    measured = seen.measured
+    inertia = seen.fit.inertia
+    drag = measured.drag
+    if drag is None or not seen.readings.spin_down:
+        return
+    longest = int(np.argmax(measured.time))
+    lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = lost**2 / 24
+    hint = "friction is not negligible: read the spin at start and end too"
+    if size < DROP_ONE * relative_u(inertia):
+        hint = "friction is negligible here"
+    yield seen.readings.say(
+        "spin_falls",
+        time=1 / drag.rate,
+        spin=drag.spin / RPM,
+        torque=1e3 * inertia.value * drag.rate * drag.spin,
+        percent=100 * lost,
+        size=100 * size,
+        hint=hint,
+    )
+
+
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
     """Report I_zz from a falling mass, and I over I_zz from the nutation."""
     if seen.readings.falling_mass:
@@ -479,6 +503,23 @@ def _tachometer(seen: Seen) -> Iterator[Diagnostic]:
             direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
             off = 100 * abs(effect.bias or 0.0)
             yield seen.readings.say("tachometer_not_told", off=off, direction=direction)
+
+
+def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the transverse inertia that is assumed, if its uncertainty matters."""
+    fit = seen.fit
+    if seen.measured.transverse_inertia is not None:
+        return
+    for share in fit.budget:
+        if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
+            across = fitting.transverse_inertia(seen.measured)
+            yield seen.readings.say(
+                "transverse_inertia_not_given",
+                low=across.min(),
+                high=across.max(),
+                middle=np.median(across),
+                percent=100 * share.u_inertia / abs(fit.inertia.value),
+            )
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
@@ -609,18 +650,30 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
     return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
 
 
-def _arm_that_differs(seen: Seen, ball: Ball) -> str:
-    """Return an error of the positions that explains the difference from the ball."""
+def _causes_of_difference(seen: Seen, ball: Ball) -> str:
+    """List the causes that make I_zz larger, or smaller, than the value for the ball."""
     measured = seen.measured
-    arms = np.abs(measured.position[measured.torque != 0])
-    by = abs(ball.relative) * float(np.mean(arms))
-    if not ARM_BY[0] < by < ARM_BY[1]:
-        return ""
-    edge, side = ("far", "long") if ball.relative > 0 else ("near", "short")
-    return (
-        f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball to "
-        f"the middle of the weight, not to its {edge} edge; "
+    is_high = ball.relative > 0
+    causes = []
+    if is_high and not ball.bore:
+        causes.append(
+            "a bore along the rod, or a rod or a disk that the log does not describe"
+        )
+    by = abs(ball.relative) * float(
+        np.mean(np.abs(measured.position[measured.torque != 0]))
     )
+    if ARM_BY[0] < by < ARM_BY[1]:
+        edge, side = ("far", "long") if is_high else ("near", "short")
+        causes.append(
+            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball "
+            f"to the middle of the weight, not to its {edge} edge"
+        )
+    if is_high and measured.delay_factor is not None and measured.drag is None:
+        causes.append(
+            'a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 '
+            'rpm in 120 s"'
+        )
+    return "".join([f"{cause}; " for cause in causes])
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
@@ -638,7 +691,9 @@ def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
         "expected": ball.inertia,
         "far": abs(deviation),
     }
-    yield seen.readings.say("ball_differs", **sizes, arm=_arm_that_differs(seen, ball))
+    yield seen.readings.say(
+        "ball_differs", **sizes, causes=_causes_of_difference(seen, ball)
+    )
 
 
 def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
@@ -658,7 +713,7 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
     hint = "; or else: ".join([kind.remedy for kind, _ in slips])
     hint = (
         hint
-        or f"look for a cause in this order: {_arm_that_differs(seen, ball)}a wrong unit"
+        or f"look for a cause in this order: {_causes_of_difference(seen, ball)}a wrong unit"
     )
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
@@ -712,10 +767,12 @@ CHECKS: tuple[Check, ...] = (
     _agreement,
     _large_residual_torque,
     _spins_that_fell_alone,
+    _friction,
     _other_measurements,
     _direction,
     _digits,
     _tachometer,
+    _transverse_inertia,
     _model,
     _body,
     _other_body,

@@ -89,6 +89,11 @@ def refusal(
     high = max(values[-1] for values in single)
     if keep_flagged:
         return readings.say("no_inertia_with_flagged", why=why)
+    across = np.median(fitting.transverse_inertia(measured))
+    if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
+        return readings.say(
+            "no_inertia_with_transverse", why=why, across=across, low=low, high=high
+        )
     if high < 1.5 * low:
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high

@@ -8,7 +8,6 @@ fitted.
 
 # ruff: noqa: I001 - the lists below are packed
 from gyrodata.fitting.adjustment import (
-    FACTOR,
     MAD_TO_SD,
     MANY,
     NEGLIGIBLE,
@@ -46,6 +45,7 @@ from gyrodata.fitting.posterior import (
 )
 from gyrodata.fitting.screening import (
     TEXTBOOK,
+    insist_on_lines,
     ordinary_line,
     screen,
 )

@@ -92,8 +92,15 @@ NOT_FALSE = 6.0
 """Largest width of M0 over the scale of its prior if nothing but the condition that the
 ball is balanced limits M0: an answer with this condition supposes that it is true."""
 
-FALSE_STEPS = 30
-"""Number of widths of M0 with a balance test."""
+STEP = math.log(100.0 / 0.03) / 17
+"""Difference of the logarithms of two widths with a balance test."""
+
+FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
+"""Widths of M0 over that of a balance test; with a false test M0 must be as free as
+without one."""
+
+TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
+"""Widths of M0 with a test, over the largest one without."""
 
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """Quantiles: the ends of the 95 % interval and of the 68 % interval, and the median."""
@@ -367,9 +374,9 @@ def level_prior(untouched: float) -> tuple[Floats, Floats]:
         return np.zeros(1), np.zeros(1)
     # The density of ln v.
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
-    density *= (1 - untouched) / density.sum()
-    chance = np.append(max(untouched, 1e-300), density)
-    return np.append(0.0, CHANGES), np.log(chance)
+    chance = np.append(untouched, (1 - untouched) * density / density.sum())
+    some = chance > 0
+    return np.append(0.0, CHANGES)[some], np.log(chance[some])
 
 
 def balance_prior(
@@ -387,29 +394,33 @@ def balance_prior(
         Whether M0 can be much larger than its scale.
     """
     if tested is not None:
-        return _tested_prior(scale * WIDTHS, max(tested, NEGLIGIBLE))
+        return _tested_prior(scale * WIDTHS, max(tested, NEGLIGIBLE) * FALSE_WIDTHS)
     some = slice(None) if tails else WIDTHS < NOT_FALSE
     return scale * WIDTHS[some], CHANCES[some]
 
 
-def _tested_prior(widths: Floats, tested: float) -> tuple[Floats, Floats]:
+def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     """Multiply the prior of M0 with the evidence of a balance test.
 
     The test is a Cauchy distribution too, a mixture of normal distributions. The
-    product of two normal distributions is normal. With a false test M0 must be as free
-    as without one.
+    product of two normal distributions is normal: all products are represented by fewer
+    widths.
     """
-    least = 0.03 * tested
-    tests = np.geomspace(least, max(100 * widths[-1], 1e4 * tested), FALSE_STEPS)
-    bold = np.log(tests[:, None] / (tested * TOO_BOLD[0]))
+    bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
-    square = np.add.outer(widths**2, tests**2)
-    chance = (CHANCES[:, None] + doubt - 0.5 * np.log(square)).reshape(-1)
-    width = (np.outer(widths, tests) / np.sqrt(square)).reshape(-1)
-    chance -= math.log(np.exp(chance).sum())
-    likely = chance > math.log(LIGHT / chance.size)
-    return width[likely], chance[likely]
+    prior = widths[:, None] ** 2
+    test = tested**2
+    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(prior + test)
+    mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
+    width = np.sqrt(prior * test / (prior + test)).reshape(-1)
+    grid = widths[-1] * TESTED_WIDTHS
+    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, len(grid) - 1)
+    lower = np.minimum(place.astype(int), len(grid) - 2)
+    onto = np.bincount(lower, mass * (lower + 1 - place), len(grid))
+    onto += np.bincount(lower + 1, mass * (place - lower), len(grid))
+    with np.errstate(divide="ignore"):
+        return grid, np.log(onto)
 
 
 def doubt_of_widths(stated: bool) -> float:

@@ -1,7 +1,7 @@
 """Screening finds runs that do not agree with the others.
 
-At the end are the fits of the textbook: a line through the origin, one with an
-intercept, and the mean of the ratios.
+At the end are the fits of the textbook (a line through the origin, one with an
+intercept, and the mean of the ratios), which a fit must not contradict.
 """
 
 from __future__ import annotations
@@ -186,3 +186,50 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
     "mean_of_ratios": mean_of_ratios,
 }
 """The textbook fits by name: functions from x and y to I_zz and u."""
+
+
+def insist_on_lines(
+    measured: Measurements, fit: FitResult, tilted: bool, kept: Floats
+) -> None:
+    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines.
+
+    The lines are corrected for tilt and release.
+    """
+    index = np.flatnonzero(kept)
+    product = fit.sense * np.abs(measured.product)
+    torque = measured.torque
+    if tilted or measured.slowing is not None:
+        product, torque = _line_of_motion(measured, fit, tilted)
+    product = product[index]
+    torque = torque[index]
+    found = []
+    intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
+    for intercept in intercepts:
+        slope = float(ordinary_line(product, torque, intercept)[0])
+        ratio = fit.inertia.value / slope if slope else 0.0
+        if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
+            return
+        if not math.isnan(slope):
+            found.append(f"{slope:.2g} kg·m²")
+    lines = " and ".join(found) or "no result"
+    raise NoFit(
+        f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}"
+    )
+
+
+def _line_of_motion(
+    measured: Measurements, fit: FitResult, tilted: bool
+) -> tuple[Floats, Floats]:
+    """Return φ̇ψ̇ and the torque of each run, corrected for tilt and release.
+
+    Eq. (8) is a line, too: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
+    """
+    rate = fit.sense * 2 * np.pi * measured.turns / measured.time
+    if measured.slowing is not None:
+        rate = rate * measured.slowing
+    if not tilted:
+        return rate * measured.spin, measured.torque
+    height = np.sin(measured.pitch)
+    transverse = adjustment.transverse_inertia(measured)
+    torque = measured.torque + transverse * rate**2 * height
+    return rate * (measured.spin + rate * height), torque

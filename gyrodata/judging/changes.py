@@ -466,6 +466,13 @@ def _advice(lab: Lab) -> Iterator[Change]:
         yield lab.change("three_times", words, changed)
 
 
+def _direction(lab: Lab) -> Iterator[Change]:
+    """Write the direction of runs without a weight, if M0 may have either sign."""
+    if lab.fit.two_signs:
+        words = "the direction of each run without a weight"
+        yield lab.change("direction", words, {"sense": lab.fit.sense})
+
+
 ROUNDED = ("mass", "position", "time", "spin")
 """Columns whose digits can be too few."""
 
@@ -506,6 +513,7 @@ CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
     "sensitivity": _sensitivity,
     "advice": _advice,
     "unloaded_run": _unloaded_run,
+    "direction": _direction,
     "one_more_digit": _one_more_digit,
 }
 """The changes by the table to which they belong, each in the order of its table; none

@@ -192,11 +192,8 @@ def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
     """
     chance = seen.fit.chance_of_one_balance
     kinds = [each.kind for each in seen.explanations]
-    if (
-        seen.contradicts_itself
-        or chance >= ONE_BALANCE
-        or kinds not in ([], ["balance"])
-    ):
+    is_other = bool(kinds) and "balance" not in kinds
+    if seen.contradicts_itself or is_other or chance >= ONE_BALANCE:
         return
     yield seen.readings.say(
         "weights_disagree",
@@ -330,14 +327,20 @@ BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 4
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
-    """Ask for the direction of the runs without a weight, if M0 may have either sign."""
-    if seen.fit.two_signs:
+    """Ask for the direction of the runs without a weight, if this reduces u of I_zz."""
+    now = 100 * relative_u(seen.fit.inertia)
+    for _, answer in changes.answers(seen, "direction"):
+        then = 100 * relative_u(answer.inertia) if answer.inertia else now
+        if then > changes.WORTH * now:
+            continue
         bare = (seen.measured.sense == 0) & (seen.fit.adjusted.kept > 0)
         runs = np.flatnonzero(bare).tolist()
         names = f"run{'s' * (len(runs) > 1)} "
         names += listing([seen.measured.runs[run] for run in runs])
         place = seen.readings.place(runs[0])
-        yield seen.readings.say("direction_missing", place, runs=names)
+        yield seen.readings.say(
+            "direction_missing", place, runs=names, now=now, then=then
+        )
 
 
 POOR_BALANCE = 0.2

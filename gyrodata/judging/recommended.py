@@ -100,7 +100,7 @@ def recommend(
         without = None
         if suspected and suspected != left_out:
             without = fitting.fit(runs, tilted=tilted, left_out=suspected).inertia
-        _insist_on_credible_fit(readings, lab)
+        _insist_on_credible_fit(readings, lab, suspected)
     except NoFit as reason:
         refusal = refusals.refusal(readings, measured, str(reason), keep_flagged)
         raise LogError([refusal]) from None
@@ -165,7 +165,9 @@ def _refuse_rods_that_fall(
             raise LogError(fallen)
 
 
-def _insist_on_credible_fit(readings: Readings, lab: Lab) -> None:
+def _insist_on_credible_fit(
+    readings: Readings, lab: Lab, suspected: tuple[int, ...]
+) -> None:
     """Raise NoFit or LogError if a fit is not an answer."""
     fit = lab.fit
     if not np.isfinite(fit.fitted_time).all():
@@ -175,8 +177,10 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab) -> None:
         raise NoFit(
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
+    kept = np.ones(len(lab.measured.runs))
+    kept[list({*suspected, *lab.left_out})] = 0.0
+    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, kept)
     as_stated = fit.as_stated or fit
-    _insist_on_line(fit, as_stated)
     if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
@@ -189,18 +193,6 @@ def _insist_on_credible_fit(readings: Readings, lab: Lab) -> None:
     low, high = fit.inertia.interval_95 or (value, value)
     if low <= 0 or u > TOO_WIDE * value:
         raise LogError([refusals.not_measured(readings, fit, low, high)])
-
-
-def _insist_on_line(fit: FitResult, as_stated: FitResult) -> None:
-    """Raise NoFit if I_zz is far from the line through most runs, where a fit begins."""
-    start = float(as_stated.adjusted.scale[0])
-    rough = fitting.rough_inertia(fit.adjusted.problem.measured)
-    value = fit.inertia.value
-    off = np.abs(np.log(np.maximum(value / np.array([start, rough]), 1e-300)))
-    if off.min() > math.log(fitting.FACTOR):
-        raise NoFit(
-            f"the fit gives {value:.2g} kg·m², but a straight line gives {start:.2g} kg·m²"
-        )
 
 
 def _refuse_wrong_counts(readings: Readings, explained: Sequence[Explanation]) -> None:

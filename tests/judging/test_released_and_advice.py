@@ -198,17 +198,19 @@ class TestDirection:
 
     @pytest.mark.slow
     @pytest.mark.parametrize("command", ["check", "analyze"])
-    def test_missing_direction_is_named(self, command: str) -> None:
+    def test_missing_direction_is_named_with_what_it_costs(self, command: str) -> None:
         log = README + "0,,402,100,1/20\n"
         done = gyro(command, "-", stdin=log)
-        assert re.search(
-            r"12:\d+: warning G426: run 10 .*M0 may have either sign", done.output
+        said = re.search(
+            r"12:\d+: warning G426: run 10 .* is ([\d.]+) % and would be about ([\d.]+) %",
+            done.output,
         )
-        then, now = (
-            gyrodata.analyze(text.encode()).inertia.relative_u
-            for text in (with_direction("ccw", "ccw"), log)
+        now, then, before = (
+            100 * gyrodata.analyze(text.encode()).inertia.relative_u
+            for text in (log, with_direction("ccw", "ccw"), README)
         )
-        assert then < 0.95 * now
+        assert list(map(float, said.groups())) == pytest.approx([now, then], rel=0.05)
+        assert then < 0.95 * before
 
     @pytest.mark.slow
     def test_only_same_or_other_direction_counts(self) -> None:

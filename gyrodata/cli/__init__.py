@@ -13,7 +13,7 @@ import typer
 from msgspec import Struct, convert
 
 from gyrodata.base.version import __version__
-from gyrodata.cli.options import example_of
+from gyrodata.cli.options import examples_of
 from gyrodata.cli.terminal import Door, write_out
 
 
@@ -24,6 +24,7 @@ class _Kind(Struct, frozen=True):
     short: str = ""
     """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
+    """Commands; a line that does not begin with gyro belongs to the one above."""
     also: str = ""
     """Words that users may type instead of its name."""
     options: dict[str, str] = {}
@@ -68,7 +69,7 @@ def _described(command: Any, name: str, kind: _Kind) -> Any:
     """Give a command, its options and its subcommands the texts of `commands.toml`."""
     command.name = name
     command.short_help = kind.short
-    command.epilog = example_of(*kind.example) if kind.example else None
+    command.epilog = examples_of(*kind.example) if kind.example else None
     for below, its_kind in kind.commands.items():
         _described(command.commands[below], below, its_kind)
     for param in command.params:

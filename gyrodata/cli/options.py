@@ -48,9 +48,18 @@ Bound = Literal[
 ]
 
 
-def example_of(*lines: str) -> str:
-    """Write the end of a command's help, without wrapping its lines."""
-    return "\b\nExample:  " + " \\\n            ".join(lines)
+def examples_of(*lines: str) -> str:
+    """Write the end of a command's help, without wrapping its lines.
+
+    A line that does not begin with gyro goes on with the command of the line above.
+    """
+    text = f"\b\nExample:  {lines[0]}"
+    for line in lines[1:]:
+        goes_on = (
+            " \\\n            " if not line.startswith("gyro ") else "\n          "
+        )
+        text += goes_on + line
+    return text
 
 
 def pairs(given: list[str] | None, option: str) -> dict[str, str]:

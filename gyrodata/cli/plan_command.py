@@ -124,6 +124,8 @@ def plan_text(plan: Plan, minutes: float) -> str:
         blocks[-1] += _table(plan.choices)
     runs = (*plan.first, *plan.runs)
     title = f"A plan for {minutes:g} minutes, in this order:"
+    if plan.minutes > minutes:
+        title = f"The first runs of a lab, which take more than {minutes:g} minutes:"
     blocks.append([title, *_table(runs)] if runs else [_nothing(plan)])
     blocks.append(_result(plan))
     if plan.others:
@@ -136,7 +138,7 @@ def _nothing(plan: Plan) -> str:
     """Say why a plan contains no run."""
     if plan.goal is not None and plan.u <= plan.goal:
         return "No run is needed: the goal is reached."
-    return "No run within these limits reduces u by more than 1 %."
+    return "No run that fits into the time reduces u by more than 1 %."
 
 
 def _result(plan: Plan) -> list[str]:

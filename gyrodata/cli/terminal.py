@@ -117,8 +117,9 @@ def _example_or_help(context: Any, message: str) -> str:
     """Show the example of a command if its argument is missing; else name its help."""
     epilog = context.command.epilog or ""
     if message.startswith("missing argument") and epilog:
-        example = epilog.partition("Example:")[2].replace("\\", "")
-        return f"for example: {' '.join(example.split())}"
+        first = epilog.partition("Example:")[2].split("\n          gyro ")[0]
+        words = first.replace("\\", "").split()
+        return f"for example: {' '.join(words)}"
     return f"see: {context.command_path} --help"
 
 

@@ -71,31 +71,38 @@ def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -
     for sub, one in getattr(command, "commands", {}).items():
         assert one.hidden or f"{sub} {one.short_help}" in flowing
     assert name not in ALONE or f"  Example:  {name}" in "".join(lines[-4:])
+    if name in ("gyro analyze", "gyro check", "gyro grade"):
+        assert len(examples_of(name)) == 3
+
+
+def examples_of(name: str) -> list[str]:
+    """Return the commands at the foot of a help, each in one line."""
+    foot = help_of(name).partition("Example:")[2].replace("\\\n", " ")
+    return [" ".join(line.split()) for line in foot.splitlines() if line.strip()]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ALONE)
-def test_the_example_at_the_foot_works(
+def test_the_examples_at_the_foot_work(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     if name != "gyro demo":
         shutil.copy(ROOT / "sample_data" / "air_gyroscope.csv", "demo.csv")
     shutil.copytree(ROOT / "sample_data" / "class", "class")
-    _, *words = shlex.split(
-        help_of(name).partition("Example:")[2].replace("\\\n", " ").partition(">")[0]
-    )
     # The benchmark takes a minute, and 1,000 labs 5 s: of the first, only the options
     # are read.
-    words += {"gyro benchmark": ["--help"], "gyro selfcheck": ["--labs", "20"]}.get(
-        name, []
-    )
-    done = CliRunner().invoke(app, words)
-    # The sample's class has three that cannot be graded.
-    assert (done.exit_code, "error" in done.stderr) == (
-        1 if name == "gyro grade" else 0,
-        False,
-    )
+    more = {"gyro benchmark": ["--help"], "gyro selfcheck": ["--labs", "20"]}
+    for example in examples_of(name):
+        command, _, file = example.partition(" > ")
+        _, *words = shlex.split(command)
+        done = CliRunner().invoke(app, [*words, *more.get(name, [])])
+        if file:
+            Path(file).write_text(done.stdout, encoding="utf-8")
+        # The sample's class has three that cannot be graded.
+        is_class = name == "gyro grade" and not file
+        assert done.exit_code == (1 if is_class else 0), example
+        assert "error" not in done.stderr, example
 
 
 START = [

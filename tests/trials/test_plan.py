@@ -96,6 +96,16 @@ def test_a_goal_ends_the_plan_or_names_what_limits_u() -> None:
     assert "No run is needed: the goal is reached." in run(SAMPLE, "--goal", "5").stdout
 
 
+def test_a_time_that_is_too_short_is_not_promised() -> None:
+    before = run("--minutes", "0").stdout
+    assert before.startswith(
+        "The first runs of a lab, which take more than 0 minutes:\n"
+    )
+    assert "A plan for 9 minutes" in run("--minutes", "9").stdout
+    during = run(SAMPLE, "--minutes", "1").stdout
+    assert "No run that fits into the time reduces u by more than 1 %." in during
+
+
 def test_before_the_lab_each_weight_comes_first() -> None:
     plan = plan_lab(Limits(masses=(0.03, 0.05), positions=(0.12,)))
     assert [planned.mass for planned in plan.first] == [0.03, 0.05]

@@ -166,7 +166,8 @@ def wilson(part: float, count: int) -> tuple[float, float]:
     square = NORMAL_95**2 / count
     middle = (part + square / 2) / (1 + square)
     half = math.sqrt(part * (1 - part) * square + square**2 / 4) / (1 + square)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    # The interval contains the part, also where it is rounded.
+    return min(max(middle - half, 0.0), part), max(min(middle + half, 1.0), part)
 
 
 # --- the cost of a whole process ---

@@ -167,7 +167,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     of_readings = tuple(checks.check(readings, measured))
     measured = replace(measured, diagnostics=(*measured.diagnostics, *of_readings))
     # Kept apart from the others: a finding about much scatter needs to know them.
-    unusual_sizes = tuple(checks.check_sizes(readings, measured))
+    unusual_sizes = tuple(checks.check_sizes(readings))
     diagnostics = (*readings.diagnostics, *measured.diagnostics, *unusual_sizes)
     if not np.any(measured.torque):
         raise LogError([*diagnostics, readings.say("all_torques_zero")])
@@ -228,8 +228,12 @@ def judge(fitted: FittedLog) -> Analysis:
     exponent = tables.common_exponent(measured, groups)
     diagnostics = (*fitted.diagnostics, *_findings(fitted, findings.CHECKS, exponent))
     doubts = _doubts(diagnostics, _excused_lines(lab))
-    # The table of `fit_log`, with one more column: I_zz without each torque.
-    torques = tables.torque_table(measured, fit, groups, without_torque)
+    torques = tuple(
+        [
+            replace(torque, without=without_torque.get(number))
+            for number, torque in enumerate(fitted.torques)
+        ]
+    )
     fitted = replace(fitted, torques=torques, diagnostics=diagnostics)
     # `asdict` of msgspec copies the fields, and does not change records in them.
     return Analysis(
@@ -357,7 +361,7 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     gains = []
     for change, answer in changes.answers(lab, "advice"):
         then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < findings.WORTH * now or change.is_always_advised:
+        if then < changes.WORTH * now or change.is_always_advised:
             text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
             gains.append((then, answer.words, text))
     return [text for *_, text in sorted(gains)]

@@ -26,10 +26,10 @@ from gyrodata.fitting.inertia import (
     Share,
     Widths,
     balance_scale,
-    conserved_spin,
     corrected,
     fit,
     fit_model,
+    integrate_at,
     relative_u,
     timed_runs,
     times_stated,
@@ -45,8 +45,6 @@ from gyrodata.fitting.posterior import (
 )
 from gyrodata.fitting.screening import (
     TEXTBOOK,
-    USUAL_COUNTS,
-    explaining_counts,
     insist_on_lines,
     ordinary_line,
     screen,

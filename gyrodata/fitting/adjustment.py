@@ -338,28 +338,6 @@ _ODD = 5.0
 """Misfit of a run that is far from a start; larger ones count the same."""
 
 
-def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
-    """Fit a straight line; if a run is far from it, use the robust start."""
-    index = sample(measured, kept)
-    torque = measured.torque[index]
-    if torques_differ(torque):
-        # M = I_zz φ̇ψ̇ − M0. The error of the time counts as much as the torque that
-        # multiplies it.
-        product = sense[index] * np.abs(measured.product[index])
-        size = np.abs(torque)
-        weight = (measured.time[index] / np.maximum(size, 0.1 * size.max())) ** 2
-        weight /= np.add.reduce(weight)
-        middle = weight @ product
-        away = product - middle
-        # Equal runs do not determine a line.
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inertia = weight @ (away * torque) / (weight @ away**2)
-        start = Start(float(inertia), float(inertia * middle - weight @ torque))
-        if 0 < inertia < np.inf and misfits(measured, start, index).max() < _ODD:
-            return start
-    return robust_start(measured, sense, kept)
-
-
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Return the indices of the kept runs, at most 150.
 
@@ -381,7 +359,7 @@ def sample(measured: Measurements, kept: Floats) -> Any:
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
+def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     """Return the I_zz and M0 of the pair of runs that agrees with most runs.
 
     With b = 0 and a level rod the runs are on the line M = I_zz φ̇ψ̇ − M0.
@@ -441,14 +419,6 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
     return cast(Floats, np.abs(time - predicted) / np.hypot(u[index], 0.01 * predicted))
 
 
-def assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:
-    """Return the sign of φ̇ψ̇ of each run.
-
-    A run without a weight turns in the direction of the residual torque.
-    """
-    return cast(Floats, np.where(measured.sense == 0, imbalance_sign, measured.sense))
-
-
 # --- the adjustment ---
 
 MAX_ITERATIONS = 100
@@ -461,6 +431,10 @@ LOST = 1e-3
 FULL_STEPS = 20
 """Number of full steps; most logs need less than half of it. Later steps become
 shorter."""
+
+
+FACTOR, ASTRAY = 3.0, 30.0
+"""Largest ratio of an answer and its robust start, and of a fit with wrong runs."""
 
 
 class Adjusted(Struct, frozen=True):
@@ -512,7 +486,7 @@ def adjust(
     start: Start,
     prior_width: float,
     kept: Floats,
-    factor: float,
+    factor: float = FACTOR,
 ) -> Adjusted:
     """Repeat the linear least squares until it converges to a credible solution.
 
@@ -651,12 +625,6 @@ def _onto_conditions(at: Linear, inertia: float) -> Floats:
     close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * inertia)
     return -at.independent * (close * at.misclosure / at.independent_variance)
 
-
-FACTOR = 3.0
-"""Largest ratio of an answer and the nearest textbook line."""
-
-ASTRAY = 30.0
-"""Largest ratio of an answer and its robust start."""
 
 MOVED, MOVED_U = 0.2, 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more

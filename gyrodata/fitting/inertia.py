@@ -46,7 +46,7 @@ from gyrodata.measurements import (
     share_of_mean,
     total_spin_excess,
 )
-from gyrodata.physics import Floats, motion
+from gyrodata.physics import Floats
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
 
@@ -64,9 +64,6 @@ LATE_LABS, LATE_RUNS = 0.1, 0.15
 
 LATEST = 4.0
 """Largest lateness [s]; all smaller ones have the same probability."""
-
-CONTRADICTED = 3.0
-"""Number of standard uncertainties by which the runs must contradict a balance test."""
 
 UNITS = ("kg*m^2", "N*m", "s")
 """Units of I_zz, M0 and b."""
@@ -110,8 +107,6 @@ class Outlier(Struct, frozen=True):
     deviation: float
     """Time minus the prediction of the other runs, in standard uncertainties of this
     difference."""
-    turns: float | None
-    """Number of revolutions that would explain it."""
     slip: bool
     """True if the run is certainly wrong: a number of turns explains it, or it is too
     far off."""
@@ -156,9 +151,6 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
-    contradicted_balance: float | None = None
-    """Width of M0 according to a balance test that the runs contradict [N*m], else
-    None."""
     two_signs: bool = False
     """True if M0 can have either sign, and the answer includes both."""
     late: tuple[int, ...] = ()
@@ -354,28 +346,21 @@ def fit(
 def _fits_at_widths(
     measured: Measurements, tilted: bool, left_out: Collection[int], widths: Widths
 ) -> list[FitResult]:
-    """Fit the runs at fixed widths, with each possible sign of M0.
-
-    A sign that contradicts its own result is left out, if another one does not.
-    """
+    """Fit the runs at fixed widths, with each possible sign of M0."""
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
     signs = (1.0,) if measured.sense[kept > 0].all() else (1.0, -1.0)
     begun: list[FitResult] = []
-    agree: list[FitResult] = []
     for sign in signs:
-        sense = adjustment.assume_sense(measured, sign)
+        # A run without a weight turns in the direction of the residual torque.
+        sense = np.where(measured.sense == 0, sign, measured.sense)
         try:
-            result = _at_widths(measured, sense, tilted, kept, widths)
+            begun.append(_at_widths(measured, sense, tilted, kept, widths))
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
-            continue
-        begun.append(result)
-        if len(signs) > 1 and result.residual_torque.value * sign > 0:
-            agree.append(result)
-    return agree or begun
+    return begun
 
 
 def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
@@ -385,19 +370,17 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
     for result in begun:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
         # there again.
-        answer = _integrate_at(result)
+        answer = integrate_at(result)
         scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         tilted = result.adjusted.problem.tilted
         problem = Problem(measured, tilted, level, width).with_scatter(scatter)
         with suppress(NoFit):
-            adjusted = adjustment.adjust(
-                problem, result.sense, start, width, kept, adjustment.FACTOR
-            )
+            adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
             result = _result(
                 adjusted, result.sense, Widths(scatter, width, level), result.chi2
             )
-            answer = _integrate_at(result)
+            answer = integrate_at(result)
         found.append((answer.evidence, result, answer))
     found.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = found[0]
@@ -407,17 +390,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         answer = posterior.mixed([answer, found[1][2]])
     stated = min(begun, key=attrgetter("chi2"))
     first = replace(first, as_stated=stated)
-    if measured.balance_test is not None:
-        first = _with_contradiction(first, measured.balance_test(first.inertia.value))
     return replace(first, posterior=answer)
-
-
-def _with_contradiction(result: FitResult, allowed: float) -> FitResult:
-    """Note the width of M0 of a balance test [N*m] if the runs contradict it."""
-    _, below, m0, above, _ = _integrate_at(result, tested=False).quantiles(1)
-    u = (above - below) / 2
-    is_contradicted = abs(m0) > CONTRADICTED * math.hypot(allowed, u)
-    return replace(result, contradicted_balance=allowed if is_contradicted else None)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -483,16 +456,19 @@ def _at_widths(
     m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
     try:
-        adjusted = adjustment.adjust(
-            problem.with_scatter(widths.scatter),
-            sense,
-            start,
-            width,
-            kept,
-            adjustment.FACTOR,
-        )
+        scattered = problem.with_scatter(widths.scatter)
+        adjusted = adjustment.adjust(scattered, sense, start, width, kept)
     except NoFit:
-        adjusted, widths = _with_larger_errors(problem, sense, kept, widths)
+        # The cheapest explanation of a very large mistake is that all spins are infinite,
+        # because their errors are proportional, or that M0 cancels all torques. Larger
+        # errors of single runs and a small M0 prevent this.
+        off = adjustment.misfits(measured, start)[kept > 0]
+        factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
+        width *= 0.1
+        widths = replace(widths, scatter=factor, residual_torque=width)
+        scattered = problem.with_scatter(factor)
+        astray = adjustment.ASTRAY
+        adjusted = adjustment.adjust(scattered, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
     prior = float(np.sum(adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)] ** 2))
@@ -500,35 +476,6 @@ def _at_widths(
         prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
     chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
     return _result(adjusted, sense, widths, chi2)
-
-
-def _with_larger_errors(
-    problem: Problem, sense: Floats, kept: Floats, widths: Widths
-) -> tuple[Adjusted, Widths]:
-    """Adjust runs of which some are very wrong.
-
-    The cheapest explanation of a very large mistake is that all spins are infinite,
-    because their errors are proportional, or that M0 cancels all torques. Larger errors
-    of single runs and a small M0 prevent this.
-    """
-    measured = problem.measured
-    width = widths.residual_torque
-    assert width is not None
-    start = adjustment.robust_start(measured, sense, kept)
-    off = adjustment.misfits(measured, start)[kept > 0]
-    factor = float(np.sqrt(np.mean(off**2)))
-    if factor > widths.scatter:
-        widths = replace(widths, scatter=factor, residual_torque=0.1 * width)
-        width = 0.1 * width
-    adjusted = adjustment.adjust(
-        problem.with_scatter(widths.scatter),
-        sense,
-        start,
-        width,
-        kept,
-        adjustment.ASTRAY,
-    )
-    return adjusted, widths
 
 
 def _result(
@@ -559,21 +506,21 @@ def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     )
 
 
-def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
+def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit.
 
-    I_zz in kg*m^2, M0 in N*m, b in s.
+    I_zz in kg*m^2, M0 in N*m, b in s; with `tested` a balance test limits M0.
     """
     adjusted = result.adjusted
     inertia = result.inertia.value
     measured = result.adjusted.problem.measured
     lightest = adjustment.lightest_torque(measured, adjusted.kept)
     share = share_of_mean(measured.day)
-    unit = np.array([abs(inertia), lightest, measured.timing_bias_u * share])
+    # The fit used another unit of M0.
+    unit = adjusted.scale.copy()
+    unit[1] = lightest
     rows = result.widths.scatter * adjusted.rows
-    # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
-    rows[:, 0] *= unit[0] / adjusted.scale[0]
     groups = measured.balance_groups
     # `np.unique` would import numpy.ma, which takes as long as the fit.
     several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})
@@ -724,17 +671,6 @@ def _total_spin_read(measured: Measurements) -> Floats | None:
         )
         return measured.corrected_spin + excess
     return None if measured.spin_start is None else measured.spin
-
-
-def conserved_spin(measured: Measurements, top: Top) -> Floats:
-    """Return the total spin of a rod released from rest [rad/s], shape (n,).
-
-    A tachometer that follows the rod reads more than it while the rod sags.
-    """
-    read = _total_spin_read(measured)
-    if read is not None:
-        return read
-    return cast(Floats, motion.total_spin(top, measured.corrected_spin, measured.pitch))
 
 
 def top_of(measured: Measurements, near: FitResult) -> Top:

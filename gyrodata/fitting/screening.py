@@ -1,6 +1,4 @@
-"""Screening finds runs or whole torques that do not agree with the others.
-
-It also finds the turn counts that would explain them.
+"""Screening finds runs that do not agree with the others.
 
 At the end are the fits of the textbook (a line through the origin, one with an
 intercept, and the mean of the ratios), which a fit must not contradict.
@@ -10,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -30,15 +27,11 @@ MASKED = 1e-3
 """If chi-square is less probable than this, the fit is tried without the worst run."""
 
 GROSS = 10.0
-"""A run that deviates more than this is certainly wrong, also if no turn count explains
+"""A run that deviates more than this is certainly wrong, also if no correction explains
 it."""
 
 OUTLIER = 5.0
 """A run that deviates by more than this many standard uncertainties is flagged."""
-
-TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
-"""Likely numbers of revolutions."""
-
 
 Screened = tuple[list[Outlier], FitResult | None]
 
@@ -46,7 +39,7 @@ Screened = tuple[list[Outlier], FitResult | None]
 def screen(
     measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
 ) -> Screened:
-    """Find the runs that do not agree with the others, and turns that explain them.
+    """Find the runs that do not agree with the others.
 
     A run is compared with the prediction of the *other* runs, in units of the
     uncertainty of this difference or of the scatter of the runs, the larger one.
@@ -91,9 +84,8 @@ def _agrees(fit: FitResult) -> bool:
 def _far_runs(measured: Measurements) -> set[int]:
     """Return the runs that are far from the line that most runs agree with."""
     every = np.ones(len(measured.runs))
-    start = adjustment.first_guess(
-        measured, adjustment.assume_sense(measured, 1.0), every
-    )
+    sense = np.where(measured.sense == 0, 1.0, measured.sense)
+    start = adjustment.first_guess(measured, sense, every)
     off = adjustment.misfits(measured, start)
     off[measured.torque == 0] = 0.0
     limit = OUTLIER * max(1.0, MAD_TO_SD * median(off))
@@ -123,160 +115,13 @@ def _settle(
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
         found = []
-        for i in far.tolist():
-            deviation = float(result.deviations[i])
-            turns = _explaining_turns(measured, result, i, typical)
-            found.append(
-                Outlier(
-                    i,
-                    deviation,
-                    turns,
-                    slip=turns is not None or abs(deviation) > GROSS * typical,
-                )
-            )
+        for run in far.tolist():
+            deviation = float(result.deviations[run])
+            found.append(Outlier(run, deviation, slip=abs(deviation) > GROSS * typical))
         if set(far.tolist()) == out:
             return found, result
         out = set(far.tolist())
     return (found if len(found) <= count / 3 else []), None
-
-
-def _explaining_turns(
-    measured: Measurements, result: FitResult, index: int, typical: float
-) -> float | None:
-    """Return the turns that explain a run best, to 3 u; None if none does."""
-    bias = result.timing_bias.value
-    one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
-    spread = (
-        abs(
-            (measured.time[index] - result.fitted_time[index])
-            / result.deviations[index]
-        )
-        * typical
-    )
-    candidates = {
-        *TURN_COUNTS,
-        *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1)),
-    }
-    misfits = {
-        # The uncertainty of one turn grows with the number of turns.
-        turns: abs(measured.time[index] - bias - turns * one_turn)
-        / (spread * max(1.0, turns / measured.turns[index]))
-        for turns in candidates
-        if turns > 0 and not math.isclose(turns, measured.turns[index])
-    }
-    best = min(sorted(misfits), key=lambda turns: misfits[turns])
-    return best if misfits[best] < 3 else None
-
-
-USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
-"""Usual numbers of revolutions of all runs of one weight."""
-
-AGREES = 0.03
-"""Torques agree if their relative deviation (root mean square) is below this; wrong
-counts give 20 %."""
-
-MODEST = 0.3
-"""Largest residual torque over the smallest torque with which other counts explain a
-log."""
-
-MOST_TORQUES = 12
-"""Largest number of torques that are tried."""
-
-
-def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
-    """Find turn counts, one for each torque, with which the torques agree.
-
-    For a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a turn count scales φ̇ψ̇. Every
-    pair of torques with two counts gives a line, and so does every torque with M0 = 0;
-    the other torques then get the nearest count.
-
-    Returns
-    -------
-    list of dict
-        The corrections that change the fewest torques: number of the group in
-        `by_torque`, and its revolutions. Empty if the torques agree without a
-        correction, or if there is no correction.
-    """
-    loaded = [
-        k for k, runs in enumerate(measured.by_torque) if measured.torque[runs[0]]
-    ]
-    if not 2 <= len(loaded) <= MOST_TORQUES:
-        return []
-    candidates = [_candidates(measured, measured.by_torque[k]) for k in loaded]
-    torque = np.array([measured.torque[measured.by_torque[k][0]] for k in loaded])
-    products = [product for _, product in candidates]
-    inertia, residual_torque = _lines(torque, products)
-    chosen, off = _nearest(products, (torque[:, None] + residual_torque) / inertia)
-    changed = chosen > 0
-    agrees = np.sqrt(np.mean(off**2, axis=0)) < AGREES
-    if np.any(agrees & ~changed.any(axis=0)):
-        return []
-    agrees &= np.abs(residual_torque) < MODEST * np.abs(torque).min()
-    lines = np.flatnonzero(agrees)
-    sizes = changed[:, lines].sum(axis=0)
-    answers: list[dict[int, float]] = []
-    for line in lines[sizes == sizes.min(initial=MOST_TORQUES)]:
-        answer = {
-            loaded[k]: float(candidates[k][0][chosen[k, line]])
-            for k in np.flatnonzero(changed[:, line])
-        }
-        if answer not in answers:
-            answers.append(answer)
-    # Students who forget to write the turns have timed parts of one turn.
-    return sorted(answers, key=lambda answer: sum(answer.values()))
-
-
-def _nearest(products: list[Floats], expected: Floats) -> tuple[Any, Floats]:
-    """Return the nearest candidate of each torque on each line, shape (torques, lines).
-
-    The second array contains the logarithm of its ratio to the expected φ̇ψ̇.
-    """
-    chosen = []
-    off = []
-    for product, line in zip(products, expected, strict=True):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            away = np.abs(np.log(product / line[:, None]))
-        away[~np.isfinite(away)] = np.inf
-        chosen.append(away.argmin(axis=1))
-        off.append(away.min(axis=1))
-    return np.array(chosen), np.array(off)
-
-
-def _candidates(measured: Measurements, runs: list[int]) -> tuple[Floats, Floats]:
-    """List the counts that the runs of one torque can have, the written one first.
-
-    For each the median of φ̇ψ̇ [rad²/s²]. If the runs have different counts, these are
-    not a common mistake.
-    """
-    product = median(np.abs(measured.product[runs])) * np.sign(measured.torque[runs[0]])
-    written = measured.turns[runs[0]]
-    counts = [written]
-    if not np.ptp(measured.turns[runs]):
-        counts += [count for count in USUAL_COUNTS if not math.isclose(count, written)]
-    return np.array(counts), product * np.array(counts) / written
-
-
-def _lines(torque: Floats, products: list[Floats]) -> tuple[Floats, Floats]:
-    """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques.
-
-    Lines through one torque with M0 = 0 are returned as well.
-    """
-    # The origin counts as another torque, the first one.
-    number = np.repeat(np.arange(len(torque) + 1), [1, *map(len, products)])
-    x = np.concatenate([[0.0], *products])
-    y = np.append(0.0, torque)[number]
-    first, second = np.triu_indices(len(x), 1)
-    # If there are only two torques, a line through both is not evidence.
-    is_line = number[first] != number[second]
-    is_line &= (first == 0) | (len(torque) > 2)
-    first = first[is_line]
-    second = second[is_line]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inertia = (y[second] - y[first]) / (x[second] - x[first])
-        residual_torque = inertia * x[first] - y[first]
-    usable = np.isfinite(inertia) & (inertia > 0)
-    usable &= np.abs(residual_torque) < 3 * np.abs(torque).max()
-    return inertia[usable], residual_torque[usable]
 
 
 # --- the fits of the textbook ---

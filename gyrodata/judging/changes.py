@@ -34,6 +34,7 @@ from gyrodata.measurements import (
     select,
     total_spin_excess,
 )
+from gyrodata.measurements.sources import list_sources
 from gyrodata.physics import Floats, models
 from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
 from gyrodata.quantities.error_sources import DECAY_TIME
@@ -123,7 +124,6 @@ EFFECTS = {
     BALANCE_CHANGE: "balance, differs between weights",
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
-    "decay_law": "law by which the spin falls",
     "spin_delay": "spin read late",
     "tachometer": "tilted rod, total spin taken for ψ̇",
 }
@@ -146,20 +146,19 @@ def _effects(lab: Lab) -> Iterator[Change]:
     yield _residual_torque(lab)
     yield _balance_change(lab)
     yield _timing_bias(lab)
-    yield from _falling_spin(lab)
+    yield _falling_spin(lab)
     yield _delay_of_spin(lab)
-    yield from _effects_of_motion(lab)
+    for model in models.of_effects().values():
+        yield _effect_of_model(lab, model)
+        if model.tilted:
+            yield from _total_spin_read(lab)
 
 
 def _residual_torque(lab: Lab) -> Change:
     """Suppose that M0 is zero: a run without a weight then is not used."""
     measured = lab.measured
     widths = lab.fit.widths
-    lightest = fitting.lightest_torque(measured, lab.fit.adjusted.kept)
-    prior = fitting.balance_scale(measured, lab.fit.inertia.value, lightest)
-    words = (
-        f"unknown beforehand: M0 has a prior of width {prior:.2g} N·m, with wide tails"
-    )
+    words = "unknown beforehand: M0 has a prior with wide tails"
     assert widths.residual_torque is not None
     none = replace(
         widths,
@@ -184,67 +183,33 @@ def _timing_bias(lab: Lab) -> Change:
     if not width:
         words = "not a stopwatch's time, or u_time_bias is 0"
         return lab.change(name, words, sized=False)
-    words = f"unknown beforehand: b has a prior of width {width:g} s"
+    words = f"unknown beforehand, ± {width:g} s"
     return lab.change(name, words, {"timing_bias_u": 0.0}, kept=True, sized=False)
 
 
-def _falling_spin(lab: Lab) -> Iterator[Change]:
-    """Use the plain mean of the spins of a run, and another law by which they fall."""
+def _falling_spin(lab: Lab) -> Change:
+    """Use the plain mean of the spins at the start and the end of a run."""
     measured = lab.measured
     name = "spin_decay"
     start = measured.spin_start
     end = measured.spin_end
     if start is None or end is None:
         words = "one reading in each run: at the midpoint its error is 0.05 % for a fall of 10 %"
-        yield lab.change(name, words, sized=False, measured=None)
-        return
+        return lab.change(name, words, sized=False, measured=None)
     words = "the harmonic mean in time is used, because it costs nothing"
     plain = {"spin": (start + end) / 2}
-    yield lab.change(name, words, plain, kept=True, sized=False)
-    if measured.spin_readings == 2:
-        yield _decay_law(lab, start, end)
-
-
-def _decay_law(lab: Lab, start: Floats, end: Floats) -> Change:
-    """Suppose that the spin falls by dry friction."""
-    measured = lab.measured
-    exponent = physics.VISCOUS
-    words = "a viscous decay is assumed, as of an air film"
-    if measured.drag is not None:
-        exponent = measured.drag.exponent
-        words = f"the readings give the exponent {exponent:.1f} ± {measured.drag.u_exponent:.1f}"
-    words += "; this is for dry friction"
-    in_u = _is_decay_law_in_u(measured)
-    if in_u:
-        words += "; u includes the uncertainty of the law"
-    dry = physics.harmonic_mean_spin(start, end, 0.0)
-    mean = physics.harmonic_mean_spin(start, end, exponent)
-    spin = measured.spin * dry / mean
-    return lab.change("decay_law", words, {"spin": spin}, sized=not in_u, in_u=in_u)
-
-
-def _is_decay_law_in_u(measured: Measurements) -> bool:
-    """Return whether u of I_zz contains the doubt about the law of the falling spin."""
-    return any(
-        source.name == "decay_exponent" and source.relative.any()
-        for source in measured.sources
-    )
+    return lab.change(name, words, plain, kept=True, sized=False)
 
 
 def _balance_change(lab: Lab) -> Change:
     """Suppose that M0 is the same with every weight."""
     measured = lab.measured
-    fit = lab.fit
     name = BALANCE_CHANGE
     if not measured.balance_differs:
         words = 'the log says "# balance: untouched", or it has one weight'
         return lab.change(name, words, sized=False, measured=None)
-    shares = [one.share for one in fit.budget if one.source == name]
-    part = math.sqrt(sum(shares))
-    words = (
-        f"unknown beforehand: its width is estimated as {fit.widths.level:.2g} N·m, "
-        f"which makes {part:.2g} u of u"
-    )
+    width = lab.fit.widths.level
+    words = f"unknown beforehand: its width is estimated as {width:.2g} N·m"
     return lab.change(name, words, UNTOUCHED, kept=True, sized=False, in_u=True)
 
 
@@ -272,17 +237,6 @@ def _delay_of_spin(lab: Lab) -> Change:
     return lab.change(
         "spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True
     )
-
-
-def _effects_of_motion(lab: Lab) -> Iterator[Change]:
-    """List the effects of the models of motion.
-
-    Each effect is in the model of the log once, and is left out once.
-    """
-    for model in models.of_effects().values():
-        yield _effect_of_model(lab, model)
-        if model.tilted:
-            yield from _total_spin_read(lab)
 
 
 def _effect_of_model(lab: Lab, model: MotionModel) -> Change:
@@ -478,27 +432,10 @@ def _better_readings(lab: Lab) -> Iterator[Change]:
         better = SOURCES[share.source].better if share.source in SOURCES else ""
         if better and (share.share > 0.05 or in_doubt):
             words = better + doubted.get(share.source, "")
-            changed = _with_half_the_error(lab, share.source)
+            changed = {"sources": _scaled(lab.measured, (share.source,), 0.5)}
             yield lab.change(
                 "half_the_error", words, changed, is_always_advised=in_doubt
             )
-
-
-def _with_half_the_error(lab: Lab, name: str) -> dict[str, Any]:
-    """Return the sources and times of a log with half the error of a source."""
-    measured = lab.measured
-    fit = lab.fit
-    problem = fit.adjusted.problem
-    variances = (fit.adjusted.slopes * problem.independent) ** 2
-    own = np.maximum(variances.sum(axis=0), 1e-300)
-    # Readings with half the error of their own scatter less about the fit.
-    factors = [0.25 if one.name == name else 1.0 for one in problem.sources]
-    smaller = np.sqrt(np.array(factors) @ variances / own)
-    nearer = (measured.time - fit.fitted_time) * np.where(smaller > 0, 1 - smaller, 0.0)
-    return {
-        "sources": _scaled(measured, (name,), 0.5),
-        "time": measured.time - nearer,
-    }
 
 
 def _advice(lab: Lab) -> Iterator[Change]:
@@ -532,11 +469,43 @@ def _advice(lab: Lab) -> Iterator[Change]:
 def _direction(lab: Lab) -> Iterator[Change]:
     """Write the direction of runs without a weight, if M0 may have either sign."""
     if lab.fit.two_signs:
-        yield lab.change(
-            "direction",
-            "the direction of each run without a weight",
-            {"sense": lab.fit.sense},
-        )
+        words = "the direction of each run without a weight"
+        yield lab.change("direction", words, {"sense": lab.fit.sense})
+
+
+ROUNDED = ("mass", "position", "time", "spin")
+"""Columns whose digits can be too few."""
+
+MUCH_ROUNDING = 0.2
+"""Smallest share of u² of a reading that may have too few digits [1]."""
+
+
+def _one_more_digit(lab: Lab) -> Iterator[Change]:
+    """Write one more digit in each column that makes a large part of u.
+
+    The words of the change are the role of the column.
+    """
+    readings = lab.readings
+    shares = {share.source: share.share for share in lab.fit.budget}
+    for role in ROUNDED:
+        if readings is None or shares.get(role, 0.0) < MUCH_ROUNDING:
+            continue
+        column = readings.columns.get(role)
+        [source] = [each for each in lab.measured.sources if each.name == role]
+        if column is None:
+            continue
+        size = source.absolute + source.relative * np.abs(getattr(lab.measured, role))
+        # The rounding is a step over √12.
+        if (np.array(column.steps) < math.sqrt(3) * size).all():
+            continue
+        finer = [
+            replace(reading, step=reading.step and reading.step / 10)
+            for reading in column.readings
+        ]
+        columns = {**readings.columns, role: replace(column, readings=tuple(finer))}
+        changed = replace(readings, columns=columns)
+        sources = tuple(list_sources(changed, lab.measured))
+        yield lab.change("one_more_digit", role, {"sources": sources})
 
 
 CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
@@ -545,12 +514,17 @@ CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
     "advice": _advice,
     "unloaded_run": _unloaded_run,
     "direction": _direction,
+    "one_more_digit": _one_more_digit,
 }
 """The changes by the table to which they belong, each in the order of its table; none
 that does not apply to a log."""
 
 
 # --- the size of an effect ---
+
+WORTH = 0.95
+"""gyro advises a change only if it reduces u of I_zz to at most this part of its value.
+"""
 
 DROP_ONE = 0.2
 """An effect below this many standard uncertainties of I_zz may be left out …"""
@@ -612,30 +586,15 @@ def _bias(lab: Lab, change: Change) -> float | None:
     return ratio - 1 if change.without else 1 / ratio - 1
 
 
-def _sample(lab: Lab) -> Lab:
-    """Take a sample of very many runs."""
-    some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
-    try:
-        measured, fit = fitting.fit_model(some, lab.motion)
-    except fitting.NoFit:
-        return lab
-    # Without a posterior the sizes are those at the widths of this fit, however large
-    # they are.
-    without_posterior = replace(fit, posterior=None)
-    return Lab(None, measured, without_posterior, lab.motion, asked=lab.asked)
-
-
 def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect, ...]:
     """List the effects that a log can have, with their sizes and the decisions.
 
-    With `names`, only the effects with these names are listed.
+    With `names`, only the effects with these names are listed; none of a long log.
     """
-    if names is not None and not names:
+    is_long = len(lab.measured.runs) > MOST_RUNS
+    if is_long or (names is not None and not names):
         return ()
-    # The sizes are compared with the u of all runs.
     u = fitting.relative_u(lab.fit.inertia)
-    if len(lab.measured.runs) > fitting.MANY:
-        lab = _sample(lab)
     listed = [
         change
         for change in CHANGES["effect"](lab)
@@ -670,23 +629,12 @@ def _verdict(lab: Lab, change: Change, size: float) -> str:
     if lab.asked:
         return ""
     if change.kept:
-        if size < DROP_ONE and change.model is not None:
-            return _why_small_is_kept(lab, change.model)
-        return ""
+        if change.model is None or size >= DROP_ONE:
+            return ""
+        return "; kept: without it single runs, or all that is left out, would deviate"
     if size < DROP_ONE:
         return ", small enough"
-    verdict = ", NOT small, and the log does not say enough to correct for it"
-    if change.name == "decay_law":
-        verdict += "; read the spin at the midpoint as well"
-    return verdict
-
-
-def _why_small_is_kept(lab: Lab, model: MotionModel) -> str:
-    """Return why a model with a small effect is kept, if the runs show it."""
-    is_stated = model.is_stated(fitting.timed_runs(lab.measured))
-    if is_stated and _seen_in_scatter(lab, model):
-        return "; kept because the single runs show it"
-    return ""
+    return ", NOT small, and the log does not say enough to correct for it"
 
 
 def _biases(lab: Lab, model: MotionModel) -> Floats:
@@ -792,7 +740,7 @@ class Fits:
         self.measured = measured
         self.left_out = left_out
         self.near = near
-        self.known: list[Lab] = []
+        self.known: dict[Motion, Lab] = {}
 
     def lab(self, motion: Motion) -> Lab:
         """Return the log, fitted with a motion.
@@ -802,14 +750,12 @@ class Fits:
         NoFit
             If there is no credible solution.
         """
-        for lab in self.known:
-            if lab.motion == motion:
-                return lab
-        runs, fit = fitting.fit_model(
-            self.measured, motion, self.left_out, near=self.near
-        )
-        self.known.append(Lab(None, runs, fit, motion, self.left_out))
-        return self.known[-1]
+        if motion not in self.known:
+            runs, fit = fitting.fit_model(
+                self.measured, motion, self.left_out, near=self.near
+            )
+            self.known[motion] = Lab(None, runs, fit, motion, self.left_out)
+        return self.known[motion]
 
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:
@@ -913,24 +859,8 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
 
 def _size_not_modelled(lab: Lab, offered: Motion) -> float:
     """Return the sizes of the effects that no offered model contains [u]."""
-    size = _size_of_decay_law(lab)
-    for each in MODELS:
-        if each.always and each not in offered.models:
-            size += size_of_model(lab, each)
-    return size
-
-
-def _size_of_decay_law(lab: Lab) -> float:
-    """Compute the change of I_zz by another law of the falling spin, in its u [1].
-
-    No model contains it. It is zero if u contains it, or if each spin was read once.
-    """
-    measured = lab.measured
-    start = measured.spin_start
-    end = measured.spin_end
-    if start is None or end is None or _is_decay_law_in_u(measured):
-        return 0.0
-    return _size_in_u(lab, physics.decay_law_doubt(start, end))
+    rest = [each for each in MODELS if each.always and each not in offered.models]
+    return sum([size_of_model(lab, each) for each in rest])
 
 
 CLEARLY = math.log(200.0)

@@ -19,7 +19,7 @@ from gyrodata import fitting
 from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import SIZES, other_units
-from gyrodata.measurements.sources import load_role
+from gyrodata.measurements.sources import load_role, values_of
 from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import PLAIN
 from gyrodata.quantities.units import from_si, parse_unit
@@ -36,7 +36,6 @@ COMMON: Mapping[str, float] = {
     "digits": 2e-3,
     "minutes and seconds": 2e-3,
     "minute": 5e-4,
-    "digit": 3e-4,
     "unit": 3e-4,
     "strip": 1e-3,
     "exchanged cells": 2e-3,
@@ -53,6 +52,10 @@ FEW_COUNTS = (-1, -0.5, 0.5, 1)
 """Differences of a miscount from the true count."""
 
 
+USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
+"""Usual numbers of revolutions."""
+
+
 class Correction(Struct, frozen=True):
     """Other contents of one or two cells."""
 
@@ -63,6 +66,9 @@ class Correction(Struct, frozen=True):
     """Probability of this mistake [1]."""
     measured: Measurements
     """The log after it."""
+    is_certain: bool = False
+    """Whether a run that agrees after it is certainly wrong: the agreement with another
+    count, or of two exchanged cells, is no accident."""
 
 
 class Cell(Struct, frozen=True):
@@ -120,7 +126,9 @@ def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]
         changed = _exchanged(readings, roles, first, second)
         if changed is not None:
             text = f"are {words} of {names} exchanged? Then both would fit"
-            yield Correction(runs, text, COMMON[kind], measure(changed))
+            yield Correction(
+                runs, text, COMMON[kind], measure(changed), is_certain=True
+            )
 
 
 def timing_role(readings: Readings) -> str:
@@ -147,7 +155,7 @@ def _other_counts(
         for run in kept
         if measured.torque[run] == measured.torque[index]
     }
-    likely = {*fitting.USUAL_COUNTS, *measured.turns.tolist()}
+    likely = {*USUAL_COUNTS, *measured.turns.tolist()}
     likely |= {turns + step for step in FEW_COUNTS}
     for count in sorted(likely):
         if count <= 0 or math.isclose(count, turns):
@@ -160,6 +168,7 @@ def _other_counts(
             f"fits {turn_words(count)}, not {turn_words(turns).split(' ')[0]}",
             COMMON["count of the weight" if is_of_weight else "count"],
             replace(measured, turns=counts, slowing=None),
+            is_certain=True,
         )
 
 
@@ -285,52 +294,35 @@ def _factor(column: Column) -> float:
     return parse_unit(column.unit, kind).factor if column.unit else 1.0
 
 
-def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
-    """List the values of the runs before and after.
+def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
+    """List the values of the nearest runs before and after with another cell.
 
-    `single`: also if only one of them has the value.
+    If only one of them has a value, only a load may be copied from it.
     """
-    values = column.values
-    spots = column.spots
-    elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
-    rest = [values[k] for k in elsewhere]
-    around = _nearest(column, elsewhere, index)
-    contents = {values[run] for run in around.values()}
-    if len(contents) == 1 and _in_blocks(rest) and rest.count(*contents) > 1:
-        place = "other runs" if len(set(rest)) == 1 else "runs around it"
-        run = next(iter(around.values()))
-        yield _as_in("value of the runs around", column, run, place)
-    elif single:
-        for place, run in around.items():
-            yield _as_in("value of a neighbour", column, run, place)
+    spots = np.array(column.spots)
+    has_value = np.nan_to_num(values_of(column)) != 0
+    others = np.flatnonzero((spots != spots[index]) & has_value)
+    at = int(np.searchsorted(others, index))
+    near = others[max(at - 1, 0) : at + 1].tolist()
+    rest = [column.values[run] for run in others]
+    place = "other runs" if len(set(rest)) == 1 else "runs around it"
+    kind = "value of a neighbour"
+    if _are_common([column.values[run] for run in near], rest):
+        kind = "value of the runs around"
+    elif not is_load:
+        return
+    for run in near:
+        words = f", as in the {place}, would fit, not {{old}}"
+        yield Cell(kind, written(column, run), words, column.values[run] or 0.0)
 
 
-def _nearest(column: Column, elsewhere: Sequence[int], index: int) -> dict[str, int]:
-    """Return the nearest runs with another cell, by words."""
-    with_value = [run for run in elsewhere if column.values[run]]
-    before = [run for run in with_value if run < index][-1:]
-    after = [run for run in with_value if run > index][:1]
-    nearest = {}
-    if before:
-        nearest["run before"] = before[0]
-    if after:
-        nearest["run after"] = after[0]
-    return nearest
+def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> bool:
+    """Return whether the nearest values agree, as those of runs that follow each other.
 
-
-def _as_in(kind: str, column: Column, run: int, place: str) -> Cell:
-    """Return the value of another run as a cell."""
-    words = f", as in the {place}, would fit, not {{old}}"
-    return Cell(kind, written(column, run), words, column.values[run] or 0.0)
-
-
-def _in_blocks(values: Sequence[float | None]) -> bool:
-    """Return whether a weight is used in runs that follow each other.
-
-    The runs around a run then nearly always have its weight.
+    A weight is used in such runs: the values around a run are then nearly always its own.
     """
-    steps = sum(value != other for value, other in pairwise(values))
-    return steps < len(set(values))
+    steps = sum(value != other for value, other in pairwise(rest))
+    return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
 
 
 def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
@@ -381,8 +373,6 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
         yield "minutes and seconds", meant, why
     yield "minute", number + 60, "is a minute missing?"
     yield "minute", number - 60, "is it a minute less?"
-    for step in (-10, 10):
-        yield "digit", number + step, "is a digit wrong?"
 
 
 def _with_last_zeros(column: Column, text: str, number: Decimal) -> str:
@@ -443,12 +433,11 @@ class Prediction:
 
     def _relative_u(self, changed: Measurements, run: int) -> float:
         """Return the relative u of the difference of a time from its prediction [1]."""
-        (inertia, both, _), (_, balance, _), _ = self.others.covariance.tolist()
-        value = self.others.inertia.value
-        torque = float(self._torque(changed)[run])
-        variance = inertia / value**2 - 2 * both / (value * torque)
-        variance += balance / torque**2 + float(changed.own_relative[run]) ** 2
-        return self.typical * math.sqrt(max(variance, 0.0))
+        torque = self._torque(changed)[run]
+        slope = np.array([1 / self.others.inertia.value, -1 / torque, 0.0])
+        variance = slope @ self.others.covariance @ slope
+        own = float(changed.own_relative[run])
+        return self.typical * math.sqrt(max(variance, 0.0) + own**2)
 
     def log_density(self, changed: Measurements, run: int) -> float:
         """Return the log of the probability density of ln T of a run of a changed log.

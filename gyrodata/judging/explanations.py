@@ -24,11 +24,17 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import corrections
-from gyrodata.judging.corrections import HALF_LOG_2PI, Correction, Prediction
+from gyrodata.judging.corrections import (
+    HALF_LOG_2PI,
+    USUAL_COUNTS,
+    Correction,
+    Prediction,
+)
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
 from gyrodata.measurements.checks import SIZES, other_units
 from gyrodata.measurements.sources import load_role
+from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.units import from_si, parse_unit
 from gyrodata.readings import Column, Readings, kind_of_role
@@ -60,6 +66,10 @@ published air ball has an M0 of 28 % of the lightest torque."""
 
 WRONG_COUNT = 0.01
 """Probability that the turns of all runs of one weight are miscounted [1]."""
+
+PART_OF_A_TURN = 4.0
+"""A student who does not write the turns has timed a part of one turn this many times as
+often as several turns [1]."""
 
 UNKNOWN = 4.0
 """A wrong time is equally probable in a range of this width of its logarithm."""
@@ -117,11 +127,6 @@ class Diagnosis(Struct, frozen=True):
     """Runs that look odd, with their corrections."""
     left_out: tuple[int, ...] = ()
     """The runs that are certainly wrong."""
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether one explanation is much more probable than all others."""
-        return len(self.explanations) == 1
 
 
 class Log(Struct, frozen=True):
@@ -313,7 +318,7 @@ def _runs_hypothesis(
     partners: dict[int, Scores] = {}
     for words, scores in _exchanges(log, prediction, of_run):
         for run, score in scores.items():
-            entry = Score(score, words, is_exchange=True)
+            entry = Score(score, words, is_certain=True)
             of_run.get(run, partners.setdefault(run, [])).append(entry)
     total = log.evidence(others)
     for run in runs:
@@ -346,8 +351,8 @@ class Score(NamedTuple):
     log_density: float
     """Log of the probability density of the time, times how common the mistake is."""
     words: str
-    is_exchange: bool = False
-    """Whether cells of two runs are exchanged, which is no accident."""
+    is_certain: bool = False
+    """As of the correction."""
 
 
 Scores = list[Score]
@@ -361,7 +366,8 @@ def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> 
         density = prediction.log_density(correction.measured, run)
         if density > -math.inf:
             common = math.log(correction.common)
-            scores.append(Score(density + common, correction.words))
+            score = Score(density + common, correction.words, correction.is_certain)
+            scores.append(score)
     return scores
 
 
@@ -417,13 +423,13 @@ def _with_corrections(
 ) -> Outlier:
     """Return an outlier with its probable corrections."""
     deviation = float(others.deviations[run])
-    outlier = known or Outlier(run, deviation, None, slip=True)
+    outlier = known or Outlier(run, deviation, slip=True)
     scores = sorted(scores, reverse=True)
     probable = [
         score for score in scores if score.log_density > scores[0].log_density - CLEARLY
     ]
     likely = [score.words for score in probable]
-    is_wrong = outlier.slip or any(score.is_exchange for score in probable)
+    is_wrong = outlier.slip or any(score.is_certain for score in probable)
     maybe = ""
     if not is_wrong:
         # A run that is not clearly wrong may be odd by chance; then several
@@ -487,7 +493,7 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     words = f"{number} runs of {load} would agree with the others if "
     reason = f"the mass or the position of {load} is wrong"
     outliers = [
-        Outlier(run, float(fit.deviations[run]), None, slip=True, cells=(reason,))
+        Outlier(run, float(fit.deviations[run]), slip=True, cells=(reason,))
         for run in runs
     ]
     return Hypothesis(
@@ -537,16 +543,9 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     of_weight = np.isin(np.arange(len(measured.runs)), runs)
     factors = np.where(of_weight, factor, 1.0)
     name = "given_torque" if role == "torque" else role
-    free = Source(
-        FREE_LOAD,
-        quantity,
-        np.where(of_weight, 0, -1),
-        np.zeros(len(factors)),
-        np.where(of_weight, WIDE, 0.0),
-        "runs with the same weight",
-        True,
-        "",
-    )
+    group = np.where(of_weight, 0, -1)
+    wide: Floats = np.where(of_weight, WIDE, 0.0)
+    free = _wide_source(FREE_LOAD, quantity, group, np.zeros(len(wide)), wide)
     changed = {name: factors * getattr(measured, name)}
     return replace(
         measured,
@@ -657,28 +656,73 @@ def _in_column(column: Column, run: int, value: float) -> str:
 # --- the turns of weights ---
 
 
+SAME_COUNT = math.log(4 / 3) / 2
+"""Torques agree if their I_zz with M0 = 0 differ by less than this logarithm: half of
+the smallest step between two counts."""
+
+
 def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the turns of all runs of some weights are wrong."""
     measured = log.measured
-    groups = log.measured.by_torque
-    for counts in fitting.explaining_counts(measured)[:MOST_SHOWN]:
+    groups = measured.by_torque
+    for counts in _agreeing_counts(measured)[:MOST_SHOWN]:
         turns = measured.turns.copy()
+        words = []
         for group, count in counts.items():
-            turns[groups[group]] = count
+            runs = groups[group]
+            written = turn_words(turns[runs[0]]).split(" ")[0]
+            load = load_words(measured, runs[0])
+            words.append(f"the runs of {load} fit {turn_words(count)}, not {written}")
+            turns[runs] = count
         with suppress(NoFit):
             fit = log.fit(replace(measured, turns=turns))
-            prior = len(counts) * math.log(WRONG_COUNT)
-            wrong = sorted(run for group in counts for run in groups[group])
-            words = "; ".join(
-                [
-                    f"the runs of {load_words(measured, groups[group][0])} fit "
-                    f"{turn_words(count)}"
-                    for group, count in counts.items()
-                ]
-            )
-            yield Hypothesis(
-                "turns", words, log.evidence(fit) + prior, tuple(wrong), fit
-            )
+            evidence = log.evidence(fit) + len(counts) * math.log(WRONG_COUNT)
+            if max(counts.values()) > 1:
+                evidence -= math.log(PART_OF_A_TURN)
+            wrong = np.flatnonzero(turns != measured.turns).tolist()
+            yield Hypothesis("turns", "; ".join(words), evidence, tuple(wrong), fit)
+
+
+def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
+    """List turns, by the number of a torque, with which the torques agree.
+
+    Each torque with each of its counts gives an I_zz, and the other torques then have
+    the nearest count. Only the counts that change the fewest torques are listed; none
+    if the torques agree as written.
+    """
+    groups = measured.by_torque
+    loaded = [
+        number
+        for number, runs in enumerate(groups)
+        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
+    ]
+    if len(loaded) < 2:
+        return []
+    first = [groups[number][0] for number in loaded]
+    product = [
+        fitting.median(np.abs(measured.product[groups[number]])) for number in loaded
+    ]
+    written = measured.turns[first, None]
+    counts = np.hstack([written, np.tile(USUAL_COUNTS, (len(loaded), 1))])
+    inertia = np.abs(measured.torque[first, None]) / np.array(product)[:, None]
+    # The shape is (torques, counts), and (torques, counts, values of I_zz) for `off`.
+    logarithm = np.log(inertia * written / counts)
+    off = np.abs(logarithm[:, :, None] - logarithm.reshape(-1))
+    nearest = np.take_along_axis(counts, off.argmin(axis=1), axis=1)
+    agrees = off.min(axis=1).max(axis=0) < SAME_COUNT
+    changed = ~np.isclose(nearest, written, rtol=0.01)
+    sizes = changed.sum(axis=0)
+    fewest = sizes[agrees].min(initial=len(loaded))
+    answers: list[dict[int, float]] = []
+    for line in np.flatnonzero(agrees & (sizes == fewest)):
+        answer = {
+            loaded[number]: float(nearest[number, line])
+            for number in np.flatnonzero(changed[:, line])
+        }
+        if answer and answer not in answers:
+            answers.append(answer)
+    # Only the first are tried: the smallest counts are the most usual.
+    return sorted(answers, key=lambda answer: sum(answer.values()))
 
 
 # --- an error that all runs share ---
@@ -686,100 +730,89 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
 SHARED_ERROR = 0.05
 """Probability that an error that all runs share is much larger than stated [1]."""
 
-LATE_HAND, OFF_CENTRE, DRIFT = 1.0, 5e-3, 0.1
-"""Standard uncertainties of such an error: of the hand [s], of the origin of the
-positions [m], and of M0 from the first run to the last, as a part of the lightest
-torque [1]."""
+
+class SharedError(NamedTuple):
+    """An error that all runs share, if it is much larger than stated."""
+
+    kind: str
+    quantity: Quantity
+    size: float
+    """Standard uncertainty [s], [m], or as a part of the lightest torque [1]."""
+    unit: float
+    """The unit of the number in the words [SI unit]."""
+    words: str
+    remedy: str
+    signs: tuple[str, str] = ("", "")
+    """Words for readings that are too large, and too small."""
+
+
+SHARED_ERRORS = (
+    SharedError(
+        "hand",
+        "time",
+        1.0,
+        1.0,
+        "the stopwatch was {size:.2g} s {sign} than stated",
+        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time "
+        "more turns",
+        ("later", "earlier"),
+    ),
+    SharedError(
+        "origin",
+        "position",
+        5e-3,
+        1e-3,
+        "every position was {size:.2g} mm {sign}",
+        "measure the arm from the centre of the ball, or state # u_position_zero: "
+        "{size:.1g} mm",
+        ("less", "more"),
+    ),
+    SharedError(
+        "drift",
+        "balance",
+        0.1,
+        1e-3,
+        "M0 drifted by {size:.2g} mN·m from the first run to the last",
+        "fix the balance weight, check step 2 again, and repeat the first run at the end",
+    ),
+)
 
 
 def _shared_errors(log: Log) -> Iterator[Hypothesis]:
     """Suppose that one error that all runs share is much larger than stated."""
-    for kind, changed, explain in (
-        ("hand", _with_late_hand, _of_hand),
-        ("origin", _with_free_origin, _of_origin),
-        ("drift", _with_drift, _of_drift),
-    ):
-        measured = changed(log.measured)
-        if measured is None:
+    measured = log.measured
+    every = np.ones(len(measured.runs))
+    stated = [source.name for source in measured.sources]
+    for error in SHARED_ERRORS:
+        if error.kind == "hand" and not measured.timed:
             continue
+        if error.kind == "origin" and "position_zero" not in stated:
+            continue
+        sizes = error.size * every
+        if error.kind == "drift":
+            lightest = fitting.lightest_torque(measured, every)
+            sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
+        group = np.zeros(len(every), dtype=int)
+        wide = _wide_source(error.kind, error.quantity, group, sizes, 0 * every)
         with suppress(NoFit):
-            fit = log.fit(measured)
-            words, remedy = explain(fit)
+            fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
+            off = np.ptp(np.append(0.0, sizes)) * fit.error_of(error.kind)[0]
+            size = abs(off) / error.unit
+            words = error.words.format(size=size, sign=error.signs[int(off < 0)])
             # A balance that differs as well is another explanation.
             evidence, _ = log.evidences(fit)
-            evidence += math.log(SHARED_ERROR)
-            yield Hypothesis(kind, words, evidence, (), fit, remedy)
+            yield Hypothesis(
+                error.kind,
+                f"the runs would agree if {words}",
+                evidence + math.log(SHARED_ERROR),
+                (),
+                fit,
+                error.remedy.format(size=size, twice=2 * size),
+            )
 
 
-def _with_late_hand(measured: Measurements) -> Measurements | None:
-    """Let every time be too long, or too short, by up to seconds."""
-    return replace(measured, timing_bias_u=LATE_HAND) if measured.timed else None
-
-
-def _of_hand(fit: FitResult) -> tuple[str, str]:
-    """Explain the bias of a hand: words and a remedy."""
-    late = fit.timing_bias.value
-    when = "later" if late > 0 else "earlier"
-    words = f"the runs would agree if the stopwatch was {abs(late):.2g} s {when} than stated"
-    remedy = (
-        f"state the bias of your hand, for example # u_time_bias: {2 * abs(late):.1g} "
-        f"s, or time more turns"
-    )
-    return words, remedy
-
-
-def _with_free_origin(measured: Measurements) -> Measurements | None:
-    """Let the origin of the positions be wrong by millimetres."""
-    if not any(source.name == "position_zero" for source in measured.sources):
-        return None
-    sources = tuple(
-        [
-            replace(source, absolute=np.full(len(source.absolute), OFF_CENTRE))
-            if source.name == "position_zero"
-            else source
-            for source in measured.sources
-        ]
-    )
-    return replace(measured, sources=sources)
-
-
-def _of_origin(fit: FitResult) -> tuple[str, str]:
-    """Explain an error of the origin: words and a remedy."""
-    off = 1e3 * OFF_CENTRE * float(fit.error_of("position_zero")[0])
-    more = "less" if off > 0 else "more"
-    words = f"the runs would agree if every position was {abs(off):.2g} mm {more}"
-    remedy = (
-        f"measure the arm from the centre of the ball, or state # u_position_zero: "
-        f"{abs(off):.1g} mm"
-    )
-    return words, remedy
-
-
-def _with_drift(measured: Measurements) -> Measurements:
-    """Let M0 change evenly from the first run to the last."""
-    count = len(measured.runs)
-    nothing = np.zeros(count)
-    lightest = fitting.lightest_torque(measured, np.ones(count))
-    drift = Source(
-        "balance_drift",
-        "balance",
-        np.zeros(count, dtype=int),
-        DRIFT * lightest * np.linspace(-0.5, 0.5, count),
-        nothing,
-        "all runs",
-        True,
-        "",
-    )
-    return replace(measured, sources=(*measured.sources, drift))
-
-
-def _of_drift(fit: FitResult) -> tuple[str, str]:
-    """Explain a drift of the balance: words and a remedy."""
-    lightest = fitting.lightest_torque(fit.adjusted.problem.measured, fit.adjusted.kept)
-    drift = 1e3 * DRIFT * lightest * abs(float(fit.error_of("balance_drift")[0]))
-    words = (
-        f"the runs would agree if M0 drifted by {drift:.2g} mN·m from the first run to "
-        f"the last"
-    )
-    remedy = "fix the balance weight, check step 2 again, and repeat the first run at the end"
-    return words, remedy
+def _wide_source(
+    name: str, quantity: Quantity, groups: Integers, absolute: Floats, relative: Floats
+) -> Source:
+    """Return an error that can be much larger than those that a log states."""
+    return Source(name, quantity, groups, absolute, relative, "all runs", False, "")

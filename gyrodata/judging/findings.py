@@ -9,10 +9,8 @@ these findings and make none of their own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -33,13 +31,13 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, Measurements, Source, spin_columns
+from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
 from gyrodata.measurements.checks import unit_within
-from gyrodata.measurements.sources import Drag
-from gyrodata.physics import RPM, Floats, models
+from gyrodata.measurements.sources import values_of
+from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
-from gyrodata.quantities.units import from_si, parse_unit
+from gyrodata.quantities.units import from_si
 from gyrodata.readings import Column, Readings, kind_of_role, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
@@ -117,45 +115,15 @@ OTHER_LAW = 4.0
 """An exponent at least this many u from 1 means another law; its u includes the
 remaining scatter of the runs."""
 
-EXPLAINED = 0.01
-"""Another motion explains the scatter if chi-square is more probable than this with it.
-"""
-
 NO_ACCIDENT = 0.001
 """If the scatter of the runs has a smaller probability, they do not follow the law
 within their uncertainties."""
 
 
-def _other_motion(seen: Seen) -> str:
-    """Return the beginning of a hint about another motion of the rod.
-
-    The result is "" unless this motion explains how the runs deviate.
-    """
-    measured = seen.measured
-    motion = seen.motion
-    if seen.p is None or seen.p > NO_ACCIDENT or seen.asked:
-        return ""
-    for model in models.starts():
-        if measured.motion == model.start:
-            continue
-        with suppress(fitting.NoFit):
-            other = motion.started_as(model)
-            _, fit = fitting.fit_model(
-                measured, other, seen.left_out, fitting.AS_STATED
-            )
-            p = fitting.chi2_tail(fit.chi2, fit.dof)
-            if p > EXPLAINED:
-                return (
-                    f"if the rod {model.start_words}, the runs agree (p = {p:.1g}): "
-                    f'write "# motion: {model.start}". If not, '
-                )
-    return ""
-
-
 def _causes_of_scatter(seen: Seen) -> str:
-    """Name the runs that were perhaps stopped late, or another motion of the rod."""
+    """Name the runs that were perhaps stopped late."""
     if not seen.fit.late:
-        return _other_motion(seen)
+        return ""
     names = [seen.measured.runs[run] for run in seen.fit.late]
     runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
     return (
@@ -193,17 +161,19 @@ def _say_scatter(seen: Seen) -> Diagnostic:
     measured = seen.measured
     fit = seen.fit
     scatter = fit.widths.scatter
-    values = {"scatter": scatter, "u_time": scatter * (measured.time_u or 0.14)}
-    motion = _causes_of_scatter(seen)
+    values = {
+        "scatter": scatter,
+        "u_time": scatter * (measured.time_u or 0.14),
+        "late": _causes_of_scatter(seen),
+    }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < NO_ACCIDENT:
-        return seen.readings.say("not_one_line", **values, motion=motion)
+        return seen.readings.say("not_one_line", **values)
     return seen.readings.say(
         "scatter_too_large",
         **values,
         stated=_stated_scatter(measured),
         in_u=scatter_in_u(seen.constancy, measured),
-        motion=motion,
     )
 
 
@@ -227,11 +197,8 @@ def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
     """
     chance = seen.fit.chance_of_one_balance
     kinds = [each.kind for each in seen.explanations]
-    if (
-        seen.contradicts_itself
-        or chance >= ONE_BALANCE
-        or kinds not in ([], ["balance"])
-    ):
+    is_other = bool(kinds) and "balance" not in kinds
+    if seen.contradicts_itself or is_other or chance >= ONE_BALANCE:
         return
     yield seen.readings.say(
         "weights_disagree",
@@ -325,17 +292,14 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
 
 def _say_other_law(seen: Seen, exponent: Exponent, far: float) -> Diagnostic:
     """Report that an exponent is `far` standard uncertainties from 1."""
-    cause = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+    cause = "a spin that was not read at half time"
     if far < 0:
-        cause = (
-            "a stopwatch that is late in every run, or wrong turns in the short runs"
-        )
+        cause = "a stopwatch that is late in every run"
     return seen.readings.say(
         "period_not_in_proportion",
         power=round(exponent.value, 2) + 0.0,
         far=abs(far),
-        cause=cause,
-        motion=_other_motion(seen),
+        cause=f"{cause}, or wrong turns in some runs",
     )
 
 
@@ -354,6 +318,10 @@ def _agreement(seen: Seen) -> Iterator[Diagnostic]:
         yield seen.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
+CONTRADICTED = 3.0
+"""Number of standard uncertainties by which the runs must contradict a balance test."""
+
+
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
     """Report a balance test that the runs contradict.
 
@@ -361,13 +329,16 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
     """
     measured = seen.measured
     fit = seen.fit
-    test = seen.measured.balance_test_from
-    if fit.contradicted_balance is not None:
-        m0 = 1e3 * fit.residual_torque.value
-        allowed = 1e3 * fit.contradicted_balance
-        yield seen.readings.say(
-            "balance_test_contradicted", m0=m0, allowed=allowed, test=test
-        )
+    if measured.balance_test is not None:
+        allowed = measured.balance_test(fit.inertia.value)
+        _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
+        if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
+            yield seen.readings.say(
+                "balance_test_contradicted",
+                m0=1e3 * m0,
+                allowed=1e3 * allowed,
+                test=measured.balance_test_from,
+            )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         ways = "" if measured.balanced else BALANCED
         yield seen.readings.say("single_torque", ways=ways)
@@ -377,34 +348,29 @@ BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 4
 """How a log with one torque can say that M0 is small."""
 
 
-WORTH = 0.95
-"""gyro advises a change only if it reduces u of I_zz to at most this part of its value.
-"""
-
-
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs that have neither a weight nor a direction."""
-    is_bare = (seen.measured.sense == 0) & (seen.fit.adjusted.kept > 0)
-    if is_bare.any():
-        yield from _missing_direction(seen, np.flatnonzero(is_bare).tolist())
-
-
-def _missing_direction(seen: Seen, bare: list[int]) -> Iterator[Diagnostic]:
-    """Ask for the direction of some runs if it would reduce u of I_zz."""
-    measured = seen.measured
-    now = seen.fit.inertia
-    answers = changes.answers(seen, "direction")
-    then = answers[0][1].inertia if answers else None
-    if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
-        return
-    runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
-    place = seen.readings.place(bare[0])
-    u = {"now": 100 * relative_u(now), "then": 100 * relative_u(then)}
-    yield seen.readings.say("direction_missing", place, runs=runs, **u)
+    """Ask for the direction of the runs without a weight, if this reduces u of I_zz."""
+    now = 100 * relative_u(seen.fit.inertia)
+    for _, answer in changes.answers(seen, "direction"):
+        then = 100 * relative_u(answer.inertia) if answer.inertia else now
+        if then > changes.WORTH * now:
+            continue
+        bare = (seen.measured.sense == 0) & (seen.fit.adjusted.kept > 0)
+        runs = np.flatnonzero(bare).tolist()
+        names = f"run{'s' * (len(runs) > 1)} "
+        names += listing([seen.measured.runs[run] for run in runs])
+        place = seen.readings.place(runs[0])
+        yield seen.readings.say(
+            "direction_missing", place, runs=names, now=now, then=then
+        )
 
 
 POOR_BALANCE = 0.2
 """A balanced ball has an M0 below this part of the smallest torque."""
+
+NO_BALANCE = 0.5
+"""With an M0 above this part of the smallest torque the answer is not safe to quote."""
+
 
 FELL_MORE = 4.0
 """If a spin falls this many times as fast as in the middle run …"""
@@ -413,43 +379,30 @@ FELL_BY = 0.03
 """… and by this much more [1], then something rubbed, or the spin was read wrongly."""
 
 
-def _poor_balance(seen: Seen) -> str:
-    """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
+def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
+    """Report an M0 that is too large for a balanced ball, and its possible causes."""
     m0 = seen.fit.residual_torque
     lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
     uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
     is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
-    if seen.measured.balanced is False or is_small:
-        return ""
-    share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
-
-
-def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
-    """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    poor = _poor_balance(seen)
-    if poor and not seen.contradicts_itself:
-        yield seen.readings.say("balance_poor", poor=poor, hanger=_hanger(seen))
+    if seen.measured.balanced is False or is_small or seen.contradicts_itself:
+        return
+    share = abs(m0.value) / lightest
+    poor = seen.readings.say(
+        "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(seen)
+    )
+    # Wrong masses or arms can look like an M0 that no ball has.
+    yield replace(poor, doubt="size") if share > NO_BALANCE else poor
 
 
 def _hanger(seen: Seen) -> str:
     """Ask about a hanger whose torque is M0, or about other masses on the rod."""
     measured = seen.measured
-    arms = np.unique(measured.position[measured.torque != 0]).tolist()
-    missing = seen.fit.residual_torque.value / (measured.g * arms[0])
-    if len(arms) == 1 and missing > 0:
-        grams = f"{1e3 * missing:.2g} g"
-        return f"if a hanger of {grams} is missing from the masses, add it to each; "
+    arms = measured.position[measured.torque != 0]
+    missing = 1e3 * seen.fit.residual_torque.value / (measured.g * arms[0])
+    if missing > 0 and not np.ptp(arms):
+        return f"if a hanger of {missing:.2g} g is missing from the masses, add it to each; "
     return "add to the masses what else hung on the rod, such as a clip; "
-
-
-def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a spin that fell alone, and whether friction is negligible."""
-    has_ends = seen.measured.spin_start is not None
-    if has_ends and len(seen.measured.runs) >= 4:
-        yield from _spins_that_fell_alone(seen)
-    if seen.measured.drag is not None and seen.readings.spin_down:
-        yield _friction(seen, seen.measured.drag)
 
 
 def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
@@ -458,14 +411,14 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
     If more than a quarter of the runs would be named, none is.
     """
     measured = seen.measured
-    assert measured.spin_start is not None
-    assert measured.spin_end is not None
+    if measured.spin_start is None or measured.spin_end is None:
+        return
     fall = np.log(measured.spin_start / measured.spin_end)
     usual = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
     share = usual * measured.time
     is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
     far = np.flatnonzero(is_far).tolist()
-    if len(far) > len(fall) / 4:
+    if len(far) > len(fall) / 4 or len(fall) < 4:
         return
     for run in far:
         yield seen.readings.say(
@@ -477,17 +430,20 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
         )
 
 
-def _friction(seen: Seen, drag: Drag) -> Diagnostic:
+def _friction(seen: Seen) -> Iterator[Diagnostic]:
     """Report the torque of friction, and whether it is negligible."""
     measured = seen.measured
     inertia = seen.fit.inertia
+    drag = measured.drag
+    if drag is None or not seen.readings.spin_down:
+        return
     longest = int(np.argmax(measured.time))
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
     hint = "friction is not negligible: read the spin at start and end too"
     if size < DROP_ONE * relative_u(inertia):
         hint = "friction is negligible here"
-    return seen.readings.say(
+    yield seen.readings.say(
         "spin_falls",
         time=1 / drag.rate,
         spin=drag.spin / RPM,
@@ -519,133 +475,90 @@ def _of_falling_mass(seen: Seen, falling: Sequence[float]) -> Diagnostic:
     return seen.readings.say("falling_mass", inertia=found, off=off, u=u)
 
 
-MOST_ROUNDING = 0.5
-"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more
-digit is worth writing."""
-
-
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
-    """Report each column whose rounding makes a large part of u(I_zz)."""
-    u = seen.fit.inertia.u or 1.0
-    parts = {share.source: share.u_inertia / u for share in seen.fit.budget}
-    for source in seen.measured.sources:
-        is_read = source.name in ROUNDED and source.name in seen.readings.columns
-        part = parts.get(source.name, 0.0)
-        # The rounding is only a part of the error of a reading.
-        if is_read and source.default and part >= MOST_ROUNDING:
-            shares = _shares_of_rounding(seen, source)
-            rounding = math.sqrt(np.mean(shares[source.groups >= 0] ** 2)) * part
-            if rounding >= MOST_ROUNDING:
-                yield _say_too_few_digits(seen, source, shares, rounding)
+    """Report each column with which one more digit would make u(I_zz) much smaller."""
+    now = 100 * relative_u(seen.fit.inertia)
+    for change, answer in changes.answers(seen, "one_more_digit"):
+        then = 100 * relative_u(answer.inertia) if answer.inertia else now
+        if then < MUCH_BETTER * now:
+            column = seen.readings.columns[change.words]
+            yield _say_too_few_digits(seen.readings, column, now, then)
 
 
-ROUNDED = ("mass", "position", "time", "spin")
-"""Columns whose digits are compared with u(I_zz)."""
-
-
-def _shares_of_rounding(seen: Seen, source: Source) -> Floats:
-    """Return the share of the rounding in the error of each reading [1], shape (n,).
-
-    It is zero for readings that are stated as exact, or that have no error.
-    """
-    column = seen.readings.columns[source.name]
-    values = np.abs(getattr(seen.measured, source.name))
-    size = source.absolute + source.relative * values
-    steps = np.array(column.steps) / math.sqrt(12)
-    steps[[run for run, _ in column.stated]] = 0.0
-    is_known = (source.groups >= 0) & (size > 0)
-    shares: Floats = np.zeros_like(size)
-    np.divide(steps, size, out=shares, where=is_known)
-    return shares
+MUCH_BETTER = 0.88
+"""One more digit is worth writing if it reduces u of I_zz to this part of its value: the
+rounding is then a quarter of u²."""
 
 
 def _say_too_few_digits(
-    seen: Seen, source: Source, shares: Floats, rounding: float
+    readings: Readings, column: Column, now: float, then: float
 ) -> Diagnostic:
-    """Report a column with too few digits, and u with one more digit.
-
-    `rounding`: what the rounding makes of u(I_zz) [1].
-    """
-    column = seen.readings.columns[source.name]
-    run = int(np.argmax(shares))
-    now = 100 * relative_u(seen.fit.inertia)
-    return seen.readings.say(
+    """Report a column with too few digits, and show a number with enough of them."""
+    kind = kind_of_role(column.role)
+    steps = np.array(column.steps)
+    steps[[run for run, _ in column.stated]] = 0.0
+    size = np.abs(values_of(column))
+    run = int(np.argmax(np.where(size > 0, steps / np.maximum(size, 1e-300), 0.0)))
+    reading = column.readings[run]
+    typed = take_apart(reading.text)
+    # A position may count from the surface of the ball: the number is as it was typed.
+    value = typed.value if typed else from_si(reading.value or 0.0, column.unit, kind)
+    step = from_si(float(steps[run]), column.unit, kind)
+    digits = max(0, 1 - round(math.log10(step)))
+    half, unit = to_display(steps[run] / 20, column.role)
+    return readings.say(
         "digits_too_few",
         column.cell(run),
-        **_one_more_digit(seen.readings, column, run),
-        percent=100 * rounding**2,
+        role=column.role,
+        text=reading.text,
+        low=value - step / 2,
+        high=f"{value + step / 2:.4g} {column.unit}".rstrip(),
+        example=f"{value:.{digits}f}",
+        u=half,
+        unit=unit,
         now=now,
-        # A step of a tenth has a hundredth of the variance.
-        then=now * math.sqrt(max(1 - 0.99 * rounding**2, 0.01)),
+        then=then,
     )
 
 
-def _one_more_digit(readings: Readings, column: Column, run: int) -> dict[str, Any]:
-    """Return the words about a reading with too few digits, and an example to type."""
-    kind = kind_of_role(column.role)
-    reading = column.readings[run]
-    value = from_si(reading.value or 0.0, column.unit, kind)
-    step = from_si(reading.step or 0.0, column.unit, kind)
-    if column.role == "position":
-        typed = take_apart(reading.text)
-        # The number that was typed may count from the surface of the ball.
-        value = typed.value if typed and not typed.unit else value
-    # One digit more, and at least as many as give a step of 1 %.
-    fewest = math.ceil(2 - math.log10(abs(value)))
-    digits = max(0, 1 - round(math.log10(step)), fewest)
-    factor = parse_unit(column.unit, kind).factor
-    half, unit = to_display(0.5 * 10.0**-digits * factor, column.role)
-    is_workbook = readings.name.lower().endswith(".xlsx")
-    return {
-        "role": column.role,
-        "text": reading.text,
-        "low": value - step / 2,
-        "high": f"{value + step / 2:.4g} {column.unit}".rstrip(),
-        "example": f"{value:.{digits}f}",
-        # A spreadsheet removes zeros at the end of a number.
-        "how": " (by a number format that shows it)" if is_workbook else "",
-        "u": half,
-        "unit": unit,
-    }
+def _tachometer(seen: Seen) -> Iterator[Diagnostic]:
+    """Report that a tachometer that stood still would change I_zz."""
+    for effect in seen.effects:
+        if effect.effect == "tachometer" and _matters(seen, effect):
+            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
+            off = 100 * abs(effect.bias or 0.0)
+            yield seen.readings.say("tachometer_not_told", off=off, direction=direction)
 
 
 def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
-    """Report the estimate of a transverse inertia if its uncertainty matters."""
-    measured = seen.measured
+    """Report the transverse inertia that is assumed, if its uncertainty matters."""
     fit = seen.fit
+    if seen.measured.transverse_inertia is not None:
+        return
     for share in fit.budget:
         if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
-            across = fitting.transverse_inertia(measured)
-            size = 100 * share.u_inertia / abs(fit.inertia.value)
-            taken = {
-                "low": across.min(),
-                "high": across.max(),
-                "middle": np.median(across),
-            }
+            across = fitting.transverse_inertia(seen.measured)
             yield seen.readings.say(
-                "transverse_inertia_not_given", **taken, percent=size
+                "transverse_inertia_not_given",
+                low=across.min(),
+                high=across.max(),
+                middle=np.median(across),
+                percent=100 * share.u_inertia / abs(fit.inertia.value),
             )
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
     readings = seen.readings
-    measured = seen.measured
-    if measured.transverse_inertia is None:
-        yield from _transverse_inertia(seen)
     if "pitch" in readings.columns:
         unused = _uncertainties_of(MODELS) - _uncertainties_of(seen.motion.models)
         for key, place in readings.stated_at.items():
             if key in unused:
                 yield readings.say("u_of_pitch_not_used", place, key=key)
-    runs = fitting.timed_runs(measured)
+    runs = fitting.timed_runs(seen.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in seen.effects:
-        if effect.effect == "tachometer" and _matters(seen, effect):
-            direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
-            off = 100 * abs(effect.bias or 0.0)
-            yield readings.say("tachometer_not_told", off=off, direction=direction)
-        elif effect.effect in silent and not seen.asked:
+        if effect.effect in silent and not seen.asked:
             yield from _silent_motion(seen, effect, silent[effect.effect])
 
 
@@ -685,18 +598,8 @@ LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
 precession over spin [1]."""
 
-
-class Question(NamedTuple):
-    """A question about a column whose readings are possible but not usual."""
-
-    name: str
-    """Of its message."""
-    role: str
-    usual: tuple[float, float]
-    """Range of the readings in this lab [SI unit]."""
-    is_asked: bool
-    is_doubt: bool = False
-    """Whether no lab has such readings, so that the answer is not safe to quote."""
+LONGEST_ARM = 0.6
+"""An arm is usually shorter [m]."""
 
 
 def _unusual(seen: Seen) -> Iterator[Diagnostic]:
@@ -716,54 +619,38 @@ def _unusual(seen: Seen) -> Iterator[Diagnostic]:
     lever = arm * fitting.median(rate * spin) / measured.g
     fastest = float(spin.max())
     by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
-    odd_spin = fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM)
-    is_as_fast = float((rate / spin).min()) > NEARLY_AS_FAST
-    times = (1.0, LONG_TURN)
-    arms = (SHORT_ARM, 0.6)
-    is_heavy = lever > LONG_LEVER and arm < arms[1]
-    questions = (
-        Question("spin_not_usual", "spin", BY_HAND, odd_spin),
-        Question("turn_not_usual", "time", times, turn > LONG_TURN),
-        Question("turn_too_fast", "time", times, is_as_fast, is_doubt=True),
-        Question("arm_not_usual", "position", arms, arm < SHORT_ARM),
-        Question("weight_too_large", "spin", BY_HAND, is_heavy, is_doubt=True),
-    )
-    values = {
-        "rpm": fastest / RPM,
-        "minutes": turn / 60,
-        "turn": turn,
-        "arm": 100 * arm,
-        "lever": lever,
-    }
-    roles: set[str] = set()
-    for question in questions:
-        if question.is_asked and question.role not in roles:
-            roles.add(question.role)
-            yield _ask(seen, question, values)
-
-
-def _ask(seen: Seen, question: Question, values: Mapping[str, float]) -> Diagnostic:
-    """Ask about the largest reading of a column, and propose another unit."""
-    readings = seen.readings
-    measured = seen.measured
-    role = question.role
-    column = readings.columns.get(role)
-    unit = unit_within(readings, role, question.usual) if column else ""
-    hint = "check the unit in the header of each column; if it is right, leave it"
-    if unit:
-        hint = (
-            f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it '
-            f"is right, add # ball_mass and # ball_diameter: gyro then compares I_zz with "
-            f"the ball instead"
+    if fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM):
+        yield _ask(seen, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
+    elif lever > LONG_LEVER and arm < LONGEST_ARM:
+        yield _ask(seen, "weight_too_large", "spin", BY_HAND, lever)
+    if turn > LONG_TURN:
+        yield _ask(seen, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
+    elif (rate / spin).min() > NEARLY_AS_FAST:
+        yield _ask(seen, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
+    if arm < SHORT_ARM:
+        yield _ask(
+            seen, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
         )
-    place = None
-    if column is not None:
-        sizes = {"position": measured.position, "spin": measured.spin}
-        size = np.abs(sizes.get(role, np.zeros(len(measured.runs))))
-        place = column.place(int(np.argmax(np.where(measured.torque, size, 0.0))))
-    asked = readings.say(question.name, place, **values, hint=hint)
-    # If another unit makes the column usual, the answer is not safe to quote either.
-    return replace(asked, doubt="size" if unit or question.is_doubt else "")
+
+
+def _ask(
+    seen: Seen, name: str, role: str, usual: tuple[float, float], value: float
+) -> Diagnostic:
+    """Ask about the readings of a column, and propose another unit.
+
+    `name` is that of the message, and `usual` the range in this lab [SI unit].
+    """
+    readings = seen.readings
+    column = readings.columns.get(role)
+    unit = unit_within(readings, role, usual) if column else ""
+    hint = (
+        f'if it is in {unit}, write the header as "{role} [{unit}]"; ' if unit else ""
+    )
+    first = int(np.flatnonzero(seen.measured.torque)[0])
+    place = column.place(first) if column else None
+    asked = readings.say(name, place, value=value, hint=hint)
+    # If another unit makes the column usual, the answer is not safe to quote.
+    return replace(asked, doubt="size" if unit else asked.doubt)
 
 
 INERTIA_RANGE = (1e-6, 1.0)
@@ -782,9 +669,6 @@ ARM_BY = (0.001, 0.02)
 """Smallest and largest error of an arm [m] that is proposed as a cause: the size of a
 weight."""
 
-MASS_BY = 0.2
-"""Largest relative error of all masses that is proposed as a cause."""
-
 
 def _well_known(ball: Ball, inertia: Estimate) -> bool:
     """Return whether the ball is better known than the runs measure."""
@@ -792,40 +676,29 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
 
 
 def _causes_of_difference(seen: Seen, ball: Ball) -> str:
-    """List the causes that can make I_zz differ from the value for the ball or disk.
-
-    The most likely cause is first.
-    """
+    """List the causes that make I_zz larger, or smaller, than the value for the ball."""
     measured = seen.measured
-    share = abs(ball.relative)
     is_high = ball.relative > 0
     causes = []
     if is_high and not ball.bore:
         causes.append(
             "a bore along the rod, or a rod or a disk that the log does not describe"
         )
-    by = share * float(np.mean(np.abs(measured.position[measured.torque != 0])))
+    by = abs(ball.relative) * float(
+        np.mean(np.abs(measured.position[measured.torque != 0]))
+    )
     if ARM_BY[0] < by < ARM_BY[1]:
         edge, side = ("far", "long") if is_high else ("near", "short")
-        origin = f"to the middle of the weight, not to its {edge} edge"
         causes.append(
-            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball {origin}"
+            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball "
+            f"to the middle of the weight, not to its {edge} edge"
         )
     if is_high and measured.delay_factor is not None and measured.drag is None:
         causes.append(
-            'a spin that falls fast and was read late: add "# spin_down: 612 rpm '
-            'to 540 rpm in 120 s"'
+            'a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 '
+            'rpm in 120 s"'
         )
-    causes.append("a ball whose balance changed when the weights were changed")
-    if "mass" in seen.readings.columns and share < MASS_BY:
-        causes.append(
-            f"masses {100 * share:.1f} % too {'large' if is_high else 'small'}"
-        )
-    body = "ball" if ball.mass is not None else "disk"
-    causes.append(f"the mass or the diameter of the {body} in the log")
-    return "; ".join(
-        f"({number}) {cause}" for number, cause in enumerate(causes, start=1)
-    )
+    return "".join([f"{cause}; " for cause in causes])
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
@@ -860,17 +733,13 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
     slips = mistakes.explaining_mistakes(
         seen.readings, seen.measured, value, ball.inertia
     )
-    if slips:
-        cause = "it would be " + "; or ".join(
-            f"{after:.4g} if {kind.log}" for kind, after in slips
-        )
-        hint = "; or else: ".join(kind.remedy for kind, _ in slips)
-    else:
-        cause = "no common mistake explains this"
-        hint = (
-            f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a "
-            f"unit in a header"
-        )
+    cause = "; or ".join([f"{after:.4g} if {kind.log}" for kind, after in slips])
+    cause = f"it would be {cause}" if slips else "no common mistake explains this"
+    hint = "; or else: ".join([kind.remedy for kind, _ in slips])
+    hint = (
+        hint
+        or f"look for a cause in this order: {_causes_of_difference(seen, ball)}a wrong unit"
+    )
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 
@@ -923,10 +792,13 @@ CHECKS: tuple[Check, ...] = (
     _deviations,
     _agreement,
     _large_residual_torque,
-    _falling_spin,
+    _spins_that_fell_alone,
+    _friction,
     _other_measurements,
     _direction,
     _digits,
+    _tachometer,
+    _transverse_inertia,
     _model,
     _body,
     _other_body,

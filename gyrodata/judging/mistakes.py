@@ -230,9 +230,15 @@ than this [1]."""
 MOST = 3
 """Largest number of mistakes that are named."""
 
+
 START_SPIN = (0.75, 0.96)
 """I_zz over its true value [1] if the spin was read at the start of each run instead of
 at half time."""
+
+START_REMEDY = (
+    "write spins read at half time, or the spin at start and end in columns "
+    '"spin_start", "spin_end"'
+)
 
 
 def explaining_mistakes(
@@ -253,7 +259,11 @@ def explaining_mistakes(
             found.append((away + 0.01 * mistake.rank, mistake, value))
     low, high = START_SPIN
     if low < inertia / expected < high and "spin" in readings.columns:
-        found.append((CLOSE, _start_spin(inertia / expected), expected))
+        percent = 100 * (1 - inertia / expected)
+        log = f"the spin was read at the start, and was {percent:.0f} % lower at half time"
+        found.append(
+            (CLOSE, Mistake("start_spin", log=log, remedy=START_REMEDY), expected)
+        )
     found.sort(key=itemgetter(0))
     return tuple([(mistake, value) for _, mistake, value in found[:MOST]])
 
@@ -271,18 +281,3 @@ def _inertia_without(
     if checks.spread(mended) > checks.spread(each) + checks.SCATTERS:
         return None
     return inertia * float(np.median(mended) / np.median(each))
-
-
-def _start_spin(ratio: float) -> Mistake:
-    """Return the mistake of a spin read at the start, for I_zz over its true value."""
-    return Mistake(
-        "start_spin",
-        log=(
-            f"the spin was read at the start, and was {100 * (1 - ratio):.0f} % lower at "
-            f"half time"
-        ),
-        remedy=(
-            'write spins read at half time, or the spin at start and end in columns "spin_'
-            'start", "spin_end"'
-        ),
-    )

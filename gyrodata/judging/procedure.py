@@ -11,15 +11,14 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from gyrodata import physics
 from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.fitting import relative_u
 from gyrodata.judging import changes
-from gyrodata.judging.findings import WORTH
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
+from gyrodata.readings.lablog import listing
 
 SHORT = 6.0
 """A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
@@ -28,9 +27,6 @@ SHORT = 6.0
 SPREAD = 1.8
 """The spins of a weight are well spread if the largest is at least this many times the
 smallest: 302 to 599 rpm is what a student gets who wants a factor of 2."""
-
-USUAL_SPINS = np.array([200.0, 400.0, 600.0])
-"""Spins that the procedure asks for [rpm]."""
 
 FALL = 0.10
 """If the spin falls by more than this part, the decay law matters."""
@@ -69,18 +65,8 @@ def _weights_and_spins(
         torques = " and ".join(
             f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
         )
-        one = len(groups) == 1
-        why = (
-            "one point does not determine a line"
-            if one
-            else "a line through two points always fits"
-        )
-        yield readings.say(
-            "too_few_weights",
-            torques=count_text(len(groups), "torque"),
-            values=torques,
-            why=why,
-        )
+        count = count_text(len(groups), "torque")
+        yield readings.say("too_few_weights", torques=count, values=torques)
     for group in groups:
         spins = np.sort(measured.spin[group])
         lacking = 3 - len(group)
@@ -90,20 +76,12 @@ def _weights_and_spins(
         place = readings.place(max(group))
         have = spins / RPM
         if lacking > 0:
-            # The usual spins that differ most from the spins so far.
-            away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
-            wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
-            runs = {
-                "runs": count_text(len(group), "run"),
-                "lacking": count_text(lacking, "run"),
-            }
-            wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
-            yield readings.say(
-                "too_few_runs", place, load=name, **runs, spins=wanted_rpm
-            )
+            runs = count_text(len(group), "run")
+            more = count_text(lacking, "run")
+            yield readings.say("too_few_runs", place, load=name, runs=runs, more=more)
         else:
-            spread = {"low": have[0], "high": have[-1], "factor": have[-1] / have[0]}
-            yield readings.say("spins_too_close", place, load=name, **spread)
+            low, high = have[0], have[-1]
+            yield readings.say("spins_too_close", place, load=name, low=low, high=high)
 
 
 def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
@@ -114,7 +92,10 @@ def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
     now = 100 * relative_u(lab.fit.inertia)
     answers = changes.answers(lab, "unloaded_run")
     inertia = answers[0][1].inertia if answers else None
-    if inertia is not None and (then := 100 * relative_u(inertia)) <= WORTH * now:
+    if (
+        inertia is not None
+        and (then := 100 * relative_u(inertia)) <= changes.WORTH * now
+    ):
         yield readings.say("no_unloaded_run", now=now, then=then)
 
 
@@ -127,7 +108,7 @@ def _times_and_falls(
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
         times = count_text(len(short), "time")
-        runs = _named(measured, short)
+        runs = _runs(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
         yield readings.say(
             "times_too_short", readings.place(worst), times=times, runs=runs, **values
@@ -138,27 +119,14 @@ def _times_and_falls(
     far = np.flatnonzero(fall > FALL)
     if len(far):
         worst = int(far[np.argmax(fall[far])])
-        doubt = float(
-            np.abs(
-                physics.decay_law_doubt(
-                    measured.spin_start[worst], measured.spin_end[worst]
-                )
-            )
-        )
-        values = {
-            "most": 100 * fall[worst],
-            "run": measured.runs[worst],
-            "size": 100 * doubt,
-        }
-        runs = _named(measured, far)
+        values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
+        runs = _runs(measured, far)
         yield readings.say(
             "spin_falls_too_much", readings.place(worst), runs=runs, **values
         )
 
 
-def _named(measured: Measurements, indices: Integers) -> str:
+def _runs(measured: Measurements, indices: Integers) -> str:
     """Return the names of runs: "runs 2, 5"."""
-    names = ", ".join(measured.runs[i] for i in indices[:8]) + (
-        ", …" if len(indices) > 8 else ""
-    )
-    return f"run{'s' if len(indices) > 1 else ''} {names}"
+    names = listing([measured.runs[run] for run in indices])
+    return f"run{'s' * (len(indices) > 1)} {names}"

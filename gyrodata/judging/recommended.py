@@ -6,6 +6,7 @@ A log whose fit is not credible has no recommended fit; `refusals` says what to 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -80,98 +81,58 @@ def recommend(
     _refuse_too_many_shared_readings(readings, measured)
     _refuse_rods_that_fall(readings, measured, model)
     try:
-        screened = _screen(measured, model)
-        diagnosis = screened.diagnose(readings)
-        _refuse_wrong_counts(readings, measured, diagnosis)
+        motion, ready = changes.choose_model(measured, model)
+        tilted = motion.tilted
+        runs, outliers = _screen(measured, motion, ready)
+        base = ready.fit if ready else None
+        if base is None:
+            with suppress(NoFit):
+                base = fitting.fit(runs, tilted=tilted)
+        diagnosis = Diagnosis()
+        if not _agrees(base, outliers):
+            diagnosis = explanations.diagnose(readings, runs, tilted, base, outliers)
+        _refuse_wrong_counts(readings, diagnosis.explanations)
         left_out = () if keep_flagged else diagnosis.left_out
-        lab = screened.fit_kept(readings, model, left_out)
+        if left_out or base is None:
+            base = fitting.fit(runs, tilted=tilted, left_out=left_out)
+        lab = Lab(readings, runs, base, motion, left_out, asked=model != AUTO)
         suspected = tuple([outlier.index for outlier in diagnosis.outliers])
         without = None
-        if suspected and suspected != lab.left_out:
-            without = screened.fit_without(suspected).inertia
+        if suspected and suspected != left_out:
+            without = fitting.fit(runs, tilted=tilted, left_out=suspected).inertia
         _insist_on_credible_fit(readings, lab, suspected)
     except NoFit as reason:
-        miscounted = refusals.count_findings(readings, measured)
-        if miscounted:
-            raise LogError(miscounted) from None
         refusal = refusals.refusal(readings, measured, str(reason), keep_flagged)
         raise LogError([refusal]) from None
     return Recommended(lab, diagnosis.outliers, without, diagnosis.explanations)
 
 
-class _Screened(Struct, frozen=True):
-    """The runs of a log, corrected for their motion, and their outliers."""
-
-    runs: Measurements
-    outliers: tuple[Outlier, ...]
-    fit: FitResult | None
-    """The fit by which the outliers were found; None if there are too few runs."""
-    motion: Motion
-    ready: Lab | None
-    """The fit of all runs with these models, if the choice has made it already: that is
-    only possible for models without a correction."""
-
-    def fit_without(self, left_out: tuple[int, ...]) -> FitResult:
-        """Fit the other runs."""
-        tilted = self.motion.tilted
-        return fitting.fit(self.runs, tilted=tilted, left_out=left_out)
-
-    def diagnose(self, readings: Readings) -> Diagnosis:
-        """Find what explains that the runs do not agree; nothing if they agree."""
-        base = None if self.ready is None else self.ready.fit
-        if base is None:
-            with suppress(NoFit):
-                base = self.fit_without(())
-        if not self.outliers and base is not None and _agrees(base):
-            return Diagnosis()
-        tilted = self.motion.tilted
-        return explanations.diagnose(readings, self.runs, tilted, base, self.outliers)
-
-    def fit_kept(
-        self, readings: Readings, model: ModelName, left_out: tuple[int, ...]
-    ) -> Lab:
-        """Fit the runs that are not certainly wrong."""
-        ready = self.ready if not left_out else None
-        fit = self.fit_without(left_out) if ready is None else ready.fit
-        return Lab(
-            readings,
-            self.runs,
-            fit,
-            self.motion,
-            left_out,
-            asked=model != AUTO,
-        )
-
-
-def _agrees(fit: FitResult) -> bool:
+def _agrees(fit: FitResult | None, outliers: Sequence[Outlier]) -> bool:
     """Return whether the runs, and the weights, agree with each other."""
+    if fit is None or outliers:
+        return False
     as_stated = fit.as_stated or fit
     if fitting.chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) < UNLIKELY:
         return False
     return fit.chance_of_one_balance > ONE_BALANCE
 
 
-def _screen(measured: Measurements, model: ModelName) -> _Screened:
-    """Choose the models, correct the runs for them, and find the outliers.
+def _screen(
+    measured: Measurements, motion: Motion, ready: Lab | None
+) -> tuple[Measurements, list[Outlier]]:
+    """Correct the runs for their motion, and find the outliers.
 
     The correction depends on I_zz, which an outlier can change: so outliers are found
     first without the correction, and then again with it.
     """
-    motion, ready = changes.choose_model(measured, model)
-    tilted = motion.tilted
     as_stated = ready.fit.as_stated if ready else None
-    outliers, fit = fitting.screen(measured, tilted, as_stated)
-    screened = _Screened(measured, tuple(outliers), fit, motion, ready)
+    outliers, _ = fitting.screen(measured, motion.tilted, as_stated)
     if not motion.is_corrected(fitting.timed_runs(measured)):
-        return screened
-    corrected, _ = fitting.fit_model(
-        measured,
-        motion,
-        [outlier.index for outlier in outliers],
-        fitting.AS_STATED,
-    )
-    outliers, fit = fitting.screen(corrected, tilted)
-    return _Screened(corrected, tuple(outliers), fit, motion, ready)
+        return measured, outliers
+    odd = [outlier.index for outlier in outliers]
+    corrected, _ = fitting.fit_model(measured, motion, odd, fitting.AS_STATED)
+    outliers, _ = fitting.screen(corrected, motion.tilted)
+    return corrected, outliers
 
 
 def _refuse_too_many_shared_readings(
@@ -216,9 +177,9 @@ def _insist_on_credible_fit(
         raise NoFit(
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
-    weights = np.ones(len(lab.measured.runs))
-    weights[list({*suspected, *lab.left_out})] = 0.0
-    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, weights)
+    kept = np.ones(len(lab.measured.runs))
+    kept[list({*suspected, *lab.left_out})] = 0.0
+    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, kept)
     as_stated = fit.as_stated or fit
     if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
@@ -234,9 +195,11 @@ def _insist_on_credible_fit(
         raise LogError([refusals.not_measured(readings, fit, low, high)])
 
 
-def _refuse_wrong_counts(
-    readings: Readings, measured: Measurements, diagnosis: Diagnosis
-) -> None:
+def _refuse_wrong_counts(readings: Readings, explained: Sequence[Explanation]) -> None:
     """Refuse a log whose weights agree only with other turns."""
-    if {each.kind for each in diagnosis.explanations} == {"turns"}:
-        raise LogError(refusals.count_findings(readings, measured))
+    if {each.kind for each in explained} == {"turns"}:
+        column = readings.columns.get("turns") or readings.columns.get("angle")
+        first = readings.runs.index(explained[0].runs[0])
+        cell = column.cell(first) if column else None
+        counts = "; or else ".join([each.words for each in explained])
+        raise LogError([readings.say("turns_of_weights_wrong", cell, counts=counts)])

@@ -172,13 +172,8 @@ def torque_table(
     measured: Measurements,
     fit: FitResult,
     groups: list[list[int]],
-    without: Mapping[int, Estimate] = {},
 ) -> tuple[Torque, ...]:
-    """Constancy of φ̇ψ̇ for each torque.
-
-    `without`: I_zz without the runs of a torque, by the number of its group, if it is
-    known.
-    """
+    """Constancy of φ̇ψ̇ for each torque."""
     torques = []
     for number, group in enumerate(measured.by_torque):
         first = group[0]
@@ -193,7 +188,7 @@ def torque_table(
                 position=_or_none(float(measured.position[first])),
                 torque=float(measured.torque[first]),
                 runs=len(runs),
-                without=without.get(number),
+                without=None,
                 product=product,
                 period_per_spin=Estimate(slope, slope_u, "s^2/rad"),
             )
@@ -345,28 +340,25 @@ def constancy(
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    sizes = np.array(list(map(len, groups)), dtype=int)
-    count = int(sizes[sizes > 1].sum())
-    dof = int(np.maximum(sizes - 1, 0).sum())
-    if not measured.own_relative.all() or not dof:
+    several = [
+        (torque.product, group)
+        for torque, group in zip(torques, groups, strict=True)
+        if len(group) > 1
+    ]
+    if not measured.own_relative.all() or not several:
         return None
-    total, scatter, expected = 0.0, 0.0, 0.0
-    for torque, group in zip(torques, groups, strict=True):
-        if len(group) < 2:
-            continue
-        total += torque.product.chi2 or 0.0
-        scatter += (
-            float(
-                np.sum(
-                    (np.abs(measured.product[group] / torque.product.value) - 1) ** 2
-                )
-            )
-            / dof
-        )
-        expected += float(np.sum(measured.own_relative[group] ** 2)) / count
+    dof = sum([len(group) - 1 for _, group in several])
+    total = math.fsum([product.chi2 or 0.0 for product, _ in several])
+    away = np.concatenate(
+        [
+            np.abs(measured.product[group] / product.value) - 1
+            for product, group in several
+        ]
+    )
+    expected = np.concatenate([measured.own_relative[group] for _, group in several])
     return Constancy(
-        math.sqrt(scatter),
-        math.sqrt(expected),
+        math.sqrt(away @ away / dof),
+        math.sqrt(np.mean(expected**2)),
         total,
         dof,
         fitting.chi2_tail(total, dof),

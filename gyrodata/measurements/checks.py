@@ -21,9 +21,7 @@ from gyrodata.measurements.sources import Source, spin_columns, timing_column, v
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
-
-SHOWN = 6
-"""Largest number of runs or groups of lines that a message lists."""
+from gyrodata.readings.lablog import listing
 
 
 def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -85,23 +83,14 @@ def _compare(
     runs = _runs_that_disagree(column, meant)
     if not runs:
         return
-    hint = "check the turns, the units and the arithmetic of this column"
-    used = readings.columns.get(column.role)
-    if used is not None and used.header != column.header:
-        hint = (
-            f'if this column is the {column.role}, and not "{used.header}": --map '
-            f'{column.role}="{column.header}"'
-        )
-    names = ", ".join([readings.runs[run] for run in runs[:SHOWN]])
-    more = ", …" if len(runs) > SHOWN else ""
     first = runs[0]
     yield readings.say(
         "derived_column_disagrees",
         column.cell(first),
         header=column.header,
         ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=f"run{'s' if len(runs) > 1 else ''} {names}{more}",
-        hint=hint,
+        runs=f"run{'s' * (len(runs) > 1)} {listing([readings.runs[i] for i in runs])}",
+        role=column.role,
     )
 
 
@@ -148,7 +137,7 @@ def _find_unheard(readings: Readings, measured: Measurements) -> Iterator[Diagno
         else:
             is_used = _changes_errors(key, readings, measured)
         if not is_used and readings.uncertainties[key] != Uncertainty():
-            why = _why_not_used(key, readings, measured)
+            why = _why_not_used(key, readings)
             yield readings.say("uncertainty_not_used", place, key=key, why=why)
 
 
@@ -187,61 +176,39 @@ def _sizes_of_errors(sources: Iterable[Source]) -> dict[str, Any]:
     }
 
 
-def _why_not_used(key: str, readings: Readings, measured: Measurements) -> str:
+WHY_NOT_USED = {
+    "u_inertia": "I_zz is the result, and so is its uncertainty",
+    "u_time_bias": "rates are given, not times of a stopwatch",
+    "u_mass_scale": "the force or the torque is given, and no mass",
+    "u_g": "the force or the torque is given, and no mass",
+    "u_turns": "no part of a turn is timed, or the log states u_angle",
+    "u_angle": "no part of a turn is timed, or the log states u_turns",
+    "u_spin_delay": "the spin is read more than once in each run, or one spin is given "
+    "for the whole log",
+    "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
+    "not matter",
+    "u_position_zero": "no position is read",
+    "u_screw_angle": "no run covers a part of a turn between two screws",
+    "u_decay_exponent": "the log does not show how the spin falls, or the spin is read "
+    "three times in each run",
+    "u_ball_mass": "ball_mass and ball_diameter are not both given",
+    "u_ball_diameter": "ball_mass and ball_diameter are not both given",
+    "u_rod_length": "no position counts from the tip of the rod",
+    "u_position_set": 'the log does not say "# position_set: each run"',
+}
+"""Why a stated uncertainty can be without an effect, if it is not the usual reason."""
+
+
+def _why_not_used(key: str, readings: Readings) -> str:
     """Return the reason why a stated uncertainty has no effect."""
     role = key.removeprefix("u_")
-    columns = readings.columns
-    why = _why_not_shared(key, readings)
-    if role in ("turns", "angle"):
-        why = _why_no_angle(role, readings, measured)
-    if why:
-        return why
-    if role not in columns:
+    if key in WHY_NOT_USED:
+        return WHY_NOT_USED[key]
+    if role not in readings.columns:
         return f"there is no {role} in this log"
-    if role == "transverse_inertia" and "pitch" not in columns:
-        return "the rod is level and steady, so the transverse inertia does not matter"
-    if len(columns[role].stated) < len(readings.runs):
+    if len(readings.columns[role].stated) < len(readings.runs):
         return f"{role} is only compared with the readings"
     return f"every {role} has an uncertainty of its own"
-
-
-def _why_no_angle(role: str, readings: Readings, measured: Measurements) -> str:
-    """Return the reason why an angle is not sighted, "" if it is."""
-    timing = timing_column(readings.columns).role.replace("_", " ")
-    if timing != "time":
-        return f"the log contains the {timing}, so no angle is sighted"
-    if measured.whole_turns.all():
-        return "whole turns end where they began, so no mark is sighted"
-    if role not in readings.columns:
-        return "the log also states the other one of u_turns and u_angle"
-    return ""
-
-
-def _why_not_shared(key: str, readings: Readings) -> str:
-    """Return the reason why the source of error of a key does not exist, or ""."""
-    load = parts.load_role(readings.columns)
-    spins = spin_columns(readings)
-    no_mass = f"the {load} is given, and no mass"
-    no_ball = "ball_mass and ball_diameter are not both given"
-    no_delay = "one spin is given for the whole log"
-    if len(spins) > 1:
-        no_delay = "the spin is read more than once in each run"
-    reasons = {
-        "u_inertia": "I_zz is the result, and so is its uncertainty",
-        "u_time_bias": "rates are given, not times of a stopwatch",
-        "u_mass_scale": no_mass,
-        "u_g": no_mass,
-        "u_position_zero": "no position is read",
-        "u_position_set": 'the log does not say "# position_set: each run"',
-        "u_screw_angle": "no run covers a part of a turn between two screws",
-        "u_spin_delay": no_delay,
-        "u_decay_exponent": "the log does not show how the spin falls, or the spin is "
-        "read three times in each run",
-        "u_ball_mass": no_ball,
-        "u_ball_diameter": no_ball,
-        "u_rod_length": "no position counts from the tip of the rod",
-    }
-    return reasons.get(key, "")
 
 
 # --- copies ---
@@ -265,8 +232,12 @@ def _find_copies(
     if measured.timed and len(lines_of) < len(rows):
         alike = Counter([settings for settings, _ in rows.values()])
         pairs = sum([math.comb(count, 2) for count in alike.values()])
-        chance = _chance_of_equal_times(measured, timing)
-        if _is_no_accident(len(rows) - len(lines_of), pairs, chance):
+        copies = len(rows) - len(lines_of)
+        expected = pairs * _chance_of_equal_times(measured, timing)
+        # By a Poisson distribution.
+        power = copies * math.log(expected) - expected - math.lgamma(copies + 1)
+        chance = math.exp(power)
+        if copies > expected and chance <= NO_ACCIDENT[pairs > 1]:
             yield _say_copied(readings, lines_of.values())
 
 
@@ -294,35 +265,18 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
     """Name the lines of identical rows."""
     copied = [lines for lines in groups if len(lines) > 1]
-    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied[:SHOWN]]
-    if len(copied) > SHOWN:
-        shown.append("…")
+    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied]
     place = Place(copied[0][1], 1)
-    return readings.say("rows_identical", place, lines="; ".join(shown))
+    return readings.say("rows_identical", place, lines=listing(shown))
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
     """Return the probability that a steady hand reads the same time twice [1]."""
     step = float(np.median(timing.steps))
-    [stated] = [each for each in measured.sources if each.name == "time"]
-    u = min(float(np.median(stated.absolute)), STEADIEST)
+    u = min(measured.time_u or STEADIEST, STEADIEST)
     spread = math.hypot(u, step / math.sqrt(12))
     # Without digits nobody knows how coarse the times are: they may all be equal.
     return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0
-
-
-def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
-    """Return whether as many equal pairs are improbable if each is so with a chance.
-
-    The probability is limited by Chernoff's bound.
-    """
-    if chance >= 1 or copies <= pairs * chance:
-        return False
-    others = pairs - copies
-    power = copies * math.log(copies / (pairs * chance))
-    if others:
-        power += others * math.log(others / (pairs * (1 - chance)))
-    return math.exp(-power) <= NO_ACCIDENT[pairs > 1]
 
 
 # --- the sizes of this lab ---
@@ -392,7 +346,7 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
             yield unit, factor
 
 
-def exchanged(readings: Readings, measured: Measurements) -> bool:
+def exchanged(readings: Readings) -> bool:
     """Return whether spin and time are possible only if they are exchanged."""
     spins = readings.columns.get("spin")
     times = readings.columns.get("time")
@@ -402,23 +356,10 @@ def exchanged(readings: Readings, measured: Measurements) -> bool:
     is_stated = min(*spins.spots, *times.spots) < 0
     spin = np.abs(values_of(spins))
     time = np.abs(values_of(times))
-    is_usual = _are_within(RPM * time, SPIN.usual) and _are_within(
-        spin / RPM, TIME.usual
-    )
-    return is_usual and not is_stated and _agree_better(measured, spin)
-
-
-def _agree_better(measured: Measurements, spin: Floats) -> bool:
-    """Return whether the runs agree better if spin [rad/s] and time are exchanged."""
-    loaded = measured.torque != 0
-    if not loaded.any():
-        return False
-    each = np.abs(measured.torque / measured.product)[loaded]
-    other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
-    limit = min(spread(each) / 4, 2 * SCATTERS)
-    if np.sum((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])) > 1:
-        limit = spread(each) + SCATTERS
-    return spread(other) < limit
+    is_usual = _are_within(RPM * time, SPIN.usual)
+    is_usual = is_usual and _are_within(spin / RPM, TIME.usual)
+    # In a minute a ball turns more often than a rod needs seconds for a timed angle.
+    return is_usual and not is_stated and bool((spin / RPM < time).all())
 
 
 def _are_within(values: Floats, limits: tuple[float, float]) -> bool:
@@ -438,9 +379,9 @@ def spread(each: Floats) -> float:
     return float(np.median(np.abs(logs - np.median(logs))))
 
 
-def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+def check_sizes(readings: Readings) -> list[Diagnostic]:
     """Report readings that are impossible in this lab, and exchanged columns."""
-    if exchanged(readings, measured):
+    if exchanged(readings):
         spin = readings.columns["spin"]
         time = readings.columns["time"]
         return [_say_exchanged(readings, spin.place(0), spin, time)]

@@ -142,22 +142,12 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque of a day, in the order of the log."""
-        groups: dict[tuple[int, str, str, str], list[int]] = {}
-        each = zip(
-            self.load.tolist(),
-            self.position.tolist(),
-            self.sense.tolist(),
-            self.day.tolist(),
-            strict=True,
-        )
-        for i, (load, position, sense, day) in enumerate(each):
-            words = (
-                day,
-                f"{load:.9g}",
-                f"{position:.9g}",
-                f"{sense:g}" if load == 0 else "",
-            )
-            groups.setdefault(words, []).append(i)
+        groups: dict[str, list[int]] = {}
+        senses = np.where(self.load == 0, self.sense, 0.0)
+        settings = zip(self.load, self.position, senses, self.day, strict=True)
+        for run, sizes in enumerate(settings):
+            words = " ".join([f"{size:.9g}" for size in sizes])
+            groups.setdefault(words, []).append(run)
         return list(groups.values())
 
     @cached_property
@@ -288,10 +278,7 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = None, ""
-    is_stated = "u_imbalance" in readings.uncertainties
-    if is_stated or readings.balance_tilt or readings.balance_drift:
-        balance_test, balance_test_from = _balance_test(readings)
+    balance_test, balance_test_from = _balance_test(readings)
     torque_unseen = None
     if readings.unmoved is not None:
         torque_unseen = _torque_unseen(readings, readings.unmoved, diagnostics)
@@ -317,6 +304,7 @@ def measure(readings: Readings) -> Measurements:
         timing_bias_u=bias.absolute if timed else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
+        torque_unseen=torque_unseen,
         sources=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
@@ -325,7 +313,6 @@ def measure(readings: Readings) -> Measurements:
         balanced=readings.balanced,
         balance=readings.balance,
         latitude=readings.constants.get("latitude"),
-        torque_unseen=torque_unseen,
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
@@ -531,10 +518,12 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(told, written, sign))
 
 
-def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
+def _balance_test(
+    readings: Readings,
+) -> tuple[Callable[[float], float] | None, str]:
     """Return the prior width of M0 from a balance test, and the key of the test.
 
-    The most direct statement first.
+    The most direct statement first; (None, "") without a test.
     """
     if "u_imbalance" in readings.uncertainties:
         width = readings.uncertainties["u_imbalance"].absolute
@@ -548,7 +537,8 @@ def _balance_test(readings: Readings) -> tuple[Callable[[float], float], str]:
             width = float(np.nanmean(values_of(column))) * shift
             return (lambda inertia: width), "balance_tilt"
         return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
-    assert readings.balance_drift is not None
+    if readings.balance_drift is None:
+        return None, ""
     angle, seconds, spin = readings.balance_drift
     return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
 

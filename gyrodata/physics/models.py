@@ -306,7 +306,7 @@ class Released(MotionModel, frozen=True):
         To second order in δ = I M/(I_zz ψ̇)² a level rod is slower by (2 − 3/2 I_zz/I) δ²
         if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
         """
-        total = _total_spin(top, runs)
+        total = conserved_spin(top, runs)
         return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
 
     def errors(
@@ -330,7 +330,7 @@ class Released(MotionModel, frozen=True):
         )
 
 
-def _total_spin(top: Top, runs: TimedRuns) -> Floats:
+def conserved_spin(top: Top, runs: TimedRuns) -> Floats:
     """Return the total spin, which is conserved, of rods released from rest [rad/s]."""
     if runs.total_spin is not None:
         return runs.total_spin
@@ -387,7 +387,7 @@ class Pushed(Released, frozen=True):
         # the conserved spin is below the limit too.
         if np.all(_released_sag(top, runs, runs.spin) < FALLEN / 2):
             return True
-        total = _total_spin(top, runs)
+        total = conserved_spin(top, runs)
         return bool(np.all(_released_sag(top, runs, total) < FALLEN))
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:

@@ -374,12 +374,8 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
         if measured.balance_test is not None
         else "the ball being balanced"
     )
-    by = by if measured.torque_unseen is None else "the run without a weight"
-    if (
-        measured.torque_unseen is not None
-        or measured.balanced
-        or measured.balance_test is not None
-    ):
+    known = (measured.balance_test, measured.torque_unseen)
+    if measured.balanced or any(each is not None for each in known):
         return (say(f"All torques are equal, so the answer depends on {by}."),)
     decide = (
         "All torques are equal, and a usual imbalance, 5 % of the torque, changes I_zz "

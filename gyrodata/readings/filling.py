@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.readings import layout, roles
-from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
+from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Place, Reading, Text
 
 Values = tuple[float | None, ...]
 """Values of a column [SI unit of its role]."""
@@ -26,10 +26,6 @@ class Loads(Struct, frozen=True):
         """Return the loads in the columns that were read."""
         names = [role for role in ("mass", "force", "torque") if role in columns]
         return cls(**{role: columns[role].values for role in names})
-
-    def is_without_weight(self, row: int) -> bool:
-        """Return whether the mass in a row is 0."""
-        return bool(self.mass) and self.mass[row] == 0
 
     def pulls_nothing(self, row: int) -> bool:
         """Return whether one of the loads is 0 in a row."""
@@ -90,26 +86,31 @@ class Filler:
         cell such as "?" is not blank.
         """
         above = self._values_above(column)
-        filled = self._runs_filled(column, above)
+        # An unreadable value above is reported once: what is below it lacks nothing.
+        filled = [
+            i
+            for i, j in above.items()
+            if self.is_run[i] and column.values[j] is not None
+        ]
         early = self._runs_above_first(column)
         if self._is_measured_each_time(column.role, len(filled)):
             # A blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}
             early = [*early, *filled] if early else []
             filled = []
+        typed = [i for i, reading in enumerate(column.readings) if reading.text]
         if early:
-            typed = [i for i, reading in enumerate(column.readings) if reading.text]
-            cell = self.table.grid.cell(self.table.rows[typed[0]], at)
-            lines = self._lines(early)
-            self.faults.add("below_first_row", cell, role=column.role, lines=lines)
+            self._report("below_first_row", column, early, column.cell(typed[0]))
         if filled:
-            cell = self.table.grid.cell(self.table.rows[filled[0]], at)
-            lines = self._lines(filled)
-            self.faults.add("filled_down", cell.place, role=column.role, lines=lines)
+            place = self.table.grid.place_of(self.table.rows[filled[0]].spot(at))
+            self._report("filled_down", column, filled, place)
         return column.select([above.get(i, i) for i in range(len(column.readings))])
 
-    def _lines(self, rows: list[int]) -> list[int]:
-        return [self.table.rows[i].line for i in rows]
+    def _report(
+        self, name: str, column: Column, rows: list[int], place: Text | Place | None
+    ) -> None:
+        lines = [self.table.rows[i].line for i in rows]
+        self.faults.add(name, place, role=column.role, lines=lines)
 
     def _runs_above_first(self, column: Column) -> list[int]:
         """Return the runs above the first value; a run without a weight needs no load."""
@@ -118,7 +119,7 @@ class Filler:
             if reading.text:
                 return above
             is_needed = column.role not in roles.LOADS
-            if self.is_run[i] and (is_needed or not self.loads.is_without_weight(i)):
+            if self.is_run[i] and (is_needed or not self.loads.pulls_nothing(i)):
                 above.append(i)
         return []
 
@@ -129,28 +130,19 @@ class Filler:
         for i, reading in enumerate(column.readings):
             if reading.text:
                 last = i
-            elif column.role in roles.LOADS and self.loads.is_without_weight(i):
+            elif column.role in roles.LOADS and self.loads.pulls_nothing(i):
                 last = None
             elif last is not None and self._is_valid_below(column, last, i):
                 above[i] = last
         return above
-
-    def _runs_filled(self, column: Column, above: dict[int, int]) -> list[int]:
-        """Return the runs that take a value from above.
-
-        An unreadable value above is reported once: the blank cells below it lack
-        nothing.
-        """
-        values = column.values
-        return [i for i, j in above.items() if self.is_run[i] and values[j] is not None]
 
     def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
         """Return whether the value of a row may be that of a row below."""
         if column.role == "position":
             several = sum(value is not None for value in column.values) > 1
             return not (several and self.loads.differs(last, row))
-        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
-            return self.loads.is_without_weight(row)  # without a weight it turns less
+        if column.role in roles.COUNTS and self.loads.pulls_nothing(last):
+            return self.loads.pulls_nothing(row)  # without a weight it turns less
         return True
 
     def _is_measured_each_time(self, role: str, blank: int) -> bool:

@@ -211,18 +211,19 @@ class _Sheet:
                 parsed = parse_header(f"{left} [{unit}]")
                 columns[at] = cell, replace(parsed, text=left)
 
-    def _leave_out(self, why: str, row: Row) -> None:
-        self.left_out[why].append((row, filled_at(row)[0]))
-
     def _take_text(self, row: Row) -> None:
         """Keep a row of text for the run below it.
 
         "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
         """
         self.words.append(row)
-        if self.runs and len(row.filled()) > 1 and _names_inertia(row):
+        if self.runs and len(row.filled()) > 1 and any(map(_is_inertia, row.texts)):
             self.begin(row)
-            self.table.is_skipped, self.table.is_new = True, False
+            self.table.is_skipped = True
+            self.table.is_new = False
+
+    def _leave_out(self, why: str, row: Row) -> None:
+        self.left_out[why].append((row, filled_at(row)[0]))
 
     # --- Runs ---
 
@@ -474,13 +475,9 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
 
 
-def _names_inertia(row: Row) -> bool:
-    """Return whether a cell names a moment of inertia, by its unit."""
-    return any(
-        "inertia" in kinds_of(parse_header(text).unit or text)
-        for text in row.texts
-        if not is_number(text)
-    )
+def _is_inertia(text: str) -> bool:
+    """Return whether a header has the unit of a moment of inertia."""
+    return "inertia" in kinds_of(parse_header(text).unit or text)
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings import compared, layout, roles, shapes, sheet
+from gyrodata.readings import compared, layout, roles, sheet
 from gyrodata.readings import source as sources
 from gyrodata.readings.cells import (
     CellReader,
@@ -46,6 +46,7 @@ from gyrodata.readings.notes import read_notes
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
+from gyrodata.readings.shapes import side_by_side
 from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
@@ -105,8 +106,7 @@ def read_log(
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
     else:
-        grid = shapes.reshape(grid, faults)
-        table = sheet.find_layout(grid, faults)
+        table = sheet.find_layout(side_by_side.to_rows(grid), faults)
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)
@@ -297,9 +297,28 @@ class TableReader:
             return []
         columns = [(time, self._read_column(time)) for time in times]
         read = [(time, column) for time, column in columns if column is not None]
-        if len(read) > 1 and not any(time.turns for time, _ in read):
+        stating = [time for time, _ in read if time.turns]
+        if len(read) > 1 and not stating:
             self._ask_for_laps(read)
+        elif len(read) > len(stating):
+            self._ask_for_turns([time for time, _ in read if not time.turns])
         return read
+
+    def _ask_for_turns(self, times: list[Chosen]) -> None:
+        """Ask for the turns of times if only other headers state theirs.
+
+        "T1" next to "T1/3" and "T2/3" is the time of one turn, or a first time.
+        """
+        known = {*self.choice.used, *self.settings.roles}
+        if len(self.choice.times()) == len(times) or known.intersection(roles.COUNTS):
+            return
+        headers = {
+            time.at: header_of("time for 1 turn", time.header.unit or "")
+            for time in times
+        }
+        row = header_row(self.table, headers, []) or headers[times[0].at]
+        self.choice.asked.add("turns")
+        self.faults.add("time_without_turns", times[0].cell, row=row)
 
     def _ask_for_laps(self, times: list[tuple[Chosen, Column]]) -> None:
         """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 equal laps."""
@@ -658,7 +677,7 @@ def _is_complete(column: Column, loads: Loads) -> bool:
     if any(one.text in UNKNOWN for one in column.readings):
         return False
     is_load = column.role in roles.LOADS
-    return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
+    return not lacking or (is_load and all(map(loads.pulls_nothing, lacking)))
 
 
 def _time_of(time: Column, runs: list[_Run]) -> Column:

@@ -81,7 +81,16 @@ def _serve_mapped(
         if column.at in mapped:
             first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
-        mapped[column.at] = _with_mapped_role(column, key)
+        repeat = re.fullmatch("time_([0-9]+)", key)
+        role = "time" if repeat else key
+        header = replace(column.header, unit=_unit_for(role, column.header))
+        mapped[column.at] = replace(
+            column,
+            header=header,
+            role=role,
+            number=int(repeat[1]) if repeat else None,
+            turns=header.turns if role == "time" else "",
+        )
         choice.serve(mapped[column.at])
     return [column for column in columns if column.at not in mapped]
 
@@ -97,17 +106,6 @@ def _column_called(
     headers = listing([f'"{one.text}"' for one in columns if one.text], 40)
     values = {"role": key, "header": header, "headers": headers}
     raise faults.refuse("mapped_header_unknown", **values)
-
-
-def _with_mapped_role(column: Chosen, key: str) -> Chosen:
-    role = key
-    number = None
-    if key.startswith("time_"):
-        role = "time"
-        number = int(key.removeprefix("time_"))
-    header = replace(column.header, unit=_unit_for(role, column.header))
-    turns = header.turns if role == "time" else ""
-    return replace(column, header=header, role=role, number=number, turns=turns)
 
 
 def _unit_for(role: str, header: Header) -> str | None:
@@ -265,17 +263,12 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
         column = decided[0]
         several = [other for other in several if other is not column]
         choice.serve(replace(column, role=_left(column, choice)[0]))
-    lacking = _parts_lacking(choice)
-    for column in several:
-        _ask_or_leave_out(column, lacking, choice, faults)
-
-
-def _parts_lacking(choice: Choice) -> set[str]:
-    """Return the parts of a run that the log does not give yet."""
     missing = missing_roles(choice.there, choice.there, loaded=True)
     lacking: set[str] = {roles.BY_NAME[role].part for role in missing}
-    timing = {"timing", "count"}
-    return lacking | timing if lacking & timing else lacking
+    if not lacking.isdisjoint(("timing", "count")):
+        lacking |= {"timing", "count"}
+    for column in several:
+        _ask_or_leave_out(column, lacking, choice, faults)
 
 
 def _ask_or_leave_out(

@@ -52,30 +52,22 @@ class Filler:
     def complete(self, column: Column, at: int, is_constant: bool) -> Column:
         """Return a column with blank cells filled.
 
-        `is_constant`: a value of the whole log is in the blank cells already.
-        """
-        column = self._ask_for_unknown(column, at)
-        return column if is_constant else self._fill_down(column, at)
-
-    def _ask_for_unknown(self, column: Column, at: int) -> Column:
-        """Report the cells of runs that contain "?" or "n/a".
-
-        Return the column, with such cells of other rows blank. Without a weight no
-        position is needed.
+        Report the cells of runs that contain "?" or "n/a"; those of other rows are
+        blank. Without a weight no position is needed. `is_constant`: a value of the
+        whole log is in the blank cells already.
         """
         readings = list(column.readings)
         for i, reading in enumerate(readings):
             if reading.text not in UNKNOWN:
                 continue
-            is_needed = column.role not in roles.LOADS or not self.loads.pulls_nothing(
-                i
-            )
-            if self.is_run[i] and is_needed:
+            is_load = column.role in roles.LOADS
+            if self.is_run[i] and not (is_load and self.loads.pulls_nothing(i)):
                 cell = self.table.grid.cell(self.table.rows[i], at)
                 self.faults.add("unknown_cell", cell, role=column.role)
             else:
                 readings[i] = Reading()
-        return replace(column, readings=tuple(readings))
+        column = replace(column, readings=tuple(readings))
+        return column if is_constant else self._fill_down(column, at)
 
     def _fill_down(self, column: Column, at: int) -> Column:
         """Give blank cells the value above.

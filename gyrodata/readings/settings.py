@@ -319,7 +319,8 @@ def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
     elif key in roles.CONSTANTS:
         _enter_constant(settings, item, text, ask, faults)
     else:
-        cell = _read_role(key, text, ask)
+        cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
+        _check(key, cell.value)
         settings.roles[key] = replace(item, cell=cell)
 
 
@@ -402,13 +403,6 @@ def _unusual(key: str, value: float, low: float, high: float, sample: str) -> Un
     return UnitError(
         fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
     )
-
-
-def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
-    """Read one reading that is valid for all runs."""
-    cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
-    _check(key, cell.value)
-    return cell
 
 
 def _check(role: str, value: float) -> None:

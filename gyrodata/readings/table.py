@@ -29,7 +29,7 @@ from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, l
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
 from gyrodata.readings.filling import Filler, Loads
-from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
+from gyrodata.readings.grid import decimal_signs, is_bare, is_number
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -101,7 +101,19 @@ def read_log(
     ask = decimal_signs(grid) != {","}
     given = read_settings(grid.metadata, grid.comments, options, faults, ask)
     given.origin = read_notes(grid, faults)
-    log = _without_runs(grid, given, faults)
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = Readings(
+        faults.name,
+        grid.sha256,
+        source_text="\n".join(faults.lines),
+        sheets=faults.sheets,
+        constants=given.constants,
+        uncertainties=given.uncertainties,
+        reported=given.reported,
+        metadata=given.metadata,
+        stated_at=stated_at,
+        **given.fields,
+    )
     table: layout.Layout | None
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
@@ -130,22 +142,6 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
                 "a key of settings or mapping, or a header, cannot be "
                 f"{type(text).__name__}"
             )
-
-
-def _without_runs(grid: Grid, given: Settings, faults: Faults) -> Readings:
-    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
-    return Readings(
-        faults.name,
-        grid.sha256,
-        source_text="\n".join(faults.lines),
-        sheets=faults.sheets,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        reported=given.reported,
-        metadata=given.metadata,
-        stated_at=stated_at,
-        **given.fields,
-    )
 
 
 def _with_runs(
@@ -235,7 +231,12 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = _runs_of(times, len(self.rows))
+        runs = [
+            _Run(i, time, column)
+            for i in range(len(self.rows))
+            for time, column in times
+            if column.readings[i].text
+        ]
         rows = [run.row for run in runs]
         if not times:
             rows = list(itertools.compress(range(len(self.rows)), is_run))
@@ -594,28 +595,22 @@ class TableReader:
         """Return header and cells of the columns that were not read."""
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
-        used = self._places_read({*columns, *TEXTS})
+        # A second column of a role is only compared, but a second text says something
+        # else than the first.
+        chosen = [
+            one
+            for role, of_role in self.choice.used.items()
+            if role in columns or role in TEXTS or role.startswith("u_")
+            for one in of_role
+        ]
+        chosen += [one for one in self.choice.others if one.role in columns]
+        used = self.replaced.union(one.at for one in chosen)
         unread = [
             (cell.text, tuple(self.rows[i].texts[at] for i in rows))
             for at, cell in enumerate(self.table.cells)
             if at not in used
         ]
         return tuple((header, texts) for header, texts in unread if any(texts))
-
-    def _places_read(self, read: set[str]) -> set[int]:
-        """Return the numbers of the columns that were read, compared or replaced.
-
-        A second column of a role is only compared, but a second text says something
-        else than the first.
-        """
-        chosen = [
-            one
-            for role, columns in self.choice.used.items()
-            if role in read or role.startswith("u_")
-            for one in columns
-        ]
-        compared = [one for one in self.choice.others if one.role in read - TEXTS]
-        return self.replaced.union(one.at for one in (*chosen, *compared))
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
@@ -638,16 +633,6 @@ class TableReader:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
-
-
-def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
-    """Return the timed runs: one for each time in a row."""
-    return [
-        _Run(i, time, column)
-        for i in range(rows)
-        for time, column in times
-        if column.readings[i].text
-    ]
 
 
 def _unit_of(column: Chosen) -> str | None:

@@ -78,12 +78,7 @@ class Filler:
         cell such as "?" is not blank.
         """
         above = self._values_above(column)
-        # An unreadable value above is reported once: what is below it lacks nothing.
-        filled = [
-            i
-            for i, j in above.items()
-            if self.is_run[i] and column.values[j] is not None
-        ]
+        filled = self._runs_filled(column, above)
         early = self._runs_above_first(column)
         if self._is_measured_each_time(column.role, len(filled)):
             # A blank cell was forgotten.
@@ -127,6 +122,15 @@ class Filler:
             elif last is not None and self._is_valid_below(column, last, i):
                 above[i] = last
         return above
+
+    def _runs_filled(self, column: Column, above: dict[int, int]) -> list[int]:
+        """Return the runs that take a value from above.
+
+        An unreadable value above is reported once: the blank cells below it lack
+        nothing.
+        """
+        values = column.values
+        return [i for i, j in above.items() if self.is_run[i] and values[j] is not None]
 
     def _is_valid_below(self, column: Column, last: int, row: int) -> bool:
         """Return whether the value of a row may be that of a row below."""

@@ -53,7 +53,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Return an object of JSON; raise NoTableError if a key is there twice."""
     for key, times in Counter(key for key, _ in pairs).items():
         if times > 1:
-            raise NoTableError(f'the key "{key:.60}" is in an object twice: keep one')
+            raise NoTableError(f'it contains the key "{key:.60}" twice: keep one')
     return dict(pairs)
 
 

@@ -163,16 +163,21 @@ def ask_for(
         message += f"; headers that could not be placed: {listing(texts)}"
     message += quoted(set(map(kind_of_role, missing)), table.statements)
     hints = list(map(_how_to_add, lacks))
+    row = _corrected_row(lacks, choice, table)
+    if row and len(lacks) + len(choice.corrected) > 1:
+        hints = [f"write this header row, with the numbers: {row}", *hints]
+    faults.add("missing", message=message, hint="\n".join(hints))
+
+
+def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> str:
+    """Return the header row with each missing role above the column that may be it."""
     headers = dict(choice.corrected)
     for lack in lacks:
         if len(lack.likely) == 1 and not lack.instead:
             headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]
-    row = header_row(table, headers, added)
-    if row and len(lacks) + len(choice.corrected) > 1:
-        hints = [f"write this header row, with the numbers: {row}", *hints]
-    faults.add("missing", message=message, hint="\n".join(hints))
+    return header_row(table, headers, added)
 
 
 def _how_to_add(lack: Lack) -> str:

@@ -231,12 +231,7 @@ class TableReader:
         self._read_columns(is_run)
         if self.without_unit:
             self._ask_for_units()
-        runs = [
-            _Run(i, time, column)
-            for i in range(len(self.rows))
-            for time, column in times
-            if column.readings[i].text
-        ]
+        runs = _runs_of(times, len(self.rows))
         rows = [run.row for run in runs]
         if not times:
             rows = list(itertools.compress(range(len(self.rows)), is_run))
@@ -298,11 +293,10 @@ class TableReader:
             return []
         columns = [(time, self._read_column(time)) for time in times]
         read = [(time, column) for time, column in columns if column is not None]
-        stating = [time for time, _ in read if time.turns]
-        if len(read) > 1 and not stating:
+        if any(time.turns for time in times):
+            self._ask_for_turns(times)
+        elif len(read) > 1:
             self._ask_for_laps(read)
-        elif len(read) > len(stating):
-            self._ask_for_turns([time for time, _ in read if not time.turns])
         return read
 
     def _ask_for_turns(self, times: list[Chosen]) -> None:
@@ -310,16 +304,17 @@ class TableReader:
 
         "T1" next to "T1/3" and "T2/3" is the time of one turn, or a first time.
         """
+        silent = [time for time in times if not time.turns]
         known = {*self.choice.used, *self.settings.roles}
-        if len(self.choice.times()) == len(times) or known.intersection(roles.COUNTS):
+        if not silent or known.intersection(roles.COUNTS):
             return
         headers = {
             time.at: header_of("time for 1 turn", time.header.unit or "")
-            for time in times
+            for time in silent
         }
-        row = header_row(self.table, headers, []) or headers[times[0].at]
+        row = header_row(self.table, headers, []) or headers[silent[0].at]
         self.choice.asked.add("turns")
-        self.faults.add("time_without_turns", times[0].cell, row=row)
+        self.faults.add("time_without_turns", silent[0].cell, row=row)
 
     def _ask_for_laps(self, times: list[tuple[Chosen, Column]]) -> None:
         """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 equal laps."""
@@ -595,22 +590,28 @@ class TableReader:
         """Return header and cells of the columns that were not read."""
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
-        # A second column of a role is only compared, but a second text says something
-        # else than the first.
-        chosen = [
-            one
-            for role, of_role in self.choice.used.items()
-            if role in columns or role in TEXTS or role.startswith("u_")
-            for one in of_role
-        ]
-        chosen += [one for one in self.choice.others if one.role in columns]
-        used = self.replaced.union(one.at for one in chosen)
+        used = self._places_read({*columns, *TEXTS})
         unread = [
             (cell.text, tuple(self.rows[i].texts[at] for i in rows))
             for at, cell in enumerate(self.table.cells)
             if at not in used
         ]
         return tuple((header, texts) for header, texts in unread if any(texts))
+
+    def _places_read(self, read: set[str]) -> set[int]:
+        """Return the numbers of the columns that were read, compared or replaced.
+
+        A second column of a role is only compared, but a second text says something
+        else than the first.
+        """
+        chosen = [
+            one
+            for role, columns in self.choice.used.items()
+            if role in read or role.startswith("u_")
+            for one in columns
+        ]
+        compared = [one for one in self.choice.others if one.role in read - TEXTS]
+        return self.replaced.union(one.at for one in (*chosen, *compared))
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
@@ -633,6 +634,16 @@ class TableReader:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
+
+
+def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
+    """Return the timed runs: one for each time in a row."""
+    return [
+        _Run(i, time, column)
+        for i in range(rows)
+        for time, column in times
+        if column.readings[i].text
+    ]
 
 
 def _unit_of(column: Chosen) -> str | None:

@@ -83,13 +83,12 @@ def _serve_mapped(
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
         repeat = re.fullmatch("time_([0-9]+)", key)
         role = "time" if repeat else key
-        header = replace(column.header, unit=_unit_for(role, column.header))
         mapped[column.at] = replace(
             column,
-            header=header,
+            header=replace(column.header, unit=_unit_for(role, column.header)),
             role=role,
             number=int(repeat[1]) if repeat else None,
-            turns=header.turns if role == "time" else "",
+            turns=column.header.turns if role == "time" else "",
         )
         choice.serve(mapped[column.at])
     return [column for column in columns if column.at not in mapped]

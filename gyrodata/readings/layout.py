@@ -24,7 +24,7 @@ from gyrodata.readings.grid import (
     is_number,
     units_of_row,
 )
-from gyrodata.readings.headers import parse_header
+from gyrodata.readings.headers import counts_weights, parse_header
 from gyrodata.readings.lablog import Faults, Text, header_of
 from gyrodata.readings.names import (
     Header,
@@ -280,6 +280,8 @@ def _roles_served(header: Header) -> set[str]:
         served.add("spin")
     if header.roles:
         return served
+    if counts_weights(header):
+        served.add("mass")
     # "mass without hanger [g]" is a mass, although gyro has to ask which; "gap [cm]"
     # may be the position, and "disks [g]" the mass.
     kinds = kinds_of(header.unit or "") & {"length", "mass"}

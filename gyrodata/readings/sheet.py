@@ -278,7 +278,10 @@ class _Sheet:
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
-        """Check the columns of a table, if its rows are runs."""
+        """Refuse a table of runs whose columns are not those of the first one.
+
+        They are in one order, and the last ones, such as notes, may be missing.
+        """
         table = self.table
         means = self._are_means()
         if why := self._why_skipped(means):
@@ -287,10 +290,15 @@ class _Sheet:
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
-        if self.columns:
-            self._check_columns(table)
-        else:
+        if not self.columns:
             self.columns = table.columns
+        names = [cell.text for cell, _ in self.columns]
+        row = self.grid.delimiter.join(names)
+        for at, (cell, header) in enumerate(table.columns):
+            old = self.columns[at] if at < len(names) else None
+            if old is None or not _are_same(old, (cell, header)):
+                line = [table.head.line]
+                raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
     def _why_skipped(self, means: bool) -> str:
         """Return the name of the note if the rows of a table are not runs; else ""."""
@@ -314,20 +322,6 @@ class _Sheet:
             return True
         timings = [header for header in self.table.headers if names_timing(header)]
         return bool(timings) and all(header.is_of_means for header in timings)
-
-    def _check_columns(self, table: _Table) -> None:
-        """Refuse a table whose columns are not those of the first one, in their order.
-
-        The last ones, such as notes, may be missing.
-        """
-        names = [cell.text for cell, _ in self.columns]
-        row = self.grid.delimiter.join(names)
-        for at, (cell, header) in enumerate(table.columns):
-            old = self.columns[at] if at < len(names) else None
-            is_same = old is not None and _are_same(old, (cell, header))
-            if not is_same:
-                line = [table.head.line]
-                raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
     # --- Captions ---
 

@@ -12,7 +12,6 @@ from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.headers import (
-    are_turns,
     can_measure,
     may_number,
     parse_header,
@@ -21,7 +20,6 @@ from gyrodata.readings.headers import (
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of
 from gyrodata.readings.names import Header, squeeze
-from gyrodata.readings.notes import ALTERED
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import DIVIDED
@@ -83,7 +81,15 @@ def _serve_mapped(
         if column.at in mapped:
             first = mapped[column.at].role
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
-        mapped[column.at] = _with_mapped_role(column, key)
+        repeat = re.fullmatch("time_([0-9]+)", key)
+        role = "time" if repeat else key
+        mapped[column.at] = replace(
+            column,
+            header=replace(column.header, unit=_unit_for(role, column.header)),
+            role=role,
+            number=int(repeat[1]) if repeat else None,
+            turns=column.header.turns if role == "time" else "",
+        )
         choice.serve(mapped[column.at])
     return [column for column in columns if column.at not in mapped]
 
@@ -99,17 +105,6 @@ def _column_called(
     headers = listing([f'"{one.text}"' for one in columns if one.text], 40)
     values = {"role": key, "header": header, "headers": headers}
     raise faults.refuse("mapped_header_unknown", **values)
-
-
-def _with_mapped_role(column: Chosen, key: str) -> Chosen:
-    role = key
-    number = None
-    if key.startswith("time_"):
-        role = "time"
-        number = int(key.removeprefix("time_"))
-    header = replace(column.header, unit=_unit_for(role, column.header))
-    turns = header.turns if role == "time" else ""
-    return replace(column, header=header, role=role, number=number, turns=turns)
 
 
 def _unit_for(role: str, header: Header) -> str | None:
@@ -180,21 +175,8 @@ def _with_count(column: Chosen) -> Chosen:
     header = column.header
     if header.unit is not None or "precession_rate" not in header.roles:
         return column
-    names = _counted_by_cells(column) or ("turns", "angle", *header.roles)
+    names = ("turns", "angle", *header.roles)
     return replace(column, header=replace(header, roles=names))
-
-
-def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
-    """Return what the cells of a "rotation" or "precession" count, if they show it.
-
-    It is an angle above "120°", and turns above "2/3" or "one third".
-    """
-    texts = [text for text in column.texts if text]
-    marks = [text.lstrip("0123456789., ") for text in texts]
-    if texts and all(kinds_of(mark) == {"angle"} for mark in marks):
-        return ("angle",)
-    nameless = replace(column.header, roles=(), text="")
-    return ("turns",) if are_turns(nameless, texts) else ()
 
 
 def _states_turns(column: Chosen) -> bool:
@@ -204,11 +186,7 @@ def _states_turns(column: Chosen) -> bool:
         return False
     if header.unit is not None:
         return header.roles in _TIMES and "time" in column.kinds
-    if header.roles:
-        return header.roles == ("time",)
-    # "1 turn takes" above "20.3 s"
-    units = [text.lstrip("0123456789., ") for text in column.texts if text]
-    return bool(units) and all("time" in kinds_of(unit) for unit in units)
+    return header.roles == ("time",)
 
 
 def _serve_by_name(columns: list[Chosen], choice: Choice) -> list[Chosen]:
@@ -280,32 +258,16 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
 
     Ask about the rest if they are needed.
     """
-    several = [one for one in several if not _serve_single_turns(one, choice)]
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         column = decided[0]
         several = [other for other in several if other is not column]
         choice.serve(replace(column, role=_left(column, choice)[0]))
-    lacking = _parts_lacking(choice)
-    for column in several:
-        _ask_or_leave_out(column, lacking, choice, faults)
-
-
-def _serve_single_turns(column: Chosen, choice: Choice) -> bool:
-    """Use "T" for the time if every run is one turn: the period is then the same."""
-    counts = {text for count in choice.used.get("turns", []) for text in count.texts}
-    is_either = column.header.roles == ("time", "precession_period")
-    if not is_either or counts != {"1"} or choice.there & set(roles.TIMINGS):
-        return False
-    choice.serve(replace(column, role="time"))
-    return True
-
-
-def _parts_lacking(choice: Choice) -> set[str]:
-    """Return the parts of a run that the log does not give yet."""
     missing = missing_roles(choice.there, choice.there, loaded=True)
     lacking: set[str] = {roles.BY_NAME[role].part for role in missing}
-    timing = {"timing", "count"}
-    return lacking | timing if lacking & timing else lacking
+    if not lacking.isdisjoint(("timing", "count")):
+        lacking |= {"timing", "count"}
+    for column in several:
+        _ask_or_leave_out(column, lacking, choice, faults)
 
 
 def _ask_or_leave_out(
@@ -437,18 +399,10 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
-            if role == "position" and not column.header.origin:
-                _warn_of_altered_position(column, faults)
             words = " ".join(unused_words(column.header))
             if words and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
                 faults.add("words_not_used", column.cell, words=words, named=named)
-
-
-def _warn_of_altered_position(column: Chosen, faults: Faults) -> None:
-    """Warn of "centre to inner face (cm)", which is not the middle of the weight."""
-    if ALTERED.is_in(column.text):
-        faults.add("note", column.cell, note=column.text, role="position")
 
 
 def _uses_words(column: Chosen) -> bool:

@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
-from gyrodata.quantities.units import DISPLAY
 from gyrodata.readings import layout, roles
-from gyrodata.readings.captions import quoted
 from gyrodata.readings.compared import turns_of
-from gyrodata.readings.lablog import Column, Faults, Place, Readings, header_of, listing
+from gyrodata.readings.lablog import Column, Faults, Place, Readings, listing
 from gyrodata.readings.layout import Choice
 from gyrodata.readings.roles import kind_of_role, missing_roles
-from gyrodata.readings.suggestions import header_row, likely_headers, question_of
+from gyrodata.readings.suggestions import ask_for
 
 _WHOLE = 1e-3
 """Difference from one turn that is not due to rounding."""
@@ -34,7 +32,7 @@ def check_completeness(
     """
     missing = _missing_from_log(log, choice, unread)
     if missing:
-        _ask_for(missing, choice, table, faults)
+        ask_for(missing, choice, table, faults)
     elif not _is_uncertain(unread | choice.asked, faults):
         _report_runs_that_lack(log, faults)
     if "precession_period" in log.columns.keys() - choice.mapped:
@@ -67,18 +65,6 @@ def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[s
         needless.add("turns")  # needed or not, by what is answered
     missing = missing_roles(there, log.columns, loaded)
     return [role for role in missing if role not in needless]
-
-
-def _ask_for(
-    missing: list[str], choice: Choice, table: layout.Layout, faults: Faults
-) -> None:
-    likely = likely_headers(missing, choice)
-    usual = [header_of(role, DISPLAY[kind_of_role(role)]) for role in missing]
-    added = [header for header in usual if header not in likely.values()]
-    row = header_row(table, likely, added)
-    message, hint = question_of(missing, choice, row)
-    message += quoted(set(map(kind_of_role, missing)), table.statements)
-    faults.add("missing", message=message, hint=hint)
 
 
 def _is_uncertain(unread: set[str], faults: Faults) -> bool:

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from gyrodata.readings import workbook
-from gyrodata.readings.lablog import Faults, Place, listing
+from gyrodata.readings.grid import Row, find_place
+from gyrodata.readings.lablog import Faults, listing
 
 # --- DataFrames ---
 
@@ -110,13 +111,12 @@ def _refuse_formulas(
     """Return the error about formulas without a value."""
     sheet, formula = lacking[0]
     above, _ = faults.sheets[sheets.index(sheet)]
-    line = above + formula.row
-    before = faults.lines[line - 1].split("\t")[: formula.column - 1]
-    start = sum(len(cell) + 1 for cell in before)
+    spot = Row(above + formula.row, []).spot(formula.column - 1)
+    place = find_place(faults.lines, "\t", spot)
     more = ": the stored 0 is not its result" if formula.value else ""
     if others := [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]:
         more += f" (also {listing(others)})"
-    return faults.refuse("formula_without_value", Place(line, start + 1), more=more)
+    return faults.refuse("formula_without_value", place, more=more)
 
 
 def workbook_text(

@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.readings import layout, roles
-from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Reading
+from gyrodata.readings.lablog import UNKNOWN, Column, Faults, Place, Reading, Text
 
 Values = tuple[float | None, ...]
 """Values of a column [SI unit of its role]."""
@@ -26,10 +26,6 @@ class Loads(Struct, frozen=True):
         """Return the loads in the columns that were read."""
         names = [role for role in ("mass", "force", "torque") if role in columns]
         return cls(**{role: columns[role].values for role in names})
-
-    def is_without_weight(self, row: int) -> bool:
-        """Return whether the mass in a row is 0."""
-        return bool(self.mass) and self.mass[row] == 0
 
     def pulls_nothing(self, row: int) -> bool:
         """Return whether one of the loads is 0 in a row."""
@@ -56,30 +52,22 @@ class Filler:
     def complete(self, column: Column, at: int, is_constant: bool) -> Column:
         """Return a column with blank cells filled.
 
-        `is_constant`: a value of the whole log is in the blank cells already.
-        """
-        column = self._ask_for_unknown(column, at)
-        return column if is_constant else self._fill_down(column, at)
-
-    def _ask_for_unknown(self, column: Column, at: int) -> Column:
-        """Report the cells of runs that contain "?" or "n/a".
-
-        Return the column, with such cells of other rows blank. Without a weight no
-        position is needed.
+        Report the cells of runs that contain "?" or "n/a"; those of other rows are
+        blank. Without a weight no position is needed. `is_constant`: a value of the
+        whole log is in the blank cells already.
         """
         readings = list(column.readings)
         for i, reading in enumerate(readings):
             if reading.text not in UNKNOWN:
                 continue
-            is_needed = column.role not in roles.LOADS or not self.loads.pulls_nothing(
-                i
-            )
-            if self.is_run[i] and is_needed:
+            is_load = column.role in roles.LOADS
+            if self.is_run[i] and not (is_load and self.loads.pulls_nothing(i)):
                 cell = self.table.grid.cell(self.table.rows[i], at)
                 self.faults.add("unknown_cell", cell, role=column.role)
             else:
                 readings[i] = Reading()
-        return replace(column, readings=tuple(readings))
+        column = replace(column, readings=tuple(readings))
+        return column if is_constant else self._fill_down(column, at)
 
     def _fill_down(self, column: Column, at: int) -> Column:
         """Give blank cells the value above.
@@ -97,19 +85,19 @@ class Filler:
             above = {i: j for i, j in above.items() if i not in filled}
             early = [*early, *filled] if early else []
             filled = []
+        typed = [i for i, reading in enumerate(column.readings) if reading.text]
         if early:
-            typed = [i for i, reading in enumerate(column.readings) if reading.text]
-            cell = self.table.grid.cell(self.table.rows[typed[0]], at)
-            lines = self._lines(early)
-            self.faults.add("below_first_row", cell, role=column.role, lines=lines)
+            self._report("below_first_row", column, early, column.cell(typed[0]))
         if filled:
-            cell = self.table.grid.cell(self.table.rows[filled[0]], at)
-            lines = self._lines(filled)
-            self.faults.add("filled_down", cell.place, role=column.role, lines=lines)
+            place = self.table.grid.place_of(self.table.rows[filled[0]].spot(at))
+            self._report("filled_down", column, filled, place)
         return column.select([above.get(i, i) for i in range(len(column.readings))])
 
-    def _lines(self, rows: list[int]) -> list[int]:
-        return [self.table.rows[i].line for i in rows]
+    def _report(
+        self, name: str, column: Column, rows: list[int], place: Text | Place | None
+    ) -> None:
+        lines = [self.table.rows[i].line for i in rows]
+        self.faults.add(name, place, role=column.role, lines=lines)
 
     def _runs_above_first(self, column: Column) -> list[int]:
         """Return the runs above the first value; a run without a weight needs no load."""
@@ -118,7 +106,7 @@ class Filler:
             if reading.text:
                 return above
             is_needed = column.role not in roles.LOADS
-            if self.is_run[i] and (is_needed or not self.loads.is_without_weight(i)):
+            if self.is_run[i] and (is_needed or not self.loads.pulls_nothing(i)):
                 above.append(i)
         return []
 
@@ -129,7 +117,7 @@ class Filler:
         for i, reading in enumerate(column.readings):
             if reading.text:
                 last = i
-            elif column.role in roles.LOADS and self.loads.is_without_weight(i):
+            elif column.role in roles.LOADS and self.loads.pulls_nothing(i):
                 last = None
             elif last is not None and self._is_valid_below(column, last, i):
                 above[i] = last
@@ -149,8 +137,8 @@ class Filler:
         if column.role == "position":
             several = sum(value is not None for value in column.values) > 1
             return not (several and self.loads.differs(last, row))
-        if column.role in roles.COUNTS and self.loads.is_without_weight(last):
-            return self.loads.is_without_weight(row)  # without a weight it turns less
+        if column.role in roles.COUNTS and self.loads.pulls_nothing(last):
+            return self.loads.pulls_nothing(row)  # without a weight it turns less
         return True
 
     def _is_measured_each_time(self, role: str, blank: int) -> bool:

@@ -136,18 +136,14 @@ def is_head(row: Row) -> bool:
     filled = row.filled()
     if len(list(itertools.filterfalse(_SIGNS.issuperset, filled))) < 2:
         return False  # the rows of a long log
-    return _are_names(row.texts, filled)
-
-
-def _are_names(texts: list[str], filled: list[str]) -> bool:
     named = list(filter(None, (parse_header(text).roles for text in filled)))
     if not any(map(roles.TEXTS.isdisjoint, named)):
         return False
-    several = len(set(named)) > 1 or _are_repeats(len(named), texts)
-    if not several or count_of_numbers(texts) * 2 >= len(filled):
+    several = len(set(named)) > 1 or _are_repeats(len(named), row.texts)
+    if not several or count_of_numbers(row.texts) * 2 >= len(filled):
         return False
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
-    return 2 < len(filled) == len(named) or not units_of_row(texts)
+    return 2 < len(filled) == len(named) or not units_of_row(row.texts)
 
 
 def _are_repeats(count: int, texts: Sequence[str]) -> bool:

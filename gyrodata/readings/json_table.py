@@ -13,10 +13,6 @@ class NoTableError(ValueError):
     """JSON is not a table; the text says why."""
 
 
-class KeyTwiceError(ValueError):
-    """One object of JSON has a key twice; its text is the key."""
-
-
 def table_of(text: str) -> str:
     """Write JSON as a table with tabs between its cells; single values become ``#`` lines.
 
@@ -54,10 +50,10 @@ def table_of(text: str) -> str:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON; raise KeyTwiceError if a key is there twice."""
+    """Return an object of JSON; raise NoTableError if a key is there twice."""
     for key, times in Counter(key for key, _ in pairs).items():
         if times > 1:
-            raise KeyTwiceError(key)
+            raise NoTableError(f'it contains the key "{key:.60}" twice: keep one')
     return dict(pairs)
 
 

@@ -140,12 +140,8 @@ def _origin_of_position(note: str) -> str:
         return ""
     starts_with_from = re.match(rf"\W*{FROM}\b", bare)  # the footnote "* from the tip"
     is_position = starts_with_from or bare != note or _names_position(bare)
-    return origin if is_position and _names_origin_behind_from(bare) else ""
-
-
-def _names_origin_behind_from(note: str) -> bool:
-    places = (match[1] for match in re.finditer(f"(?={BEHIND_FROM})", note))
-    return any(map(origin_in, places))
+    places = [match[1] for match in re.finditer(f"(?={BEHIND_FROM})", bare)]
+    return origin if is_position and any(map(origin_in, places)) else ""
 
 
 def noted_centre(note: str) -> bool:

@@ -10,7 +10,7 @@ from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
 from gyrodata.readings.captions import quoted, said_in
 from gyrodata.readings.grid import Row
-from gyrodata.readings.lablog import Column, Faults, Text
+from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.names import SPHERE, from_centre, origin_in
 from gyrodata.readings.settings import Settings
 
@@ -62,7 +62,12 @@ def _count_from_other_place(
         otherwise = said if is_line else said + centre
         faults.add(unknown, position.place(0), otherwise=otherwise)
         return 0.0
-    columns["position"] = _moved(position, origin, share * length, faults)
+    shift = share * length
+    moved = [_from_centre(reading, origin, shift) for reading in position.readings]
+    columns["position"] = replace(position, readings=tuple(moved))
+    amount = f"{100 * shift:.4g} cm"
+    done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
+    faults.add("moved", position.place(0), origin=origin, done=done)
     u = settings.uncertainties.get(f"u_{key}")
     u_length = settings.steps[key] / math.sqrt(12) if u is None else u.at(length)
     return share * u_length
@@ -85,27 +90,6 @@ def _origin_of(position: Column, settings: Settings) -> str:
     return of_header or settings.origin
 
 
-def _moved(position: Column, origin: str, shift: float, faults: Faults) -> Column:
-    """Return the positions from the centre; `shift` is the distance of both places [m]."""
-    moved = [
-        reading
-        if reading.value is None
-        else replace(reading, value=_from_centre(reading.value, origin, shift))
-        for reading in position.readings
-    ]
-    amount = f"{100 * shift:.4g} cm"
-    done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
-    faults.add("moved", position.place(0), origin=origin, done=done)
-    return replace(position, readings=tuple(moved))
-
-
-def _from_centre(value: float, origin: str, shift: float) -> float:
-    if origin == "tip":
-        return shift - value
-    # A negative distance is on the counterweight's side.
-    return value + math.copysign(shift, value)
-
-
 def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:
     """Report each sentence with a distance from the centre that no run has."""
     for sentence in sentences:
@@ -116,3 +100,14 @@ def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) 
         values = (value or 0.0 for value in position.values)
         if all(abs(arm - value) > _ARM_DIFFERS * arm for value in values):
             faults.add("note", sentence, note=sentence.text, role="position")
+
+
+def _from_centre(reading: Reading, origin: str, shift: float) -> Reading:
+    """Return a position from the centre; `shift` is the distance of both places [m]."""
+    value = reading.value
+    if value is None:
+        return reading
+    if origin == "tip":
+        return replace(reading, value=shift - value)
+    # A negative distance is on the counterweight's side.
+    return replace(reading, value=value + math.copysign(shift, value))

@@ -211,18 +211,19 @@ class _Sheet:
                 parsed = parse_header(f"{left} [{unit}]")
                 columns[at] = cell, replace(parsed, text=left)
 
-    def _leave_out(self, why: str, row: Row) -> None:
-        self.left_out[why].append((row, filled_at(row)[0]))
-
     def _take_text(self, row: Row) -> None:
         """Keep a row of text for the run below it.
 
         "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
         """
         self.words.append(row)
-        if self.runs and len(row.filled()) > 1 and _names_inertia(row):
+        if self.runs and len(row.filled()) > 1 and any(map(_is_inertia, row.texts)):
             self.begin(row)
-            self.table.is_skipped, self.table.is_new = True, False
+            self.table.is_skipped = True
+            self.table.is_new = False
+
+    def _leave_out(self, why: str, row: Row) -> None:
+        self.left_out[why].append((row, filled_at(row)[0]))
 
     # --- Runs ---
 
@@ -277,7 +278,10 @@ class _Sheet:
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
-        """Check the columns of a table, if its rows are runs."""
+        """Refuse a table of runs whose columns are not those of the first one.
+
+        They are in one order, and the last ones, such as notes, may be missing.
+        """
         table = self.table
         means = self._are_means()
         if why := self._why_skipped(means):
@@ -286,10 +290,15 @@ class _Sheet:
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
-        if self.columns:
-            self._check_columns(table)
-        else:
+        if not self.columns:
             self.columns = table.columns
+        names = [cell.text for cell, _ in self.columns]
+        row = self.grid.delimiter.join(names)
+        for at, (cell, header) in enumerate(table.columns):
+            old = self.columns[at] if at < len(names) else None
+            if old is None or not _are_same(old, (cell, header)):
+                line = [table.head.line]
+                raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
     def _why_skipped(self, means: bool) -> str:
         """Return the name of the note if the rows of a table are not runs; else ""."""
@@ -313,20 +322,6 @@ class _Sheet:
             return True
         timings = [header for header in self.table.headers if names_timing(header)]
         return bool(timings) and all(header.is_of_means for header in timings)
-
-    def _check_columns(self, table: _Table) -> None:
-        """Refuse a table whose columns are not those of the first one, in their order.
-
-        The last ones, such as notes, may be missing.
-        """
-        names = [cell.text for cell, _ in self.columns]
-        row = self.grid.delimiter.join(names)
-        for at, (cell, header) in enumerate(table.columns):
-            old = self.columns[at] if at < len(names) else None
-            is_same = old is not None and _are_same(old, (cell, header))
-            if not is_same:
-                line = [table.head.line]
-                raise self.faults.refuse("other_columns", cell, line=line, row=row)
 
     # --- Captions ---
 
@@ -474,13 +469,9 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
 
 
-def _names_inertia(row: Row) -> bool:
-    """Return whether a cell names a moment of inertia, by its unit."""
-    return any(
-        "inertia" in kinds_of(parse_header(text).unit or text)
-        for text in row.texts
-        if not is_number(text)
-    )
+def _is_inertia(text: str) -> bool:
+    """Return whether a header has the unit of a moment of inertia."""
+    return "inertia" in kinds_of(parse_header(text).unit or text)
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:

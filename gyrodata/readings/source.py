@@ -107,8 +107,6 @@ def _table_of_json(text: str, faults: Faults) -> str:
 
     try:
         return json_table.table_of(text)
-    except json_table.KeyTwiceError as error:
-        raise faults.refuse("json_key_twice", key=str(error)) from None
     except json_table.NoTableError as error:
         raise faults.refuse("json_no_table", why=str(error)) from None
     except RecursionError:

@@ -10,9 +10,10 @@ from msgspec import Struct
 
 from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import quoted
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights
-from gyrodata.readings.lablog import header_of, listing
+from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
 from gyrodata.readings.names import DIAMETER, PRECESSION
 from gyrodata.readings.roles import kind_of_role
@@ -35,6 +36,12 @@ class Lack(Struct, frozen=True, dict=True):
     def unit(self) -> str:
         """Usual unit of the role."""
         return units.DISPLAY[kind_of_role(self.role)]
+
+    @property
+    def question(self) -> str:
+        """The role and its meaning."""
+        meaning = roles.BY_NAME[self.role].meaning
+        return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
 
     def named(self, column: Chosen | None = None) -> str:
         """Return the header that names the role, with the unit of a column if it fits."""
@@ -142,24 +149,35 @@ def _what_it_counts(column: Chosen) -> str:
 # The question
 
 
-def question_of(missing: list[str], choice: Choice, header_row: str) -> tuple[str, str]:
-    """Return one message about all missing roles, and what to type.
+def ask_for(
+    missing: list[str], choice: Choice, table: layout.Layout, faults: Faults
+) -> None:
+    """Ask for all missing roles in one message.
 
     If several are missing, the hint begins with the corrected header row.
     """
     lacks = [Lack(role, tuple(missing), choice) for role in missing]
-    meanings = {role: roles.BY_NAME[role].meaning for role in missing}
-    message = "; ".join(
-        f"{role} is missing" + f" ({meaning})" * bool(meaning)
-        for role, meaning in meanings.items()
-    )
+    message = "; ".join(lack.question for lack in lacks)
     if choice.unplaced:
         texts = [column.text for column in choice.unplaced]
         message += f"; headers that could not be placed: {listing(texts)}"
-    hints = [_how_to_add(lack) for lack in lacks]
-    if header_row and len(lacks) + len(choice.corrected) > 1:
-        hints = [f"write this header row, with the numbers: {header_row}", *hints]
-    return message, "\n".join(hints)
+    message += quoted(set(map(kind_of_role, missing)), table.statements)
+    hints = list(map(_how_to_add, lacks))
+    row = _corrected_row(lacks, choice, table)
+    if row and len(lacks) + len(choice.corrected) > 1:
+        hints = [f"write this header row, with the numbers: {row}", *hints]
+    faults.add("missing", message=message, hint="\n".join(hints))
+
+
+def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> str:
+    """Return the header row with each missing role above the column that may be it."""
+    headers = dict(choice.corrected)
+    for lack in lacks:
+        if len(lack.likely) == 1 and not lack.instead:
+            headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
+    usual = [lack.named() for lack in lacks]
+    added = [header for header in usual if header not in headers.values()]
+    return header_row(table, headers, added)
 
 
 def _how_to_add(lack: Lack) -> str:
@@ -174,17 +192,6 @@ def _how_to_add(lack: Lack) -> str:
         f"or --map {role}=HEADER to name the column that contains it{known.instead}"
     )
     return "; ".join(filter(None, [_guess(lack), *ways]))
-
-
-def likely_headers(missing: list[str], choice: Choice) -> dict[int, str]:
-    """Return the header of each missing role above the column that may contain it."""
-    headers: dict[int, str] = dict(choice.corrected)
-    for role in missing:
-        lack = Lack(role, tuple(missing), choice)
-        if len(lack.likely) == 1 and not lack.instead:
-            column = lack.likely[0]
-            headers.setdefault(column.at, lack.named(column))
-    return headers
 
 
 def header_row(

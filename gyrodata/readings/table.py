@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings import compared, layout, roles, shapes, sheet
+from gyrodata.readings import compared, layout, roles, sheet
 from gyrodata.readings import source as sources
 from gyrodata.readings.blocks import BLOCKS, NO_BLOCKS, find_blocks
 from gyrodata.readings.cells import (
@@ -30,7 +30,7 @@ from gyrodata.readings.compared import CONSTANT, ask_which, compare_with_line, l
 from gyrodata.readings.completeness import check_completeness
 from gyrodata.readings.conversion import value_text
 from gyrodata.readings.filling import Filler, Loads
-from gyrodata.readings.grid import Grid, decimal_signs, is_bare, is_number
+from gyrodata.readings.grid import decimal_signs, is_bare, is_number
 from gyrodata.readings.lablog import (
     BLANKS,
     UNKNOWN,
@@ -47,6 +47,7 @@ from gyrodata.readings.notes import read_notes
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
+from gyrodata.readings.shapes import side_by_side
 from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.turns import turns_in
 from gyrodata.readings.workbook import MAX_COLUMNS
@@ -101,13 +102,24 @@ def read_log(
     ask = decimal_signs(grid) != {","}
     given = read_settings(grid.metadata, grid.comments, options, faults, ask)
     given.origin = read_notes(grid, faults)
-    log = _without_runs(grid, given, faults)
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = Readings(
+        faults.name,
+        grid.sha256,
+        source_text="\n".join(faults.lines),
+        sheets=faults.sheets,
+        constants=given.constants,
+        uncertainties=given.uncertainties,
+        reported=given.reported,
+        metadata=given.metadata,
+        stated_at=stated_at,
+        **given.fields,
+    )
     table: layout.Layout | None
     if layout.is_plain(grid):
         table = layout.plain_layout(grid)
     else:
-        grid = shapes.reshape(grid, faults)
-        table = sheet.find_layout(grid, faults)
+        table = sheet.find_layout(side_by_side.to_rows(grid), faults)
     if table is None:
         return replace(log, diagnostics=faults.all_told())
     log = _with_runs(log, table, given, mapping, faults)
@@ -131,22 +143,6 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
                 "a key of settings or mapping, or a header, cannot be "
                 f"{type(text).__name__}"
             )
-
-
-def _without_runs(grid: Grid, given: Settings, faults: Faults) -> Readings:
-    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
-    return Readings(
-        faults.name,
-        grid.sha256,
-        source_text="\n".join(faults.lines),
-        sheets=faults.sheets,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        reported=given.reported,
-        metadata=given.metadata,
-        stated_at=stated_at,
-        **given.fields,
-    )
 
 
 def _with_runs(
@@ -300,9 +296,28 @@ class TableReader:
             return []
         columns = [(time, self._read_column(time)) for time in times]
         read = [(time, column) for time, column in columns if column is not None]
-        if len(read) > 1 and not any(time.turns for time, _ in read):
+        if any(time.turns for time in times):
+            self._ask_for_turns(times)
+        elif len(read) > 1:
             self._ask_for_laps(read)
         return read
+
+    def _ask_for_turns(self, times: list[Chosen]) -> None:
+        """Ask for the turns of times if only other headers state theirs.
+
+        "T1" next to "T1/3" and "T2/3" is the time of one turn, or a first time.
+        """
+        silent = [time for time in times if not time.turns]
+        known = {*self.choice.used, *self.settings.roles}
+        if not silent or known.intersection(roles.COUNTS):
+            return
+        headers = {
+            time.at: header_of("time for 1 turn", time.header.unit or "")
+            for time in silent
+        }
+        row = header_row(self.table, headers, []) or headers[silent[0].at]
+        self.choice.asked.add("turns")
+        self.faults.add("time_without_turns", silent[0].cell, row=row)
 
     def _ask_for_laps(self, times: list[tuple[Chosen, Column]]) -> None:
         """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 equal laps."""
@@ -675,7 +690,7 @@ def _is_complete(column: Column, loads: Loads) -> bool:
     if any(one.text in UNKNOWN for one in column.readings):
         return False
     is_load = column.role in roles.LOADS
-    return not lacking or (is_load and all(map(loads.is_without_weight, lacking)))
+    return not lacking or (is_load and all(map(loads.pulls_nothing, lacking)))
 
 
 def _time_of(time: Column, runs: list[_Run]) -> Column:

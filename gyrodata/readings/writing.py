@@ -49,9 +49,7 @@ def write_log(readings: Readings) -> str:
         for it (places, lines and headers are those of the new file). Columns that were
         not understood (`Readings.unread`) are behind the others, as they were written.
     """
-    readings = _joined(readings)
-    head, columns = _parts(readings)
-    return _text(head, columns + _unread(readings))
+    return fixed_log(readings)[0]
 
 
 def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
@@ -81,7 +79,11 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     left = [
         *(error.message for error in errors if error.line is None),
         *(f"the line {line}" for line in lines),
-        *_unread_headers(readings),
+        *(
+            f'the column "{header}": its name, or its unit'
+            for header, _ in readings.unread
+            if TEXTS.isdisjoint(parse_header(header).roles)
+        ),
         *_unread_cells(readings),
     ]
     left = left or [error.message for error in errors]
@@ -93,12 +95,6 @@ def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str
     wrong = {error.line for error in errors}
     lines = enumerate(readings.source_text.splitlines(), 1)
     return [line for at, line in lines if at in wrong and line.startswith("#")]
-
-
-def _unread_headers(readings: Readings) -> Iterator[str]:
-    for header, _ in readings.unread:
-        if TEXTS.isdisjoint(parse_header(header).roles):
-            yield f'the column "{header}": its name, or its unit'
 
 
 def _unread_cells(readings: Readings) -> Iterator[str]:

@@ -283,9 +283,9 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
         lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)")),
     ),
     (
-        "G147",
+        "G201",
         written([list(column) for column in zip(*TABLE, strict=True)]),
-        then_good(""),
+        then_good("Transpose turns a table"),
     ),
     (
         "G201",

@@ -333,6 +333,9 @@ FORMS = {
 
 
 ASKED = {
+    "turned": "G201",
+    "turned, with one position": "G201",
+    "units beside the names": "G201",
     "spin at start and end": "G203",
     "ten turns of the disk": "G301",
     "LaTeX": "G104",

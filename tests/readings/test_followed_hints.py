@@ -79,10 +79,13 @@ def gives_truth(text: str, **given: Any) -> bool:
 
 @pytest.mark.slow
 def test_sigma_t_is_the_uncertainty_of_t() -> None:
-    text = log(
+    unclear = log(
         "m (g),x (cm),f (rpm),T (s),σ_T (s),turns",
         lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2,1",
     )
+    result, said = analyze(unclear)
+    assert (result, said[0]["code"]) == (None, "G207")
+    text = unclear.replace("T (s),σ_T (s)", "time [s],σ_t (s)")
     assert gives_truth(text)
     results = (
         analyze(text.replace(",0.2,1\n", f",{stated},1\n"))[0] for stated in (0.2, 2)

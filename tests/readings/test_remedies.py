@@ -247,3 +247,23 @@ def test_numbers_of_repeats_and_the_ball_of_a_spin_are_no_question(
     text = log(f"{START},turns", f"{FOUR},{{turns}}").replace(replaced, header)
     readings = gyrodata.read_log(text.encode(), name="log.csv")
     assert [one for one in readings.diagnostics if one.code == "G207"] == []
+
+
+def test_a_time_without_turns_next_to_others_asks_with_the_whole_header_row() -> None:
+    row = "m (g),x (cm),f (rpm),T1/3 (s),T2/3 (s),{}"
+    runs = [(20.1, 200), (20.1, 400), (40.3, 200), (40.3, 400)]
+    lines = []
+    for mass, spin in runs:
+        turn = (
+            2 * math.pi * 4.4e-3 * spin * math.pi / 30 / (mass * 1e-3 * 9.803 * 0.148)
+        )
+        lines.append(f"{mass},14.8,{spin},{turn / 3:.2f},{2 * turn / 3:.2f},{turn:.2f}")
+    text = "\n".join(["# g: 9.803 m/s^2", row.format("T1 (s)"), *lines])
+    with pytest.raises(gyrodata.LogError) as caught:
+        gyrodata.analyze(text.encode())
+    errors = [one for one in caught.value.diagnostics if one.severity == "error"]
+    corrected = row.format("time for 1 turn [s]")
+    assert [one.code for one in errors] == ["G302"]
+    assert errors[0].hint.endswith(f": {corrected}")
+    result = gyrodata.analyze(text.replace(row.format("T1 (s)"), corrected).encode())
+    assert abs(result.inertia.value / 4.4e-3 - 1) < 0.02

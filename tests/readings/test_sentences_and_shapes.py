@@ -584,6 +584,8 @@ ASKED_FORMS = {
     "a dictionary of a notebook": "G104",
     "tuples of a program": "G104",
     "a legend in a program": "G104",
+    "names in the second column": "G201",
+    "a title that says how long a turn takes": "G301",
     "remarks behind %": "G301",
     "a remark on turns and a text about turns": "G301",
     "units in a sentence, with that of the spin in words": "G207",
@@ -1064,7 +1066,6 @@ def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> Non
 
 
 READ_NOW = {
-    "turns in words": "# turns = one\n" + HEAD.replace(";turns", "") + runs(SHORT),
     "a remark that counts": HEAD.replace("\n", ";note\n")
     + runs("{m};14.8;{s};{t};1;1 turn\n"),
     "outside the ball": "# ball_diameter: 101.6 mm\n"

@@ -76,12 +76,10 @@ def test_row_of_uncertainties_is_still_a_row_of_a_table() -> None:
     rows = [line.split(",") for line in TABLE.splitlines()]
     for row, cell in zip(rows, ["u_time [s]", "0.2", "0.3", "0.4"], strict=True):
         row.append(cell)
-    upright = answer("\n".join(map(",".join, rows)))
-    across = answer("\n".join(map(",".join, zip(*rows, strict=True))))
-    assert (across.inertia.value, across.inertia.u) == (
-        upright.inertia.value,
-        upright.inertia.u,
-    )
+    with pytest.raises(gyrodata.LogError) as caught:
+        answer("\n".join(map(",".join, zip(*rows, strict=True))))
+    (fault,) = caught.value.diagnostics
+    assert (fault.code, "Transpose" in fault.hint) == ("G201", True)
 
 
 def test_uncertainty_that_cannot_be_read_is_an_error_with_its_place() -> None:

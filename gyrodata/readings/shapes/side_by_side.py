@@ -9,20 +9,14 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from gyrodata.readings.grid import HEADERS_LOOKED_AT, Grid, Row, filled_at, has_numbers
-from gyrodata.readings.lablog import Faults
 from gyrodata.readings.names import squeeze
 
 _COPY = r"(?i)(?:\.|(?<!\s)\s+run\s?#?\s?)[0-9]{1,3}$"
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 
-def applies(grid: Grid) -> bool:
-    """Return whether the names of a header repeat."""
-    return _head_of(grid) is not None
-
-
-def to_rows(grid: Grid, faults: Faults) -> Grid:
-    """Put the tables below each other, each with the words above it."""
+def to_rows(grid: Grid) -> Grid:
+    """Put tables whose names repeat below each other, each with the words above it."""
     head = _head_of(grid)
     if head is None:
         return grid

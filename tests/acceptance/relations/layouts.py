@@ -215,11 +215,6 @@ def weights_side_by_side(table: LogTable) -> str | None:
 
 
 @text_relation
-def transposed(table: LogTable) -> str:
-    return table.above + separated([list(row) for row in zip(*table.grid, strict=True)])
-
-
-@text_relation
 def blank_column_and_row_before_the_table(table: LogTable) -> str:
     return table.above + separated(
         [[""] * (len(table.headings) + 1), *(["", *row] for row in table.grid)]

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.measurements import Measurements, checks
+from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.units import parse_unit
 from gyrodata.readings import Readings, kind_of_role
@@ -278,6 +278,16 @@ def _inertia_without(
     mended = each / factor
     if not np.isfinite(mended).all():
         return None
-    if checks.spread(mended) > checks.spread(each) + checks.SCATTERS:
+    if _spread(mended) > _spread(each) + SCATTERS:
         return None
     return inertia * float(np.median(mended) / np.median(each))
+
+
+SCATTERS = 0.03
+"""A correction is rejected if the runs scatter by this much more after it [1]."""
+
+
+def _spread(each: Floats) -> float:
+    """Return the relative spread of I_zz of the runs [1], robust against outliers."""
+    logs = np.log(each)
+    return float(np.median(np.abs(logs - np.median(logs))))

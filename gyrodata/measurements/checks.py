@@ -232,12 +232,8 @@ def _find_copies(
     if measured.timed and len(lines_of) < len(rows):
         alike = Counter([settings for settings, _ in rows.values()])
         pairs = sum([math.comb(count, 2) for count in alike.values()])
-        copies = len(rows) - len(lines_of)
-        expected = pairs * _chance_of_equal_times(measured, timing)
-        # By a Poisson distribution.
-        power = copies * math.log(expected) - expected - math.lgamma(copies + 1)
-        chance = math.exp(power)
-        if copies > expected and chance <= NO_ACCIDENT[pairs > 1]:
+        chance = _chance_of_equal_times(measured, timing)
+        if _is_no_accident(len(rows) - len(lines_of), pairs, chance):
             yield _say_copied(readings, lines_of.values())
 
 
@@ -277,6 +273,20 @@ def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
     spread = math.hypot(u, step / math.sqrt(12))
     # Without digits nobody knows how coarse the times are: they may all be equal.
     return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0
+
+
+def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
+    """Return whether as many equal pairs are improbable if each is so with a chance.
+
+    The probability is limited by Chernoff's bound.
+    """
+    if chance >= 1 or copies <= pairs * chance:
+        return False
+    others = pairs - copies
+    power = copies * math.log(copies / (pairs * chance))
+    if others:
+        power += others * math.log(others / (pairs * (1 - chance)))
+    return math.exp(-power) <= NO_ACCIDENT[pairs > 1]
 
 
 # --- the sizes of this lab ---
@@ -368,15 +378,6 @@ def _are_within(values: Floats, limits: tuple[float, float]) -> bool:
 
 INSIDE = 0.04
 """A weight at such a distance from the centre is inside the ball [m]."""
-
-SCATTERS = 0.03
-"""A correction is rejected if the runs scatter by this much more after it [1]."""
-
-
-def spread(each: Floats) -> float:
-    """Return the relative spread of I_zz of the runs [1], robust against outliers."""
-    logs = np.log(each)
-    return float(np.median(np.abs(logs - np.median(logs))))
 
 
 def check_sizes(readings: Readings) -> list[Diagnostic]:

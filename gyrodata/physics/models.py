@@ -523,13 +523,6 @@ class Motion(Struct, frozen=True):
         """Return the same models without an effect."""
         return Motion(tuple([one for one in self.models if one.effect != effect]))
 
-    def started_as(self, model: MotionModel) -> Motion:
-        """Return the same models for a rod that was started in another way."""
-        # The start "steady" has no effect: `including` then adds nothing.
-        starts = {one.effect for one in MODELS if one.start and one.effect}
-        kept = [one for one in self.models if one.effect not in starts]
-        return Motion(tuple(kept)).including(model)
-
     def including(self, model: MotionModel) -> Motion:
         """Return these models and another one, in place of the one with its effect."""
         others = self.without(model.effect).models

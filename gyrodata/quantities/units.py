@@ -451,13 +451,6 @@ def kinds_of(text: str) -> frozenset[str]:
     )
 
 
-def are_equal(one: str, other: str) -> bool:
-    """Return whether two unit texts are the same unit, perhaps in two spellings."""
-    left = parse(one)
-    right = parse(other)
-    return (left.scale, left.dimensions) == (right.scale, right.dimensions)
-
-
 def from_si(value: float, unit: str, kind: str) -> float:
     """Express an SI value in another unit."""
     return value / parse_unit(unit, kind).factor

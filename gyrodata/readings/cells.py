@@ -22,12 +22,15 @@ from gyrodata.readings.grid import is_number
 from gyrodata.readings.lablog import BLANKS, UNKNOWN, Faults, Text
 from gyrodata.readings.layout import MOST_TURNS, Chosen
 from gyrodata.readings.names import NAMES, Header
+from gyrodata.readings.notes import altered_role
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import MARK, mark_turns, turns_in, words_of_turns
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
 """A number, or a fraction such as 1/3."""
+_REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
+"""A number with a remark: "8.83 (maybe late)"."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
 
 _TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
@@ -270,7 +273,24 @@ class CellReader:
             read_cell(text.replace(".", ","), self.kind, self.unit, ask=True)
         is_word = self.role in _IN_WORDS and not _FRACTION.fullmatch(text)
         number = number_in_words(text, self.role) if is_word else ""
-        return read_cell(number or text, self.kind, self.unit, ask)
+        try:
+            return read_cell(number or text, self.kind, self.unit, ask)
+        except UnitError:
+            without = self._without_remark(text)
+            if not without:
+                raise
+            try:
+                return read_cell(without, self.kind, self.unit, ask)
+            except UnitError:
+                pass  # the fault of the whole text says more
+            raise
+
+    def _without_remark(self, text: str) -> str:
+        """Return a number without the remark behind it; "" if the remark may change it."""
+        remark = _REMARK.fullmatch(text)
+        if remark is None or turns_in(text):
+            return ""
+        return "" if altered_role(f"{self.role}: {text}") else remark[1]
 
     def _count_parts(self, part: str) -> None:
         """Read whole numbers below "half turns" as halves, and below "%" as percent.

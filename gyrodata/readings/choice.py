@@ -12,6 +12,7 @@ from gyrodata.quantities.units import DISPLAY, kinds_of
 from gyrodata.readings import layout, roles, unnamed
 from gyrodata.readings.cells import part_counted
 from gyrodata.readings.headers import (
+    are_turns,
     can_measure,
     may_number,
     parse_header,
@@ -175,8 +176,21 @@ def _with_count(column: Chosen) -> Chosen:
     header = column.header
     if header.unit is not None or "precession_rate" not in header.roles:
         return column
-    names = ("turns", "angle", *header.roles)
+    names = _counted_by_cells(column) or ("turns", "angle", *header.roles)
     return replace(column, header=replace(header, roles=names))
+
+
+def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
+    """Return what the cells of a "rotation" or "precession" count, if they show it.
+
+    It is an angle above "120°", and turns above "2/3" or "one third".
+    """
+    texts = [text for text in column.texts if text]
+    marks = [text.lstrip("0123456789., ") for text in texts]
+    if texts and all(kinds_of(mark) == {"angle"} for mark in marks):
+        return ("angle",)
+    nameless = replace(column.header, roles=(), text="")
+    return ("turns",) if are_turns(nameless, texts) else ()
 
 
 def _states_turns(column: Chosen) -> bool:

@@ -28,6 +28,9 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.names import (
+    DIAMETER,
+    SPHERE,
+    from_centre,
     known_roles,
     name_roles,
     reported_key,
@@ -174,7 +177,7 @@ class _Lines:
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
-        known = key.lower()
+        known = _known_key(key, text.text)
         if _is_report(key, text.text):
             self.report(key, text)
         elif known in roles.KEYS and not _is_remark(known, text.text):
@@ -215,6 +218,18 @@ class _Lines:
         self.settings.reported[name] = read
         if read.problem:
             self.faults.add("reported_value", text, name=name, problem=read.problem)
+
+
+def _known_key(key: str, value: str) -> str:
+    """Return a key in small letters; ball_diameter for "diamètre de la boule: 10 cm"."""
+    small = key.lower()
+    if small in roles.KEYS or not value[:1].isdigit():
+        return small
+    words = key.replace("_", " ")
+    is_length = "length" in kinds_of(value.split()[-1])
+    if is_length and DIAMETER.is_in(words) and SPHERE.is_in(words):
+        return "ball_diameter"
+    return small
 
 
 def _is_report(key: str, text: str) -> bool:
@@ -280,6 +295,7 @@ poles."""
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
 """Uncertainties of quantities with the expected value 0, with a sample: they cannot be
 a share."""
+_FROM_A_PLACE = r"(?<!\s)\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b"
 _MOST_RISE = 1.02
 """A spin may seem to rise by this factor because of its rounding."""
 
@@ -319,8 +335,7 @@ def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
     elif key in roles.CONSTANTS:
         _enter_constant(settings, item, text, ask, faults)
     else:
-        cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
-        _check(key, cell.value)
+        cell = _read_role(key, text, ask)
         settings.roles[key] = replace(item, cell=cell)
 
 
@@ -403,6 +418,17 @@ def _unusual(key: str, value: float, low: float, high: float, sample: str) -> Un
     return UnitError(
         fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
     )
+
+
+def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
+    """Read one reading that is valid for all runs."""
+    if key == "position" and from_centre(text):
+        text = re.split(_FROM_A_PLACE, text)[0]
+    if key in roles.COUNTS and numerals.take_apart(text) is None:
+        text = turns_in(f"{text} turns") or text  # "three", "one third"
+    cell = notation.read_cell(text, roles.kind_of_role(key), None, ask)
+    _check(key, cell.value)
+    return cell
 
 
 def _check(role: str, value: float) -> None:

@@ -165,13 +165,18 @@ def is_filled(sheet: Sheet) -> bool:
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
-    """Name the filled cells of a sheet that are not shown, or the hidden sheet itself."""
+    """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    cells = sorted(unseen_cells(sheet))
-    if cells:
-        names = listing([f"{_letters(column)}{row}" for row, column in cells])
-        yield f"{names} of the sheet {quoted(sheet.title)}"
+    rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    filled = {
+        at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)
+    }
+    columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
+    for word, names in (("row", rows), ("column", columns)):
+        if names:
+            word += "s" * (len(names) > 1)
+            yield f"{word} {listing(names)} of the sheet {quoted(sheet.title)}"
 
 
 def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:

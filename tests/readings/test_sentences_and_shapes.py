@@ -1066,6 +1066,7 @@ def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> Non
 
 
 READ_NOW = {
+    "turns in words": "# turns = one\n" + HEAD.replace(";turns", "") + runs(SHORT),
     "a remark that counts": HEAD.replace("\n", ";note\n")
     + runs("{m};14.8;{s};{t};1;1 turn\n"),
     "outside the ball": "# ball_diameter: 101.6 mm\n"

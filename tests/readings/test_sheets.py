@@ -77,7 +77,7 @@ def test_rounded_cell_of_a_workbook_is_mended_by_its_format():
             workbook(*rows, formats=[shown] * 3), name="log.xlsx"
         ).diagnostics
         hints.append([one.hint for one in said if one.code == "G407"])
-    assert "such as 15.0 (by a number format that shows it)" in hints[0][0]
+    assert "such as 15.0 (in a spreadsheet, by a number format" in hints[0][0]
     assert hints[1] == []
 
 

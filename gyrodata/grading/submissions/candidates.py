@@ -206,7 +206,6 @@ def _unit_behind(text: str) -> str:
 
 # --- numbers with a unit or a name become quantities ---
 
-_IN_BRACKETS = r"(?:(?<!\s)\s+)?[\[(][^\[\]()]*[\])]$"
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _OTHER_UNIT = (
     r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^"

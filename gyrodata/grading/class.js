@@ -3,6 +3,7 @@
 
 const all = (what, within = document) => [...within.querySelectorAll(what)];
 const byId = id => document.getElementById(id);
+const countOf = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 
 function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -233,7 +234,7 @@ function remove(line) {
 
 // The field of a value, as its kind needs it.
 function valueField(word, value) {
-  const label = make("label", {}, `${word.what} `);
+  const label = make("label", {}, word.what === "regrade" ? "answer " : `${word.what} `);
   let field = null;
   if (word.kind === "text") {
     field = make("textarea", {rows: 2});
@@ -265,13 +266,15 @@ function problemOf(word, value) {
 function decisionForm(people, word, offer = {}) {
   const [label, field] = valueField(word, offer.value);
   const why = make("input", {class: "why", autocomplete: "off"});
-  why.value = offer.why ?? "";
-  // The request of a student stays as it is.
-  why.readOnly = offer.what === "regrade";
-  const form = make("form", {class: "decision"}, label ?? `${word.title}. `, make("label", {}, "why ", why));
+  // The request of a student stays as it is; what gyro asks is not for the student.
+  const isRequest = offer.what === "regrade";
+  why.value = isRequest ? offer.why : "";
+  why.readOnly = isRequest;
+  const whyLabel = make("label", {}, isRequest ? "request " : "why ", why);
+  const form = make("form", {class: "decision"}, label ?? `${word.title}. `, whyLabel);
   form.append(make("button", {}, "Decide"));
   if (offer.leave) {
-    form.append(makeButton("Leave as it is", () => decide(people, word.what, "", why.value.trim())));
+    form.append(makeButton("Keep gyro's result", () => decide(people, word.what, "", why.value.trim())));
   }
   form.addEventListener("submit", event => {
     event.preventDefault();
@@ -290,9 +293,10 @@ function decisionForm(people, word, offer = {}) {
 }
 
 function flagForm(offer) {
+  const why = make("input", {class: "why", autocomplete: "off"});
   const buttons = data.verdicts.map(verdict =>
-    makeButton(verdict, () => decide(offer.people, "flag", verdict, offer.why)));
-  return make("p", {class: "decision"}, ...buttons);
+    makeButton(verdict, () => decide(offer.people, "flag", verdict, why.value.trim())));
+  return make("p", {class: "decision"}, make("label", {}, "why ", why), ...buttons);
 }
 
 function table(label, heads, rows) {
@@ -396,7 +400,7 @@ function show(student, focus = "") {
   review.hidden = false;
   const places = listed();
   byId("who").textContent = student.name;
-  byId("place").textContent = `${places.indexOf(student) + 1} of ${places.length}; ${data.offers.filter(isOpen).length} open questions; ${unsaved} changes to save`;
+  byId("place").textContent = `${places.indexOf(student) + 1} of ${places.length}; ${countOf(data.offers.filter(isOpen).length, "open question")}; ${countOf(unsaved, "change")} to save`;
   byId("about").replaceChildren(student.about.join("; "));
   if (student.feedback) byId("about").append("; ", make("a", {href: student.feedback}, "feedback"));
   if (student.group.length) byId("about").append(`; works with ${student.group.join(", ")}`);
@@ -437,7 +441,8 @@ function save() {
   const link = make("a", {href: URL.createObjectURL(file), download: "desk.csv"});
   unsaved = 0;
   link.click();
-  tell("Put desk.csv into the folder of this page, and run gyro again.");
+  show(current, "none");
+  tell("Put the file into the folder of this page with the name desk.csv, and run gyro again.");
 }
 
 async function read(event) {
@@ -450,7 +455,7 @@ async function read(event) {
   }
   unsaved += count;
   show(current);
-  tell(`${count} lines are added.`);
+  tell(`Added: ${countOf(count, "line")}.`);
 }
 
 function onKey(event) {

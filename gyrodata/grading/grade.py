@@ -371,8 +371,8 @@ def settle(
 
 
 def _each_log_once(grades: Iterable[Grade]) -> list[Grade]:
-    """Return a grade for each log that is analysed, however many students it is of."""
-    logs = {one.log_of or one.student: one for one in grades if one.own}
+    """Return a grade for each different log, however many students hand it in."""
+    logs = {(one.station, one.inertia, one.inertia_u): one for one in grades if one.own}
     return list(logs.values())
 
 

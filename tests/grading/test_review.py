@@ -86,7 +86,7 @@ def test_decisions_of_the_page_are_read_by_the_next_run(
         for one in student
         if one["what"] == "comment"
     ]
-    assert out["added"] == "2 lines are added."
+    assert out["added"] == "Added: 2 lines."
     assert 'a, "b"\nc' in comments
     assert "=other" in comments
     assert lab.graded("s1", what="late_deduction") == [0.5]

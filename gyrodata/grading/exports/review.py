@@ -21,6 +21,7 @@ from gyrodata.grading.ledger import (
     COLUMNS,
     REGRADE,
     SETTLING,
+    STALE,
     VERDICTS,
     Offer,
     short,
@@ -102,7 +103,8 @@ def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
         "value": offer.value,
         # A request stays as it is, because its answer is found by it.
         "why": offer.why if offer.what == REGRADE else _plain(offer.why),
-        "leave": offer.can_be_left,
+        # A line without a value also confirms the result for a new submission.
+        "leave": offer.can_be_left or offer.why.startswith(STALE),
         "settled_by": _settled_by(offer),
         "earlier": [_plain(found.label(key)) for key in previous],
     }

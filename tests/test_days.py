@@ -249,6 +249,23 @@ def test_one_day_has_no_blocks_and_no_figure_of_days() -> None:
         gyrodata.analyze(gyrodata.sample(), together=True)
 
 
+def test_the_lines_of_the_period_have_the_m0_of_their_day() -> None:
+    log = with_column("day", two_days(press=0.02))
+    axes = gyrodata.analyze(log, name="log.csv").plot("period")
+    # A line for each torque: with one M0 for all days, equal weights had equal lines.
+    slopes = [
+        line.get_ydata()[1] / line.get_xdata()[1]
+        for line in axes.lines
+        if len(line.get_xdata()) == 2 and line.get_xdata()[1]
+    ]
+    expected = [
+        2 * np.pi * TRUTH * np.pi / 30 / (1e-3 * grams * G * 0.15 + m0)
+        for m0 in BALANCES
+        for grams in (20, 40, 60)
+    ]
+    assert slopes == pytest.approx(expected, rel=0.02)
+
+
 @pytest.mark.slow
 def test_intervals_of_two_days_contain_the_truth() -> None:
     random = np.random.default_rng(74)

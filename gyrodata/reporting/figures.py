@@ -109,7 +109,7 @@ def draw_period(ax: Axes, scene: Scene) -> None:
         ylabel="precession period τ [s]",
     )
     for group in scene.groups:
-        working = abs(group.summary.torque + scene.imbalance)
+        working = abs(group.summary.torque + _m0_of(scene, group.members[0]))
         if group.summary.torque and working:
             ax.plot(
                 (0.0, right),
@@ -117,6 +117,14 @@ def draw_period(ax: Axes, scene: Scene) -> None:
                 color=group.look.colour,
             )
     _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
+
+
+def _m0_of(scene: Scene, run: int) -> float:
+    """Return M0 on the day of a run [N*m]."""
+    blocks = scene.analysis.blocks
+    if not blocks:
+        return scene.imbalance
+    return blocks[scene.analysis.measurements.day[run]].residual_torque.value
 
 
 def describe_period(scene: Scene) -> str:

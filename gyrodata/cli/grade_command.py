@@ -69,8 +69,8 @@ def grade(
     Everybody gets feedback, and there is a page of the class.
 
     A second run grades only what has changed, and says why. Decide in class.html in the
-    folder of the grades, and save desk.csv there; or write this file yourself, with the
-    columns student,what,value,by,why: desk-todo.csv has lines to copy.
+    folder of the grades, and save desk.csv there; or write this file yourself, with lines
+    of the file desk-todo.csv and the columns student,what,value,by,why.
 
     Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a
     rubric or desk.csv with a mistake, or a class that cannot be read; 130 stopped by

@@ -14,7 +14,7 @@ BLOCKS = ("day", "group")
 NO_BLOCKS = "its cells do not divide the runs into days or groups"
 """Why a column of one of these roles is not used."""
 
-_CLOCK = re.compile(r"(?i)(^|[T\s])\s*\d{1,2}:\d\d(:\d\d)?(\s?[ap]m)?$")
+_CLOCK = re.compile(r"(?i)(^|T|(?<!\s)\s+)\d{1,2}:\d\d(:\d\d)?(\s?[ap]m)?$")
 """A time of the day behind a date."""
 
 

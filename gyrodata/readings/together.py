@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, chain
@@ -173,7 +172,8 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
     for number, line in enumerate(split_lines(log.source_text), start=1):
-        if re.match(rf"\W*{key}\W", line, re.IGNORECASE):
+        words = line.lstrip("#; \t").lower()
+        if words.startswith(key) and not words[len(key) :][:1].isalnum():
             return Place(number, 1), f'"{line.strip()}"'
     return None, f'no line "# {key}"'
 

@@ -121,10 +121,11 @@ def draw_period(ax: Axes, scene: Scene) -> None:
 
 def _m0_of(scene: Scene, run: int) -> float:
     """Return M0 on the day of a run [N*m]."""
-    blocks = scene.analysis.blocks
-    if not blocks:
+    analysis = scene.analysis
+    if not analysis.blocks:
         return scene.imbalance
-    return blocks[scene.analysis.measurements.day[run]].residual_torque.value
+    block = analysis.blocks[int(analysis.measurements.day[run])]
+    return float(block.residual_torque.value)
 
 
 def describe_period(scene: Scene) -> str:

@@ -161,8 +161,9 @@ class TestSchema:
 
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
-NOT_A_LINE = {"G108", "G606", "G609"}
-"""The examples of these need a workbook, a full disk, or two gyros at the same time."""
+NOT_A_LINE = {"G108", "G312", "G606", "G609"}
+"""The examples of these need a workbook, two logs, a full disk, or two gyros at the same
+time."""
 TYPED = {
     code
     for code, entry in explanations().items()

@@ -118,7 +118,7 @@ def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
         (
             HEAD + LIGHT + MIDDLE,
             "while 40.00 g at 15.0 cm is on the rod",
-            "add 1 run, for example at 600 rpm",
+            "add 1 run, so that the spins are about 200, 400 and 600 rpm",
         ),
         (HEAD + LIGHT + MIDDLE, "still to do", "no run without a weight"),
         (

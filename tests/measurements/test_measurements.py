@@ -650,7 +650,10 @@ def test_digits_that_decide_u_are_named_with_u_before_and_after() -> None:
     (named,) = [d for d in before.diagnostics if d.code == "G407"]
     assert (named.line, named.severity) == (2, "warning")
     assert named.message.startswith('position "15" can mean any value from ')
-    assert "such as 15.0, or state" in named.hint
+    assert (
+        "such as 15.0 (in a spreadsheet, by a number format that shows it), or state"
+        in named.hint
+    )
     then, now = map(float, re.findall(r"([\d.]+) %", named.message)[-2:])
     assert now == pytest.approx(100 * (before.inertia.relative_u or 0), rel=0.05)
     for log in (f"# {named.hint.partition('# ')[2]}\n{short}", full):

@@ -225,13 +225,13 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
         Mean φ̇ψ̇ of each torque.
     run_table : tuple of Run
         Every run with its residual; `runs` is the same as a DataFrame.
+    unusual_sizes : tuple of Diagnostic
+        The diagnostics about readings of an unusual size.
     blocks : tuple of Block
         The days or groups of the log, each alone; empty if it has only one.
     blocks_agreement : BlockAgreement or None
         Whether they have one I_zz; None if there is only one, or if they cannot be
         compared.
-    unusual_sizes : tuple of Diagnostic
-        The diagnostics about readings of an unusual size.
     diagnostics : tuple of Diagnostic
         Errors, warnings and notes, with code, place and remedy.
     effects : tuple of Effect

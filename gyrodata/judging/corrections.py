@@ -68,7 +68,7 @@ class Correction(Struct, frozen=True):
     """The log after it."""
     is_certain: bool = False
     """Whether a run that agrees after it is certainly wrong: the agreement with another
-    count, or of two exchanged cells, is no accident."""
+    count, or of two exchanged cells, does not happen by chance."""
 
 
 class Cell(Struct, frozen=True):

@@ -27,7 +27,7 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import FIGURES, KINDS
+from gyrodata.reporting.figures import ALL_FIGURES, FIGURES
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -549,7 +549,7 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     return (
         Text((_days_agree(n),)),
         table(heads, rows, caption, main=0),
-        Picture("days", KINDS["days"].caption),
+        Picture("days", ALL_FIGURES["days"].caption),
     )
 
 

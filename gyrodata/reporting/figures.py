@@ -385,7 +385,7 @@ FIGURES = {
 }
 """The figures of every log by their names, in the order of the report."""
 
-KINDS = FIGURES | {
+ALL_FIGURES = FIGURES | {
     "days": Kind(
         (draw_days,),
         describe_days,
@@ -398,7 +398,7 @@ KINDS = FIGURES | {
 
 def figures_of(analysis: Analysis) -> tuple[str, ...]:
     """Return the names of the figures of a log."""
-    return tuple(KINDS if analysis.blocks else FIGURES)
+    return tuple(ALL_FIGURES if analysis.blocks else FIGURES)
 
 
 # --- parts of figures ---
@@ -621,7 +621,7 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `FIGURES` with its legend and heading, and return its main axes."""
-    panels = KINDS[name].panels
+    panels = ALL_FIGURES[name].panels
     axes: list[Axes] = list(
         figure.subplots(len(panels), sharex=True, squeeze=False).flat
     )
@@ -685,7 +685,7 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
         from matplotlib import pyplot
 
         return _fill(pyplot.figure(layout="constrained"), scene, name)
-    KINDS[name].panels[0](ax, scene)
+    ALL_FIGURES[name].panels[0](ax, scene)
     return ax
 
 
@@ -769,7 +769,7 @@ def _draw(
     from matplotlib.figure import Figure
 
     size = STYLES[style]
-    height = size.height + size.second_panel * (len(KINDS[name].panels) - 1)
+    height = size.height + size.second_panel * (len(ALL_FIGURES[name].panels) - 1)
     figure = Figure((size.width, height), size.resolution, layout="constrained")
     _fill(figure, scene, name)
     files = {}
@@ -834,6 +834,6 @@ def alt_text(analysis: Analysis, name: str) -> str:
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
-    return KINDS[name].describe(scene) + (
+    return ALL_FIGURES[name].describe(scene) + (
         f" Drawn hollow: {_listed(odd)}." if odd else ""
     )

@@ -349,7 +349,7 @@ def _with_run(
     """
     larger = select(measured, [*range(len(measured.runs)), like])
     # A weight of another day is set again.
-    anew = _on_last_day(larger, like)
+    of_new_day = _on_last_day(larger, like)
     for name, value in values.items():
         readings = getattr(larger, name)
         if readings is not None and not np.isnan(readings).all():
@@ -360,7 +360,11 @@ def _with_run(
             source.groups[-1] = -1
         elif source.shared_by.startswith("all runs"):
             source.groups[-1] = max(source.groups[-1], 0)
-        elif not source.shared_by or source.quantity in others or source.name in anew:
+        elif (
+            not source.shared_by
+            or source.quantity in others
+            or source.name in of_new_day
+        ):
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(

@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 from gyrodata import analyze
 from gyrodata.cli import app
-from gyrodata.reporting.figures import KINDS
+from gyrodata.reporting.figures import ALL_FIGURES
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 RC = b"""text.usetex: true
@@ -103,8 +103,8 @@ def test_a_figure_that_fails_is_a_warning(
     def fails(*_: object) -> None:
         raise RuntimeError("a fault planted by the test")
 
-    broken = replace(KINDS["torque"], panels=(fails,))
-    monkeypatch.setitem(KINDS, "torque", broken)  # type: ignore[arg-type]
+    broken = replace(ALL_FIGURES["torque"], panels=(fails,))
+    monkeypatch.setitem(ALL_FIGURES, "torque", broken)  # type: ignore[arg-type]
     done = CliRunner().invoke(
         app, ["analyze", str(SAMPLE), "--out", str(tmp_path / "report")]
     )

@@ -198,6 +198,19 @@ def test_a_contradiction_is_quoted_from_both_logs(tmp_path: Path) -> None:
         gyrodata.analyze([str(logs[0]), str(logs[0])], together=True)
 
 
+def test_the_line_of_the_key_is_quoted_and_no_other() -> None:
+    rows = rows_of_day(0.0, 1)
+    drift = "# balance_drift: 3 deg in 60 s at 400 rpm"
+    logs = [
+        file(rows, drift, "# balance: untouched"),
+        file(rows_of_day(0.0, 2), drift, "# balance: touched"),
+    ]
+    notes = gyrodata.analyze(logs, together=True).diagnostics
+    [note] = [each for each in notes if each.code == "G312"]
+    assert '"# balance: untouched"' in note.message
+    assert '"# balance: touched"' in note.message
+
+
 def test_logs_without_common_readings_are_refused() -> None:
     monday, friday = two_days().values()
     other = file(friday).replace(b"spin [rpm]", b"spin_start [rpm]")
@@ -238,6 +251,46 @@ def test_the_command_writes_table_figure_and_json(tmp_path: Path) -> None:
     result = json.loads(done.stdout)["result"]
     assert [block["name"] for block in result["blocks"]] == ["Mon", "Fri"]
     assert 0.01 < result["blocks_agreement"]["p"] <= 1
+
+
+def test_days_of_rates_have_their_m0() -> None:
+    rows = []
+    for day, m0 in zip(("Mon", "Fri"), BALANCES, strict=True):
+        for row in rows_of_day(m0, 5, press=0.02):
+            mass, position, spin, time, _ = row.split(",")
+            rows.append(f"{day},{mass},{position},{spin},{60 / float(time):.4f}")
+    head = "day,mass [g],position [cm],spin [rpm],precession_rate [rpm]"
+    analysis = gyrodata.analyze("\n".join([head, *rows, ""]).encode(), name="log.csv")
+    found = [block.residual_torque.value for block in analysis.blocks]
+    assert found == pytest.approx(BALANCES, abs=5e-4)
+    mean = analysis.residual_torque.value
+    assert np.mean(found) == pytest.approx(mean, abs=1e-12)
+
+
+def test_a_day_without_a_weight_is_not_compared() -> None:
+    days = two_days()
+    without = {"Mon": days["Mon"], "Wed": ["0,,400,150,1/20"]}
+    assert fitted(with_column("day", without)).blocks_agreement is None
+    three = days | {"Wed": ["0,,400,150,1/20"]}
+    agreement = fitted(with_column("day", three)).blocks_agreement
+    assert agreement is not None
+    assert agreement.dof == 1
+    assert agreement.p > 0.01
+
+
+def test_a_spin_of_a_whole_log_is_another_reading_on_each_day() -> None:
+    head = HEADER.replace("spin [rpm],", "")
+    logs = []
+    for number, rpm in enumerate((400, 600)):
+        rows = [
+            ",".join([*row.split(",")[:2], *row.split(",")[3:]])
+            for row in rows_of_day(0.0, number)
+            if abs(float(row.split(",")[2]) - rpm) < 20
+        ]
+        logs.append("\n".join([f"# spin: {rpm} rpm", head, *rows, ""]).encode())
+    analysis = gyrodata.analyze(logs, together=True)
+    [spin] = [each for each in analysis.measurements.sources if each.name == "spin"]
+    assert [*spin.groups] == [0, 0, 0, 1, 1, 1]
 
 
 def test_one_day_has_no_blocks_and_no_figure_of_days() -> None:

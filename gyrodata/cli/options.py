@@ -55,10 +55,10 @@ def examples_of(*lines: str) -> str:
     """
     text = f"\b\nExample:  {lines[0]}"
     for line in lines[1:]:
-        goes_on = (
-            " \\\n            " if not line.startswith("gyro ") else "\n          "
-        )
-        text += goes_on + line
+        if line.startswith("gyro "):
+            text += f"\n          {line}"
+        else:
+            text += f" \\\n            {line}"
     return text
 
 

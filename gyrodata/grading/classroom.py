@@ -745,6 +745,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return replace(
             self,
             grades=[replace(one, name=one.student) for one in self.grades],
+            desk=self.desk.without_names(),
             roster=self.roster.without_names(),
             submissions=replace(self.submissions, diagnostics=()),
         )

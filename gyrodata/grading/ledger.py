@@ -113,6 +113,12 @@ class Line(Struct, frozen=True):
     """By column, other columns too."""
 
 
+def _nameless(line: Line) -> Line:
+    """Return a line with the ids of its students, and without unknown columns."""
+    known = {column: line.cells[column] for column in COLUMNS}
+    return replace(line, cells=known | {"student": BETWEEN.join(line.people)})
+
+
 class Desk(Struct, frozen=True):
     """The decisions in a class."""
 
@@ -129,6 +135,10 @@ class Desk(Struct, frozen=True):
     written: tuple[Line, ...] = ()  # all lines of the file
     requests: Mapping[str, list[str]] = {}
     """What students ask for and nobody has answered yet, by student."""
+
+    def without_names(self) -> Desk:
+        """Return the decisions with ids instead of names."""
+        return replace(self, written=tuple(map(_nameless, self.written)))
 
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""

@@ -50,7 +50,7 @@ class BlockAgreement(Struct, frozen=True):
     """χ² of the differences of I_zz between the blocks; errors that blocks share do not
     count."""
     dof: int
-    """Number of blocks, minus one."""
+    """Number of the blocks with a weight, minus one."""
     p: float
     """Probability of a χ² at least as large if I_zz is the same in all blocks."""
 
@@ -60,6 +60,7 @@ def list_blocks(lab: Lab) -> tuple[Block, ...]:
     measured = lab.measured
     if measured.one_block:
         return ()
+    covariance = _covariance(lab.fit)
     blocks = []
     for number, name in enumerate(measured.block_names):
         runs = np.flatnonzero(measured.day == number).tolist()
@@ -71,7 +72,7 @@ def list_blocks(lab: Lab) -> tuple[Block, ...]:
                 runs=len(runs) - len(left_out),
                 inertia=alone,
                 inertia_reason=None if alone else NOT_DETERMINED,
-                residual_torque=_residual_torque(lab.fit, runs[0]),
+                residual_torque=_residual_torque(lab.fit, covariance, runs[0]),
             )
         )
     return tuple(blocks)
@@ -89,27 +90,25 @@ def _fit_alone(lab: Lab, runs: list[int], left_out: list[int]) -> Estimate | Non
     return None
 
 
-def _residual_torque(fit: FitResult, run: int) -> Estimate:
+def _residual_torque(fit: FitResult, covariance: Floats, run: int) -> Estimate:
     """Return M0 of the block of a run."""
     adjusted = fit.adjusted
     problem = adjusted.problem
-    # M0 is the mean of the blocks minus its error: nobody reads a balance, so that the
-    # reading is zero.
+    # How M0 of this block changes with the unknowns and with the shared errors.
     share = np.zeros(adjusted.rows.shape[1])
     share[1] = adjusted.scale[1]
     of_balance = problem.owned_by(DAY_BALANCE)
     share[3:][of_balance] = -problem.absolute[problem.owners[of_balance], run]
-    errors = np.concatenate((adjusted.unknowns / adjusted.scale, adjusted.shared))
-    u = math.sqrt(share @ _covariance(fit) @ share)
+    u = math.sqrt(share @ covariance @ share)
     mean = fit.residual_torque
     # The mean has the tails of the prior, which are not in the covariance.
     wider = (mean.u or 0.0) / math.sqrt(fit.covariance[1, 1])
-    return Estimate(float(share @ errors), u * wider, mean.unit)
+    return Estimate(float(fit.balances[run]), u * wider, mean.unit)
 
 
 def _covariance(fit: FitResult) -> Floats:
     """Return the covariance of the unknowns and of the shared errors, as scaled."""
-    rows = fit.adjusted.rows * fit.adjusted.kept[:, None]
+    rows = fit.adjusted.rows
     prior = np.eye(rows.shape[1])
     # I_zz has no prior.
     prior[0, 0] = 0.0
@@ -119,10 +118,16 @@ def _covariance(fit: FitResult) -> Floats:
 def compare_blocks(lab: Lab) -> BlockAgreement | None:
     """Test whether the blocks have one I_zz; None if they cannot be compared."""
     measured = lab.measured
-    if measured.one_block:
+    is_loaded = measured.torque != 0
+    is_loaded[list(lab.left_out)] = False
+    compared = sorted({*measured.day[is_loaded].tolist()})
+    if len(compared) < 2:
         return None
+    # A block without a weight does not determine I_zz: it has the one of another block.
+    is_compared = np.isin(measured.day, compared)
+    block = np.where(is_compared, measured.day, compared[0])
     # I_zz of each block may differ by any amount.
-    own = contrast_sources(DAY_INERTIA, "added", measured.day, lab.fit.inertia.value)
+    own = contrast_sources(DAY_INERTIA, "added", block, lab.fit.inertia.value)
     changed = replace(measured, sources=(*measured.sources, *own))
     with suppress(fitting.NoFit):
         fit = fitting.fit(changed, tilted=lab.motion.tilted, left_out=lab.left_out)

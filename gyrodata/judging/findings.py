@@ -230,7 +230,7 @@ def _blocks_disagree(seen: Seen) -> Iterator[Diagnostic]:
         for block in alone
         if block.inertia
     ]
-    names = listing([block.name for block in seen.blocks])
+    names = listing([block.name for block in alone])
     yield seen.readings.say(
         "blocks_disagree", names=names, p=agreement.p, values=listing(values)
     )

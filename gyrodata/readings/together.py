@@ -172,8 +172,10 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
     for number, line in enumerate(split_lines(log.source_text), start=1):
-        words = line.lstrip("#; \t").lower()
-        if words.startswith(key) and not words[len(key) :][:1].isalnum():
+        words = "_".join(line.lstrip("#; \t").lower().replace("-", " ").split())
+        behind = words.removeprefix(key)
+        # "balance" is not the key of a line "balance_drift: …".
+        if behind != words and (behind[:1] in set(":=,;") or behind[1:2].isdigit()):
             return Place(number, 1), f'"{line.strip()}"'
     return None, f'no line "# {key}"'
 
@@ -264,10 +266,10 @@ def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     columns = [
         log.columns.get(role) or _blank_column(role, len(log.runs)) for _, log in files
     ]
-    shifts = range(0, len(files) * _CELLS, _CELLS)
     spots = [
-        spot if spot < 0 else spot + shift
-        for column, shift in zip(columns, shifts, strict=True)
+        # A value of a whole log is another reading in each log.
+        spot - number if spot < 0 else spot + number * _CELLS
+        for number, column in enumerate(columns)
         for spot in column.spots
     ]
 

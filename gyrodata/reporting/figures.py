@@ -91,7 +91,7 @@ MOST_NAMES = 10
 MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
 
-# --- the four figures ---
+# --- the figures ---
 
 
 def draw_period(ax: Axes, scene: Scene) -> None:
@@ -109,7 +109,8 @@ def draw_period(ax: Axes, scene: Scene) -> None:
         ylabel="precession period τ [s]",
     )
     for group in scene.groups:
-        working = abs(group.summary.torque + _m0_of(scene, group.members[0]))
+        m0 = scene.analysis.fit.balances[group.members[0]]
+        working = abs(group.summary.torque + m0)
         if group.summary.torque and working:
             ax.plot(
                 (0.0, right),
@@ -117,15 +118,6 @@ def draw_period(ax: Axes, scene: Scene) -> None:
                 color=group.look.colour,
             )
     _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
-
-
-def _m0_of(scene: Scene, run: int) -> float:
-    """Return M0 on the day of a run [N*m]."""
-    analysis = scene.analysis
-    if not analysis.blocks:
-        return scene.imbalance
-    block = analysis.blocks[int(analysis.measurements.day[run])]
-    return float(block.residual_torque.value)
 
 
 def describe_period(scene: Scene) -> str:
@@ -620,7 +612,7 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
-    """Draw one of `FIGURES` with its legend and heading, and return its main axes."""
+    """Draw one of `ALL_FIGURES` with its legend and heading, and return its main axes."""
     panels = ALL_FIGURES[name].panels
     axes: list[Axes] = list(
         figure.subplots(len(panels), sharex=True, squeeze=False).flat
@@ -666,7 +658,7 @@ def _heading(scene: Scene) -> str:
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
-    """Draw one of `FIGURES` on axes.
+    """Draw one of `ALL_FIGURES` on axes.
 
     Without axes, on a new figure with its legend and second panel.
 

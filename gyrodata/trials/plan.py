@@ -348,8 +348,11 @@ def _with_run(
     means that there is no load, and no error of it.
     """
     larger = select(measured, [*range(len(measured.runs)), like])
+    today = measured.day[-1]
+    if larger.block is not None:
+        larger.block[-1] = today
     # A weight of another day is set again.
-    of_new_day = _on_last_day(larger, like)
+    set_again = () if measured.day[like] == today else PLACED
     for name, value in values.items():
         readings = getattr(larger, name)
         if readings is not None and not np.isnan(readings).all():
@@ -363,24 +366,13 @@ def _with_run(
         elif (
             not source.shared_by
             or source.quantity in others
-            or source.name in of_new_day
+            or source.name in set_again
         ):
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
-
-
-def _on_last_day(larger: Measurements, like: int) -> tuple[str, ...]:
-    """Put the last run on the day of the run before it.
-
-    Return the errors of a position that it then does not share with the run `like`.
-    """
-    today = larger.day[-2]
-    if larger.block is not None:
-        larger.block[-1] = today
-    return () if larger.day[like] == today else PLACED
 
 
 # --- what remains ---

@@ -81,6 +81,9 @@ def test_a_section_with_other_points_is_named(
 def test_anonymous_pages_contain_no_name(tmp_path: Path) -> None:
     lab = two_sections(tmp_path, 1.0)
     lab.options += ("--anonymous",)
+    lab.out.mkdir()
+    head = "student,what,value,by,why,name"
+    lab.decide("n07,comment,Good.,Ann,,Hana Ångström", head=head)
     lab.grade()
     pages = [lab.read("class.html")]
     pages += [page.read_text("utf-8") for page in lab.out.glob("feedback/*/*.*")]

@@ -128,7 +128,9 @@ def draw_integrators(figure: Figure, curves: pd.DataFrame) -> None:
         right.set(xscale="log", xlabel="CPU time, in Python [s]")
         for method, curve in rows.groupby("method", sort=False):
             nominal = curve["nominal"].iloc[0]
-            label = f"{method}: {fitted_order(curve):.2f}, nominal {nominal}"
+            order = fitted_order(curve)
+            fitted = "too few points" if np.isnan(order) else f"{order:.2f}"
+            label = f"{method}: {fitted}, nominal {nominal}"
             left.plot(curve["evaluations"], curve["error"], ".-", label=label)
             right.plot(curve["seconds"], curve["error"], ".-")
         left.legend(loc="lower left", title="fitted order", fontsize=7.5)

@@ -66,7 +66,7 @@ class Effort(Struct, frozen=True):
 FULL = Effort(200, {1: 60_000, 100: 900_000}, (1e-2, 1e-3, 1e-4), 1, True)
 """Ten minutes on two processors."""
 
-QUICK = Effort(4, {1: 3_000, 10: 6_000}, (1e-2,), 2, False)
+QUICK = Effort(4, {1: 3_000, 10: 8_000}, (1e-2,), 2, False)
 """A quarter of a minute on two processors."""
 
 

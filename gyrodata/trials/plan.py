@@ -21,7 +21,14 @@ from gyrodata import fitting
 from gyrodata.fitting import FitResult
 from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
-from gyrodata.measurements import PLACED, SOURCES, Measurements, measure, select
+from gyrodata.measurements import (
+    PLACED,
+    SOURCES,
+    Measurements,
+    Source,
+    measure,
+    select,
+)
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
 from gyrodata.results import to_json
@@ -358,21 +365,27 @@ def _with_run(
         if readings is not None and not np.isnan(readings).all():
             readings[-1] = value
     for source in larger.sources:
-        of_load = source.quantity in ("mass", "force", "torque", "position", "pitch")
-        if "none" in others and of_load:
-            source.groups[-1] = -1
-        elif source.shared_by.startswith("all runs"):
-            source.groups[-1] = max(source.groups[-1], 0)
-        elif (
-            not source.shared_by
-            or source.quantity in others
-            or source.name in set_again
-        ):
-            source.groups[-1] = source.groups.max() + 1
+        source.groups[-1] = _group_of_last_run(source, others, set_again)
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
+
+
+def _group_of_last_run(
+    source: Source, others: Sequence[str], set_again: Sequence[str]
+) -> int:
+    """Return the group of an added run in a source of error; -1 without this error."""
+    group = int(source.groups[-1])
+    of_load = source.quantity in ("mass", "force", "torque", "position", "pitch")
+    if "none" in others and of_load:
+        return -1
+    if source.shared_by.startswith("all runs"):
+        return max(group, 0)
+    is_own = not source.shared_by or source.quantity in others
+    if is_own or source.name in set_again:
+        return int(source.groups.max()) + 1
+    return group
 
 
 # --- what remains ---

@@ -208,7 +208,7 @@ def spellings() -> dict[str, str]:
         fold_letters(spelling): registry().get_name(spelling) for spelling in registry()
     }
     for name in ("rev", "min", "s"):
-        for spelling in vocabulary.words(name).split():
+        for spelling in vocabulary.single_words(name):
             names.setdefault(fold_letters(spelling), name)
     return names
 

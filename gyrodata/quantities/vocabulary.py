@@ -53,6 +53,14 @@ def words(key: str, separator: str = " ") -> str:
     )
 
 
+def single_words(key: str) -> list[str]:
+    """List the single words of all languages under one key.
+
+    Blanks or commas are between them.
+    """
+    return words(key).replace(",", " ").split()
+
+
 def numbers() -> dict[str, None]:
     """Return the keys that are numbers, "1" or "/3", with the words for each."""
     keys = (key for section in LANGUAGES.values() for key in section)

@@ -31,7 +31,7 @@ _FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
 """A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
-_NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
+_NO_WEIGHT = frozenset(vocabulary.single_words("no_weight"))
 
 _TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})

@@ -26,9 +26,9 @@ from gyrodata.readings.names import (
     Header,
     Phrases,
     contains_word,
+    exact_roles,
     from_centre,
     is_of_the_spin,
-    known_roles,
     measures,
     moment_in,
     origin_in,
@@ -53,6 +53,7 @@ def parse_header(text: str) -> Header:
         from gyrodata.readings.unusual_headers import unusual_header
 
         header = unusual_header(text)
+    # In "time for one turn/s", only the name states the turns.
     turns = turns_in(text) or turns_in(header.name)
     if not turns and (match := _WITH_FRACTION.fullmatch(text)):
         symbol = parse_header(match[1] + match[3])
@@ -79,7 +80,7 @@ def _usual_header(text: str) -> Header | None:
         return Header("") if text == "" else None
     name = match[1]
     unit = match[2]
-    roles = known_roles(name)
+    roles = exact_roles(name)
     if not roles:
         is_unknown = unit is None and name.isalpha() and name.islower()
         return Header(text, name=name) if is_unknown and not kinds_of(name) else None
@@ -96,7 +97,7 @@ def _fitting_roles(
         return ()
     if unit is not None:
         return tuple(role for role in roles if measures(unit, role))
-    if kinds_of(name) not in _NOT_APART:
+    if kinds_of(name) not in _KINDS_OF_NAMES:
         return ()
     bare = tuple(role for role in roles if kind_of_role(role) in _WITHOUT_UNIT)
     return bare or roles
@@ -107,8 +108,9 @@ _USUAL = re.compile(
 )
 
 
-_NOT_APART = (frozenset[str](), OF_TURNS)
-"""Kinds of a word that is no unit, or that is a name too: "turns"."""
+_KINDS_OF_NAMES = (frozenset[str](), OF_TURNS)
+"""Kinds of a word that can be a name: it is no unit, or a unit and a name, as
+"revolutions"."""
 
 
 _WITHOUT_UNIT = ("number", "text", "sign")
@@ -197,7 +199,7 @@ def may_number(header: Header) -> bool:
 
 def unused_words(header: Header) -> tuple[str, ...]:
     """Return the numbers and the words for the ball or the tip that no rule has used."""
-    if known_roles(header.name):
+    if exact_roles(header.name):
         return ()
     uses_number = header.turns or header.number is not None
     uses_place = header.origin or any(role[:4] == "spin" for role in header.roles)

@@ -108,29 +108,30 @@ def squeezed_names(names: str) -> list[str]:
     return squeeze(names).lower().split(",")
 
 
-def _words(key: str) -> set[str]:
-    return set(squeezed_names(",".join(vocabulary.words(key).split())))
+def word_set(key: str) -> set[str]:
+    """Return the single words of all languages under one key, squeezed."""
+    return set(squeezed_names(",".join(vocabulary.single_words(key))))
 
 
-START_WORDS, END_WORDS = _words("start"), _words("end")
-NOISE_WORDS, UNSURE_WORDS = _words("noise"), _words("unsure")
+START_WORDS, END_WORDS = word_set("start"), word_set("end")
+NOISE_WORDS, UNSURE_WORDS = word_set("noise"), word_set("unsure")
 THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = (
-    _words("theory"),
-    _words("trial"),
-    _words("centre"),
+    word_set("theory"),
+    word_set("trial"),
+    word_set("centre"),
 )
 MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = (
-    _words("mean"),
-    _words("scale"),
-    _words("counter"),
+    word_set("mean"),
+    word_set("scale"),
+    word_set("counter"),
 )
 """Words for calculated values, repeats of one setting, the centre of the ball, means,
 and scales of instruments; and words for a turn that may also number the runs."""
-SUMMARY_WORDS = MEAN_WORDS | _words("summary")
+SUMMARY_WORDS = MEAN_WORDS | word_set("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT = _words("not_the_weight") | _words("diameter")
+NOT_THE_WEIGHT = word_set("not_the_weight") | word_set("diameter")
 """Words next to a quantity that is not an added weight, its position, or a spin."""
-MOTION_WORDS = _words("motion")
+MOTION_WORDS = word_set("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
@@ -220,9 +221,7 @@ def is_word(text: str) -> bool:
 
 
 BESIDE = {
-    role: frozenset(
-        squeezed_names(",".join(vocabulary.words(f"beside_{role}").split()))
-    )
+    role: word_set(f"beside_{role}")
     for role in ("mass", "position", "turns", "time", "spin")
 }
 """Words beside the name of a role that say nothing more: "added mass"."""
@@ -251,7 +250,13 @@ def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
 
 
 def _roles_of(name: str) -> tuple[str, ...]:
-    roles = known_roles(name)
+    """Return the roles of a name, by the first of four ways that finds any.
+
+    It is a symbol or a name as it is (`exact_roles`), without the place from which it
+    counts; a name next to its symbol (`_named_twice`); a name between small words
+    (`_with_small_words`); or there a name with the thing that turns (`_of_what_turns`).
+    """
+    roles = exact_roles(name)
     words = [word for word in TOKENS.split(name) if word]
     if roles or len(words) > _MOST_WORDS:
         return roles
@@ -262,7 +267,7 @@ def _roles_of(name: str) -> tuple[str, ...]:
     return _named_twice(words) or _with_small_words(words)
 
 
-def known_roles(name: str) -> tuple[str, ...]:
+def exact_roles(name: str) -> tuple[str, ...]:
     """Look up a symbol or a name, as it is."""
     symbol = squeeze(name)
     if symbol in SYMBOLS:
@@ -318,8 +323,8 @@ def _base_roles(words: list[str]) -> tuple[str, ...]:
     if not bare:
         return ()
     return (
-        known_roles(" ".join(bare))
-        or known_roles(" ".join(words))
+        exact_roles(" ".join(bare))
+        or exact_roles(" ".join(words))
         or _of_what_turns(bare)
     )
 
@@ -358,10 +363,10 @@ def _of_what_turns(words: list[str]) -> tuple[str, ...]:
 
 def _meant_by_all(words: list[str]) -> tuple[str, ...]:
     """Return the roles that several words mean, each alone or all together."""
-    roles = known_roles(" ".join(words))
+    roles = exact_roles(" ".join(words))
     if roles or not words:
         return roles
-    named = {word: known_roles(word) for word in words}
+    named = {word: exact_roles(word) for word in words}
     possible = dict.fromkeys(role for roles in named.values() for role in roles)
     return tuple(role for role in possible if _all_fit(role, named))
 
@@ -394,7 +399,7 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if known_roles(bare) == ("inertia",) else bare.lower()
+    return "inertia" if exact_roles(bare) == ("inertia",) else bare.lower()
 
 
 # --- The record of a header ---

@@ -25,8 +25,8 @@ from gyrodata.readings.names import (
     SPHERE,
     TOKENS,
     Phrases,
+    exact_roles,
     from_centre,
-    known_roles,
     name_roles,
     origin_in,
     squeeze,
@@ -47,7 +47,7 @@ _ROLE_OF_UNIT = {
 }
 _TIMES = [name for name, named in NAMES.items() if "time" in named and name.isalpha()]
 _HALF_TURN = (
-    rf"(?i:(?:{'|'.join(map(re.escape, vocabulary.words('1/2').split()))})\W+"
+    rf"(?i:(?:{'|'.join(map(re.escape, vocabulary.single_words('1/2')))})\W+"
     rf"(?:\w{{1,3}}\W+)?(?:{TURN}|{'|'.join(_TIMES)}))"
 )
 """A number of turns, which other rules read; or "half time", the middle of a run."""
@@ -154,7 +154,7 @@ def noted_centre(note: str) -> bool:
 def _explains_position(note: str) -> bool:
     """Return whether a note explains its first word: "x: from the surface of …"."""
     symbol = re.match(r"\W*(\w{1,8})\s*[,:=]", note)
-    return symbol is not None and "position" in known_roles(symbol[1])
+    return symbol is not None and "position" in exact_roles(symbol[1])
 
 
 def _names_position(note: str) -> bool:

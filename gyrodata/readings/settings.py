@@ -30,8 +30,8 @@ from gyrodata.readings.lablog import (
 from gyrodata.readings.names import (
     DIAMETER,
     SPHERE,
+    exact_roles,
     from_centre,
-    known_roles,
     name_roles,
     reported_key,
 )
@@ -259,7 +259,7 @@ _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
 def _readings_named(key: str) -> list[str]:
     """Return the readings that a key names, perhaps with a number: "m1"."""
     bare = re.sub(r"_?[0-9]{1,2}$", "", key)
-    named = name_roles(key)[0] if "_" in key else known_roles(bare)
+    named = name_roles(key)[0] if "_" in key else exact_roles(bare)
     return [role for role in named if roles.kind_of_role(role) != "text"]
 
 
@@ -287,8 +287,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
 # Values
 
 YES_OR_NO: dict[str, bool | None] = {"": None}
-YES_OR_NO |= dict.fromkeys(vocabulary.words("yes").split(), True)
-YES_OR_NO |= dict.fromkeys(vocabulary.words("no").split(), False)
+YES_OR_NO |= dict.fromkeys(vocabulary.single_words("yes"), True)
+YES_OR_NO |= dict.fromkeys(vocabulary.single_words("no"), False)
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the
 poles."""

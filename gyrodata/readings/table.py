@@ -670,7 +670,8 @@ def _unit_of(column: Chosen) -> str | None:
     """
     kind = kind_of_role(column.role)
     unit = column.header.unit
-    if unit == "%" and kind == "number" and all(map(is_bare, column.texts)):
+    typed = [text for text in column.texts if text not in BLANKS]
+    if unit == "%" and kind == "number" and all(map(is_bare, typed)):
         return ""  # percent of a turn
     if unit:
         return units.parse_unit(unit, kind).text

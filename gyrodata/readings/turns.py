@@ -15,7 +15,7 @@ from gyrodata.readings.names import (
     PRECESSION,
     TOKENS,
     squeeze,
-    squeezed_names,
+    word_set,
 )
 
 _NUMBER_OF = (
@@ -24,15 +24,11 @@ _NUMBER_OF = (
 )
 _NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
 AND, _FILLERS, _PARTS = (
-    tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part")
+    tuple(vocabulary.single_words(key)) for key in ("and", "filler", "part")
 )
 """Words between two numbers of one count, "one and a half"; between a count and "turn";
 and "part of" one turn."""
-NUMBERS = {
-    word: number
-    for number in vocabulary.numbers()
-    for word in squeezed_names(",".join(vocabulary.words(number).split()))
-}
+NUMBERS = {word: number for number in vocabulary.numbers() for word in word_set(number)}
 """The number that a word says: "2", "1/2", or the denominator "/3"."""
 SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
@@ -54,7 +50,7 @@ _PARTS_OF_ONE = {
 }
 _JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={MARK})"
 """Joined words such as "Vierteldrehung"."""
-_ONES = "|".join([*_FILLERS, *vocabulary.words("1").split()])
+_ONES = "|".join([*_FILLERS, *vocabulary.single_words("1")])
 _AND_A_HALF = (
     rf"(?i){MARK}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]"
     rf"|mezz[ao]|meia)\b"
@@ -205,17 +201,19 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     half" is 5/2.
     """
     words = _number_words(text)
+    if not words or words[-1] not in NUMBERS:
+        return ""
     numbers = [NUMBERS.get(word, word) for word in words]
-    part = _take_part(numbers, whole) if words and words[-1] in NUMBERS else ""
-    is_sum = _take_and(numbers)
-    count = _take_count(numbers)
+    part, rest = _last_part(numbers, whole)
+    is_sum = bool(rest) and rest[-1] in AND
+    count, before = _last_count(rest[:-1] if is_sum else rest)
     # The digit of a header may number a trial, and not count parts of a turn.
-    is_trial = count and not whole and words[len(numbers)].isdecimal()
-    is_inside = numbers and (whole or numbers[-1] in _PARTS)
-    return "" if not part or is_trial or is_inside else _joined(count, part, is_sum)
+    is_trial = count and not whole and words[len(before)].isdecimal()
+    is_inside = before and (whole or before[-1] in _PARTS)
+    return "" if not part or is_trial or is_inside else _total(count, part, is_sum)
 
 
-def _joined(count: str, part: str, is_sum: bool) -> str:
+def _total(count: str, part: str, is_sum: bool) -> str:
     """Return 3/2 for "one and a half", and 2/3 for two parts of 1/3."""
     if count and is_sum:
         return str(int(count) + Fraction(part))
@@ -237,21 +235,22 @@ def _number_words(text: str) -> list[str]:
     return words
 
 
-def _take_part(numbers: list[str], whole: bool) -> str:
-    """Remove the last number, with the count of a denominator: "two", "/3"."""
-    part = numbers.pop()
+def _last_part(numbers: list[str], whole: bool) -> tuple[str, list[str]]:
+    """Return the last number, with the count of a denominator, and those before it.
+
+    "two", "/3" is 2/3.
+    """
+    *rest, part = numbers
     if not part.startswith("/"):
-        return part
-    is_alone = whole and not numbers  # "Drittel" in a cell
-    count = _take_count(numbers) or ("1" if is_alone else "")
-    return count and count + part
+        return part, rest
+    if whole and not rest:
+        return f"1{part}", []  # "Drittel" in a cell
+    count, before = _last_count(rest)
+    return count and count + part, before
 
 
-def _take_and(numbers: list[str]) -> bool:
-    """Remove "and" at the end; return whether it was there."""
-    return bool(numbers) and numbers[-1] in AND and numbers.pop() != ""
-
-
-def _take_count(numbers: list[str]) -> str:
-    """Remove a whole number at the end, and return it; else return ""."""
-    return numbers.pop() if numbers and numbers[-1].isdecimal() else ""
+def _last_count(numbers: list[str]) -> tuple[str, list[str]]:
+    """Return a whole number at the end, or "", and the numbers before it."""
+    if numbers and numbers[-1].isdecimal():
+        return numbers[-1], numbers[:-1]
+    return "", numbers

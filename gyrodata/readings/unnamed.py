@@ -96,7 +96,7 @@ def _counts_turns(column: Chosen) -> bool:
     header = column.header
     if are_turns(header, column.texts) or _counts_parts(column):
         return True
-    by_unit = counts_turns(header) and not _says_little(header)
+    by_unit = counts_turns(header) and not _has_one_letter_unit(header)
     return by_unit and not header.is_of_the_spin
 
 
@@ -115,7 +115,7 @@ def _counts_parts(column: Chosen) -> bool:
 def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
     """Give a role to the only column with a fitting unit."""
     fitting = _fitting(role, choice)
-    if len(fitting) != 1 or not _says_no_more(role, fitting[0], choice):
+    if len(fitting) != 1 or not _name_adds_nothing(role, fitting[0], choice):
         return
     choice.place(fitting[0], role)
     kind = units.KINDS[kind_of_role(role)].words
@@ -138,10 +138,10 @@ def _fitting(role: str, choice: Choice) -> list[Chosen]:
 def _unit_suffices(role: str, header: Header) -> bool:
     if header.text.lower().startswith(OF_DIFFERENCES):
         return False
-    return not _says_little(header) or suggest_role(header.text) == role
+    return not _has_one_letter_unit(header) or suggest_role(header.text) == role
 
 
-def _says_little(header: Header) -> bool:
+def _has_one_letter_unit(header: Header) -> bool:
     """Return whether only a one-letter unit says what a column with an unknown name contains.
 
     A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no
@@ -151,7 +151,7 @@ def _says_little(header: Header) -> bool:
     return named and header.unit is not None and is_one_letter(header.unit)
 
 
-def _says_no_more(role: str, column: Chosen, choice: Choice) -> bool:
+def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
     """Return whether the name of a column says nothing that its unit does not say."""
     if _is_unit_of_column_before(column, choice) or _names_a_part(role, column.text):
         return False

@@ -88,7 +88,7 @@ class _Split(NamedTuple):
     name: str
     unit: str
     mark: Literal["bracket", "sign", ""]
-    """What sets the unit apart: a bracket at the end, a slash or "in", or nothing."""
+    """What sets the unit apart: a bracket at the end, a slash or "in"; else ""."""
 
 
 _BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
@@ -99,15 +99,16 @@ _LETTER = r"[^\W\d_]|[°%]"
 
 
 def split_unit(text: str) -> tuple[str, str | None]:
-    """Split a header into its name and its unit, known or not; None if it has none.
-
-    A unit that the named quantity can have comes first, then a unit without a name,
-    then any other that is set apart: it is probably wrong, and the caller says so.
-    """
+    """Split a header into its name and its unit, known or not; None if it has none."""
     splits = _splits_with_units(text)
-    in_brackets = [split for split in splits if split.mark == "bracket"]
-    split = _first(_fits, splits) or _first(_is_set_apart, in_brackets)
+    # First a unit that the named quantity can have,
+    split = _first(_fits, splits)
+    if split is None:
+        # then any other in a bracket at the end: it is wrong, and the caller says so,
+        in_brackets = [split for split in splits if split.mark == "bracket"]
+        split = _first(_is_set_apart, in_brackets)
     if split is None and not name_roles(text)[0]:
+        # and last, if the whole header is no name, one that is set apart otherwise.
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
     return (text, None) if split is None else (split.name, split.unit)
 

@@ -1,4 +1,4 @@
-"""From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.
+"""Turn a gyroscope lab's log into its moment of inertia, with a realistic uncertainty.
 
 `analyze` reads a log (a path, an open file, text or a DataFrame) and returns an
 `Analysis`. The names below are loaded when they are first used, so that ``gyro --help``

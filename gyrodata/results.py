@@ -203,7 +203,7 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
-        I_zz without all suspected outliers [kg*m^2]; None if none of them is in the fit.
+        I_zz without all suspected outliers [kg*m^2]; None if none is in the fit.
     explanations : tuple of Explanation
         Mistakes with which the runs would agree, the most probable first.
     inertia : Result

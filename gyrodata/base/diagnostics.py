@@ -38,14 +38,14 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
     title: str = ""
     """What gyro found, as a statement; "" if another message explains it."""
     meaning: str = ""
-    """What the text and the title do not say: a cause, or how much I_zz changes. Numbers
-    are those of the sample log with this one change, or of the example."""
+    """What the text and the title do not say: a cause, or how much I_zz changes.
+    Numbers are those of the sample log with this one change, or of the example."""
     example: str = ""
-    """A short log that raises the code, or a command after ``gyro``. {header} stands for
-    `HEADER`."""
+    """A short log that raises the code, or a command after ``gyro``. {header} stands
+    for `HEADER`."""
     remedy: str = ""
-    """What to do, the most common cause first; lines that begin with two blanks are text
-    to copy. "" if it is the hint."""
+    """What to do, the most common cause first; lines that begin with two blanks are
+    text to copy. "" if it is the hint."""
 
 
 _TEXTS = "\n".join(

@@ -176,7 +176,8 @@ def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None
         near = get_close_matches(str(value).lower(), choices, n=1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
         raise ValueError(
-            f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}"
+            f"{name} cannot be {value!r}; "
+            f"it is one of {', '.join(map(repr, choices))}{meant}"
         )
 
 

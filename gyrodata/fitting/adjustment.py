@@ -49,8 +49,8 @@ ROWS = {
     "added": 8,
     "balance": 9,
 }
-"""Row of each quantity in an array of shape (10, n). The torque is load × position × g: a
-log has masses, forces (then g counts as 1) or torques (then the position does, too).
+"""Row of each quantity in an array of shape (10, n). The torque is load × position × g:
+a log has masses, forces (then g counts as 1) or torques (then the position does, too).
 The balance is the difference of a weight's M0 from that of the log [N*m]; nobody reads
 it, so it is zero."""
 
@@ -69,7 +69,7 @@ MANY = 500
 effect."""
 
 
-class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault of the program
+class NoFit(Exception):  # noqa: N818 - an outcome of a fit, not a fault of gyro
     """The runs have no credible solution; the text gives the reason."""
 
 
@@ -77,7 +77,7 @@ class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault
 
 
 class Linear(Struct, frozen=True):
-    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
+    """The conditions of n runs, linear in the unknowns and the errors of S sources."""
 
     values: Floats
     """Adjusted value of each quantity, shape (10, n)."""
@@ -163,12 +163,12 @@ class Problem:
         self.owners[self.to_column] = self.from_source
 
     def owned_by(self, *names: str) -> Any:
-        """Return whether each shared error belongs to one of these sources, shape (K,)."""
+        """Return whether each shared error is from one of these sources, shape (K,)."""
         owners = [self.sources[owner].name for owner in self.owners]
         return np.array([name in names for name in owners], dtype=bool)
 
     def shift_of(self, name: str, shared: Floats) -> Floats:
-        """Return the shift of the readings by the shared errors of a source, shape (n,)."""
+        """Return the shift of readings by the shared errors of a source, shape (n,)."""
         shift = np.zeros(self.count)
         for number in np.flatnonzero(self.owned_by(name)).tolist():
             shift += shared[number] * self.absolute[self.owners[number]]
@@ -652,7 +652,8 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
         raise NoFit("the fit gives a moment of inertia that is not positive")
     if not 1 / factor < inertia / start < factor:
         raise NoFit(
-            f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²"
+            f"the fit gives {inertia:.2g} kg·m², "
+            f"but the single runs give about {start:.2g} kg·m²"
         )
     if (np.abs(adjusted.shared) > MOVED_U).any():
         _insist_on_readings(adjusted)
@@ -672,5 +673,6 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
         moved = problem.sources[source[worst]].name.replace("_", " ")
         raise NoFit(
-            f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %"
+            f"the runs agree only if the {moved} is wrong by more than "
+            f"{100 * MOVED:.0f} %"
         )

@@ -177,7 +177,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return self._estimate(2)
 
     def _estimate(self, number: int) -> Estimate:
-        """Return an unknown: the median of its posterior, and half the 68.3 % interval."""
+        """Return an unknown: median of its posterior, and half the 68.3 % interval."""
         if self.posterior is None:
             u = math.sqrt(self.covariance[number, number])
             return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
@@ -459,9 +459,9 @@ def _at_widths(
         scattered = problem.with_scatter(widths.scatter)
         adjusted = adjustment.adjust(scattered, sense, start, width, kept)
     except NoFit:
-        # The cheapest explanation of a very large mistake is that all spins are infinite,
-        # because their errors are proportional, or that M0 cancels all torques. Larger
-        # errors of single runs and a small M0 prevent this.
+        # The cheapest explanation of a very large mistake is that all spins are
+        # infinite, because their errors are proportional, or that M0 cancels all
+        # torques. Larger errors of single runs and a small M0 prevent this.
         off = adjustment.misfits(measured, start)[kept > 0]
         factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
         width *= 0.1
@@ -623,8 +623,8 @@ MAX_ROUNDS = 20
 """Largest number of rounds; corrections and fit agree after a few."""
 
 ALIKE = 0.02
-"""Corrections agree if they differ by less than this part of the relative u of I_zz. The
-last ones are at least ten times as good, because the differences shrink fast."""
+"""Corrections agree if they differ by less than this part of the relative u of I_zz.
+The last ones are at least ten times as good, because the differences shrink fast."""
 
 
 def timed_runs(measured: Measurements) -> TimedRuns:

@@ -319,7 +319,8 @@ def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
 def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> bool:
     """Return whether the nearest values agree, as those of runs that follow each other.
 
-    A weight is used in such runs: the values around a run are then nearly always its own.
+    A weight is used in such runs: the values around a run are then nearly always its
+    own.
     """
     steps = sum(value != other for value, other in pairwise(rest))
     return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1

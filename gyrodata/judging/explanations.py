@@ -68,8 +68,8 @@ WRONG_COUNT = 0.01
 """Probability that the turns of all runs of one weight are miscounted [1]."""
 
 PART_OF_A_TURN = 4.0
-"""A student who does not write the turns has timed a part of one turn this many times as
-often as several turns [1]."""
+"""A student who does not write the turns has timed a part of one turn this many times
+as often as several turns [1]."""
 
 UNKNOWN = 4.0
 """A wrong time is equally probable in a range of this width of its logarithm."""
@@ -753,8 +753,8 @@ SHARED_ERRORS = (
         1.0,
         1.0,
         "the stopwatch was {size:.2g} s {sign} than stated",
-        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time "
-        "more turns",
+        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, "
+        "or time more turns",
         ("later", "earlier"),
     ),
     SharedError(
@@ -773,7 +773,8 @@ SHARED_ERRORS = (
         0.1,
         1e-3,
         "M0 drifted by {size:.2g} mN·m from the first run to the last",
-        "fix the balance weight, check step 2 again, and repeat the first run at the end",
+        "fix the balance weight, check step 2 again, "
+        "and repeat the first run at the end",
     ),
 )
 

@@ -186,8 +186,8 @@ WHY_NOT_USED = {
     "u_angle": "no part of a turn is timed, or the log states u_turns",
     "u_spin_delay": "the spin is read more than once in each run, or one spin is given "
     "for the whole log",
-    "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
-    "not matter",
+    "u_transverse_inertia": "the rod is level and steady, so the transverse inertia "
+    "does not matter",
     "u_position_zero": "no position is read",
     "u_screw_angle": "no run covers a part of a turn between two screws",
     "u_decay_exponent": "the log does not show how the spin falls, or the spin is read "

@@ -85,7 +85,8 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
         raise ValueError(
-            "no steady precession exists at this spin and pitch; use a faster spin or a lower rod"
+            "no steady precession exists at this spin and pitch; "
+            "use a faster spin or a lower rod"
         )
     # ω3 = ψ̇ + φ̇ cosθ, eq. (2); H = I (Ω − Ω3 e3) + I_zz ω3 e3, eq. (3).
     along = rate * np.sin(pitch)

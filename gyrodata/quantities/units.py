@@ -3,9 +3,9 @@
 Pint converts the units, with the definitions in `units.txt` and no others: the registry
 that it comes with reads 60 rpm as 6.28 Hz, ``Nm`` as a textile unit and ``U/min`` as an
 enzyme activity. Pint gets no text of a student either, because it would compute
-``9**9**9*m``. In front of it a strict pattern splits the text into units and powers, and
-each unit is looked up among the spellings of all languages, with look-alike letters of
-other alphabets.
+``9**9**9*m``. In front of it a strict pattern splits the text into units and powers,
+and each unit is looked up among the spellings of all languages, with look-alike letters
+of other alphabets.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ def meant_texts(
 
 
 def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[str]:
-    """Read a dash without a position as "no weight"; in many rows it means "as above"."""
+    """Read a dash without a position as "no weight"; in many rows it is "as above"."""
     dashed = {
         i
         for i, text in enumerate(texts)
@@ -286,7 +286,7 @@ class CellReader:
             raise
 
     def _without_remark(self, text: str) -> str:
-        """Return a number without the remark behind it; "" if the remark may change it."""
+        """Return a number without the remark behind it; "" if this may change it."""
         remark = _REMARK.fullmatch(text)
         if remark is None or turns_in(text):
             return ""
@@ -330,7 +330,7 @@ class CellReader:
         self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def _bare_above(self, most: float) -> list[str]:
-        """Return the numbers without a unit of their own that are above a value [SI]."""
+        """Return the numbers without a unit of their own that exceed a value [SI]."""
         return [
             text
             for text, one in self.read.items()
@@ -338,7 +338,7 @@ class CellReader:
         ]
 
     def fractions_of_dates(self) -> list[str]:
-        """Return the texts that were read as fractions of which a program made dates."""
+        """Return the texts read as fractions of which a program made dates."""
         if self.kind != "number":
             return []
         unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
@@ -416,7 +416,7 @@ def _read(
     faults: Faults,
     cell: Text | None = None,
 ) -> Uncertainty | None:
-    """Read one uncertainty; None, with an error at its cell or header, if that fails."""
+    """Read one uncertainty; None, with an error at its cell or header, if it fails."""
     try:
         kind = kind_of_role(column.role)
         return notation.parse_uncertainty(text, kind, unit, ask=False)

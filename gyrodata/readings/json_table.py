@@ -14,7 +14,7 @@ class NoTableError(ValueError):
 
 
 def table_of(text: str) -> str:
-    """Write JSON as a table with tabs between its cells; single values become ``#`` lines.
+    """Write JSON as a table with tabs between cells; single values become ``#`` lines.
 
     The table is a list of objects, or an object with its columns, as pandas writes
     them; it may be the value of a key.

@@ -238,7 +238,7 @@ _MOST_WORDS = 8
 
 @lru_cache(maxsize=4096)
 def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
-    """Find the roles that a name without a unit may mean, and the number of a repeat."""
+    """Find the roles that a name without a unit may mean, and its repeat number."""
     if len(name) > MAX_HEADER:
         return (), None
     roles = _roles_of(name)
@@ -294,7 +294,7 @@ def _named_twice(words: list[str]) -> tuple[str, ...]:
 
 
 def _with_small_words(words: list[str]) -> tuple[str, ...]:
-    """Look up a name between small words: "initial spin", "mean period", "error of T"."""
+    """Look up a name between small words: "initial spin", "error of T"."""
     before = after = ""
     for small, first, last in _AFFIXES:
         bare = [word for word in words if squeeze(word).lower() not in small]

@@ -62,7 +62,7 @@ _DIGITS = frozenset("23456789")
 
 
 def _names_part_of_period(note: str) -> bool:
-    """Return whether a note names another number of periods than one, as "pół okresu"."""
+    """Return whether a note names a number of periods other than one: "pół okresu"."""
     spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
     squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
     # "halvperioder" is "halv perioder".
@@ -95,7 +95,7 @@ def altered_role(note: str) -> str:
 
 
 def _named_reading(note: str) -> str:
-    """Return the first reading that a note names; else one of which it has an amount."""
+    """Return the first reading that a note names; else one whose amount it states."""
     for word in re.findall(r"[\w/]+", note):
         for role in _roles_of_word(word):
             if BY_NAME[role].part and role != "torque":
@@ -105,7 +105,7 @@ def _named_reading(note: str) -> str:
 
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
-    """Look up a word of a note: a name, perhaps in the plural, or a unit of the spin."""
+    """Look up a word of a note: a name, perhaps a plural, or a unit of the spin."""
     if kinds_of(word) == {"rate"}:
         return ("spin",)
     if len(word) <= 2:

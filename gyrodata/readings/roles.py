@@ -199,7 +199,8 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     )
     return (
         fault,
-        f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
+        "is its unit the one written? "
+        f"Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
     )
 
 

@@ -57,7 +57,7 @@ _FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
 
 
 def find_layout(grid: Grid, faults: Faults) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, if there is no such table."""
+    """Find the header and the rows; None, with diagnostics, if there is no table."""
     try:
         head = find_head(grid, faults)
         grid = _with_captions(grid, head)
@@ -182,7 +182,7 @@ class _Sheet:
             self._take_run(row)
 
     def _without_remark(self, row: Row) -> Row:
-        """Leave out the texts on the right of the table, and all behind a blank column."""
+        """Leave out texts on the right of the table, and all behind a blank column."""
         width = len(self.table.columns)
         beyond = [at for at in filled_at(row) if at >= width]
         if not beyond:
@@ -309,7 +309,7 @@ class _Sheet:
         return "table_of_means" if means and self.runs and not self.only_means else ""
 
     def _is_not_measured(self) -> bool:
-        """Return whether the title of one of several tables says that it is not measured."""
+        """Return whether the title of one of several tables says "not measured"."""
         titles = [text for row in self.words for text in row.texts if len(text) < 60]
         is_unused = any(map(_NOT_MEASURED.is_in, titles))
         return is_unused and sum(map(is_head, self.grid.rows)) > 1
@@ -356,7 +356,7 @@ class _Sheet:
     # --- The whole table ---
 
     def finish(self) -> Layout:
-        """Return all runs as one table, with notes on what was left out and on captions."""
+        """Return all runs as one table; note captions and what was left out."""
         self._leave_out_words(set())
         self.width = len(self.columns)
         self._add_given_columns()
@@ -452,7 +452,7 @@ def _only(names: Collection[str], given: Given) -> Given:
 
 
 def _is_taken_out(row: Row) -> bool:
-    """Return whether a run is behind a # in a cell of its own, or a note excludes it."""
+    """Return whether a run is behind a # in its own cell, or a note excludes it."""
     if row.texts[0] == "#":
         return True
     texts = [text for text in row.texts if not is_number(text)]

@@ -225,7 +225,7 @@ class TableReader:
         self.faults.add("option_replaces", label=option.label, header=header)
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
-        """Return the log with its readings, and the runs in which the rod did not move."""
+        """Return the log with its readings, and the runs whose rod did not move."""
         self._check_widths()
         times = self._read_times()
         is_run = self._are_runs([time for time, _ in times])
@@ -320,7 +320,7 @@ class TableReader:
         self.faults.add("time_without_turns", silent[0].cell, row=row)
 
     def _ask_for_laps(self, times: list[tuple[Chosen, Column]]) -> None:
-        """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 equal laps."""
+        """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 laps."""
         rows = zip(*(column.values for _, column in times), strict=True)
         complete = [row for row in rows if None not in row]
         if complete and all(map(_are_laps, complete)):
@@ -411,7 +411,7 @@ class TableReader:
     def _column(
         self, cells: CellReader, texts: list[str], spreads: list[Uncertainty | None]
     ) -> Column:
-        """Return one reading for each text, with the value of the whole log in blanks."""
+        """Return one reading for each text; blanks get the value of the whole log."""
         role = cells.role
         at = cells.column.at
         given = self.settings.roles.get(cells.role)
@@ -435,7 +435,7 @@ class TableReader:
         )
 
     def _reading(self, cells: CellReader, text: str, u: Uncertainty | None) -> Reading:
-        """Return the reading of one cell; `u` is used if the cell states no other one."""
+        """Return the reading of one cell; `u` is used if the cell states none."""
         role = cells.role
         quantity = cells.read.get(text)
         if quantity is not None:
@@ -627,7 +627,7 @@ class TableReader:
     def _blocks(
         self, rows: list[int], columns: Mapping[str, Column]
     ) -> tuple[str, tuple[str, ...]]:
-        """Return the role of days or groups, and the one of each run; note the others."""
+        """Return the role of days or groups, and that of each run; note the others."""
         texts = {role: self._texts(role, rows) for role in BLOCKS}
         role, blocks = find_blocks(texts, columns)
         for other in {*BLOCKS}.intersection(self.choice.used) - {role}:

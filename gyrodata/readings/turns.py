@@ -167,7 +167,7 @@ def _count_of_turns(marked: str) -> str | None:
 
 
 def _part_in_degrees(plain: str) -> str:
-    """Return the part of a turn that an angle of whole degrees is, such as 1/3; else ""."""
+    """Return the part of a turn that an angle in whole degrees is: 1/3; else ""."""
     match = re.search(_ANGLE, plain)
     if match is None or kinds_of(match[2]) != {"angle"}:
         return ""
@@ -189,7 +189,7 @@ def _number_of_turns(marked: str) -> str:
 
 
 def is_of_turns(word: str) -> bool:
-    """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
+    """Return whether a word belongs to a count of turns: "full", "third", "turn"."""
     word = word.lower()
     if word in _FILLERS or word in NUMBERS or re.search(TURN, word):
         return True

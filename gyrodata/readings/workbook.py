@@ -165,7 +165,7 @@ def is_filled(sheet: Sheet) -> bool:
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
-    """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
+    """Name the hidden rows and columns of a sheet with cells, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
     rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
@@ -209,7 +209,7 @@ def quoted(title: str) -> str:
 
 
 def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
-    """Return the name of a cell, such as B5; with its sheet, if this is not `within`."""
+    """Return the name of a cell, such as B5; with its sheet if this is not `within`."""
     name = f"{_letters(formula.column)}{formula.row}"
     return name if sheet is within else f"{quoted(sheet.title)}!{name}"
 
@@ -218,7 +218,7 @@ def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
 
 
 def _check_size(cells: Iterable[Any]) -> None:
-    """Raise TooLargeError if there are too many filled cells, or if these contain too much text."""
+    """Raise TooLargeError if there are too many filled cells, or too much text."""
     filled = list(filter(_fills, cells))
     if len(filled) > MAX_CELLS:
         raise TooLargeError(f"more than {MAX_CELLS:_} filled cells".replace("_", " "))
@@ -234,12 +234,13 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
     if part in archive.namelist() and archive.getinfo(part).file_size > most:
         size = archive.getinfo(part).file_size / 1e6
         raise TooLargeError(
-            f"its part {part} unpacks to {size:.1f} MB; at most {most / 1e6:g} MB are read"
+            f"its part {part} unpacks to {size:.1f} MB; "
+            f"at most {most / 1e6:g} MB are read"
         )
 
 
 def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
-    """Raise TooLargeError if the sheets contain more than can be read in some seconds."""
+    """Raise TooLargeError if the sheets contain more than can be read in seconds."""
     if len(parts) > _MAX_SHEETS:
         raise TooLargeError(f"{len(parts)} sheets; at most {_MAX_SHEETS} are read")
     cells = tags = size = 0
@@ -305,7 +306,7 @@ def _shows_nothing(cell: Any) -> bool:
 
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
-    """Return the cells of a row as they were typed; a row that is struck out begins with #."""
+    """Return the cells of a row as they were typed; a struck-out row begins with #."""
     cells = list(row)
     while cells and cells[-1].value is None:
         cells.pop()

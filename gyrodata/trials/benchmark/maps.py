@@ -77,7 +77,7 @@ class MapKind(Struct, frozen=True):
 
 
 def of_balance(difference: float, weights: float) -> LabScene:
-    """Return labs in which M0 differs between the weights, in % of the lightest torque."""
+    """Return labs whose M0 depends on the weight, in % of the lightest torque."""
     masses = np.linspace(0.020, 0.060, int(weights)).tolist()
     return LabScene(
         design=Design(masses=tuple(masses)),
@@ -237,8 +237,8 @@ def follow_released(
 ) -> tuple[Floats, Floats, bool]:
     """Integrate the motion of rods that are released from rest.
 
-    Return the time of a turn [s], the spin that a tachometer reads if it follows the rod
-    [rad/s], and whether no rod hits the cup.
+    Return the time of a turn [s], the spin that a tachometer reads if it follows the
+    rod [rad/s], and whether no rod hits the cup.
     """
     # Most rods turn once or a little more in this time.
     longest = 2.2 * np.pi / motion.mean_precession_rate(top, spin, pitch)

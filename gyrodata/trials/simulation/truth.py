@@ -1,4 +1,4 @@
-"""The true gyroscope, the design of the measurement, and the time that each run then takes.
+"""The true gyroscope, the design of the measurement, and the time of each run.
 
 In steady precession the rod follows the slow root of eq. (8) at every moment while the
 spin falls. A rod that is released from rest keeps its spin and follows its exact
@@ -27,7 +27,7 @@ Motion = Literal["steady", "released"]
 
 
 class Decay(Struct, frozen=True):
-    """The exponential decay of the spin in an air film; exactly one of the attributes is given."""
+    """Exponential decay of the spin in an air film; exactly one attribute is given."""
 
     time_constant: float | None = None
     """τ [s]; the same in every run."""

@@ -281,7 +281,10 @@ def _findings(
         ball=_ball(fitted),
         unusual_sizes=fitted.unusual_sizes,
     )
-    return [diagnostic for check in selected for diagnostic in check(seen)]
+    found: list[Diagnostic] = []
+    for check in selected:
+        found.extend(check(seen))
+    return found
 
 
 def _kept_runs(fit: fitting.FitResult) -> list[int]:

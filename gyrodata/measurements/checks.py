@@ -250,13 +250,11 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
     runs_of: dict[int, list[int]] = {}
     for run, line in enumerate(measured.lines):
         runs_of.setdefault(line, []).append(run)
-    return {
-        line: (
-            tuple([settings[run] for run in runs]),
-            tuple([timing.values[run] for run in runs]),
-        )
-        for line, runs in runs_of.items()
-    }
+    rows: dict[int, Row] = {}
+    for line, runs in runs_of.items():
+        times = tuple([timing.values[run] for run in runs])
+        rows[line] = (tuple([settings[run] for run in runs]), times)
+    return rows
 
 
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:

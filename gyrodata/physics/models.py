@@ -610,4 +610,7 @@ def of_effects() -> dict[str, MotionModel]:
 
 def source_words() -> dict[str, str]:
     """Return the names for users of all errors that models add."""
-    return {name: words for one in MODELS for name, words in one.source_words.items()}
+    words: dict[str, str] = {}
+    for model in MODELS:
+        words |= model.source_words
+    return words

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def words(key: str, separator: str = " ") -> str:
 
 def numbers() -> dict[str, None]:
     """Return the keys that are numbers, "1" or "/3", with the words for each."""
-    keys = (key for section in LANGUAGES.values() for key in section)
+    keys = chain.from_iterable(LANGUAGES.values())
     return dict.fromkeys(key for key in keys if key[-1].isdigit())
 
 

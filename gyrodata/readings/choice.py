@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import chain
 from operator import attrgetter
 
 from msgspec.structs import replace
@@ -392,7 +393,7 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     first = choice.used.get("spin", [])
     before = choice.used.get("spin_start", [])
     after = choice.used.get("spin_end", [])
-    every_role = {role for names in roles.SPIN_SETS for role in names}
+    every_role = set(chain.from_iterable(roles.SPIN_SETS))
     if before and choice.there.isdisjoint(every_role - {"spin_start"}):
         choice.rename("spin_start", "spin")
         faults.add("only_spin_before", before[0].cell)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 
 from msgspec.structs import replace
 
@@ -45,7 +46,7 @@ def check_completeness(
 
 def _idle_headers(log: Readings, choice: Choice) -> list[str]:
     """Return the headers without a role, and uncertainties without a reading."""
-    known = {key for role in log.columns for key in roles.u_keys(role)}
+    known = set(chain.from_iterable(map(roles.u_keys, log.columns)))
     lonely = [
         columns[0]
         for key, columns in choice.used.items()

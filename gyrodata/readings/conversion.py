@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 from gyrodata.readings import workbook
@@ -94,9 +95,9 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
     """
     sheets = _sheets_of(data, Faults(shown))
     faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
-    hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
+    hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
-        faults.add("hidden_cells", where="; ".join(hidden))
+        faults.add("hidden_cells", where=hidden)
     lacking = workbook.without_value(sheets)
     if lacking:
         raise _refuse_formulas(lacking, sheets, faults)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -297,12 +297,8 @@ def hinted(header: Header) -> set[str]:
     if header.unit is None:
         return {altered_role(header.text)}
     words = re.findall(r"[^\W\d_]{2,}", header.text)
-    return {
-        role
-        for word in words
-        for role in name_roles(word)[0]
-        if measures(header.unit, role)
-    }
+    named = chain.from_iterable(name_roles(word)[0] for word in words)
+    return {role for role in named if measures(header.unit, role)}
 
 
 # --- Columns with roles ---

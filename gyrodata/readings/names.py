@@ -11,6 +11,7 @@ import re
 import unicodedata
 from collections.abc import Collection
 from functools import cache, lru_cache
+from itertools import chain
 from typing import Literal
 
 from msgspec import Struct
@@ -199,12 +200,10 @@ for _roles in (*ROLES, *SHARED_NAMES):
         NAMES.setdefault(_name, _meant)
 del NAMES[""]
 
-SYMBOLS: dict[str, tuple[str, ...]] = {
-    squeeze(symbol): tuple(roles.split())
-    for roles, symbols in vocabulary.SYMBOLS.items()
-    for symbol in symbols.split()
-}
+SYMBOLS: dict[str, tuple[str, ...]] = {}
 """Roles by squeezed symbol; upper and lower case differ."""
+for _roles, _symbols in vocabulary.SYMBOLS.items():
+    SYMBOLS |= dict.fromkeys(map(squeeze, _symbols.split()), tuple(_roles.split()))
 
 
 @cache
@@ -362,7 +361,7 @@ def _meant_by_all(words: list[str]) -> tuple[str, ...]:
     if roles or not words:
         return roles
     named = {word: known_roles(word) for word in words}
-    possible = dict.fromkeys(role for roles in named.values() for role in roles)
+    possible = dict.fromkeys(chain.from_iterable(named.values()))
     return tuple(role for role in possible if _all_fit(role, named))
 
 

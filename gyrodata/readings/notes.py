@@ -159,24 +159,22 @@ def _explains_position(note: str) -> bool:
 
 def _names_position(note: str) -> bool:
     """Return whether a note names the position or the weight, perhaps in the plural."""
-    return any(
-        role in ("position", "mass")
-        for word in re.findall(r"[^\W\d_]+", note)
-        for end in ("", "s", "n", "en", "e", "et")
-        for role in name_roles(word.removesuffix(end))[0]
-    )
+    ends = ("", "s", "n", "en", "e", "et")
+    for word, end in itertools.product(re.findall(r"[^\W\d_]+", note), ends):
+        roles = name_roles(word.removesuffix(end))[0]
+        if "position" in roles or "mass" in roles:
+            return True
+    return False
 
 
 def _calls_position_diameter(note: str, grid: Grid) -> bool:
     """Return whether a note says such as "r is really the diameter" of a column r."""
-    others = (SPHERE, ROD)
-    clauses = [
-        clause
-        for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note))
-        if not any(words.is_in(clause) for words in others)
-    ]
     names = "|".join(map(re.escape, _names_of_position(grid))) or "$."
-    return any(re.search(rf"(?<!\w)(?:{names})(?![\w'’])", one) for one in clauses)
+    for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note)):
+        is_other = SPHERE.is_in(clause) or ROD.is_in(clause)
+        if not is_other and re.search(rf"(?<!\w)(?:{names})(?![\w'’])", clause):
+            return True
+    return False
 
 
 def _names_of_position(grid: Grid) -> list[str]:

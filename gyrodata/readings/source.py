@@ -83,7 +83,7 @@ def _unpacked(data: bytes, faults: Faults) -> bytes:
 
 
 def _read_text(data: bytes, shown: str) -> Faults:
-    """Decode a log, and write JSON as a table; return the faults so far and its text."""
+    """Decode a log, write JSON as a table; return the faults so far, and its text."""
     kinds = [kind for kind, start in _OTHER_FILES.items() if re.match(start, data)]
     kind = "".join(kinds[:1])
     if kind not in ("", "JSON"):

@@ -28,12 +28,11 @@ AND, _FILLERS, _PARTS = (
 )
 """Words between two numbers of one count, "one and a half"; between a count and "turn";
 and "part of" one turn."""
-NUMBERS = {
-    word: number
-    for number in vocabulary.numbers()
-    for word in squeezed_names(",".join(vocabulary.words(number).split()))
-}
+NUMBERS: dict[str, str] = {}
 """The number that a word says: "2", "1/2", or the denominator "/3"."""
+for _number in vocabulary.numbers():
+    _words = ",".join(vocabulary.words(_number).split())
+    NUMBERS |= dict.fromkeys(squeezed_names(_words), _number)
 SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
         ::-1

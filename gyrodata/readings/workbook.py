@@ -10,6 +10,7 @@ import re
 import zipfile
 from collections.abc import Iterable, Iterator
 from datetime import datetime, time, timedelta
+from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
@@ -108,7 +109,8 @@ def read_sheets(data: bytes) -> list[Sheet]:
         raise
     except Exception as error:  # a damaged file can fail in any way inside openpyxl
         raise ValueError(f"{type(error).__name__}: {error}") from None
-    _check_size(cell for sheet in sheets for row in sheet.rows for cell in row)
+    rows = chain.from_iterable(sheet.rows for sheet in sheets)
+    _check_size(chain.from_iterable(rows))
     return sheets
 
 
@@ -148,12 +150,13 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
     A program that calculates nothing stores no value, or a 0 for all formulas.
     """
-    formulas = [
-        (sheet, formula)
-        for sheet in sheets
-        for formula in sheet.formulas
-        if sheet.rows[formula.row - 1 : formula.row][0][:1] != ["#"]
-    ]
+    formulas: list[tuple[Sheet, Formula]] = []
+    for sheet in sheets:
+        formulas += [
+            (sheet, formula)
+            for formula in sheet.formulas
+            if sheet.rows[formula.row - 1 : formula.row][0][:1] != ["#"]
+        ]
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
     return [(sheet, one) for sheet, one in formulas if one.value is None]
@@ -161,7 +164,7 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
 def is_filled(sheet: Sheet) -> bool:
     """Return whether a sheet contains a cell that is not blank."""
-    return any(cell not in (None, "") for row in sheet.rows for cell in row)
+    return any(cell not in (None, "") for cell in chain.from_iterable(sheet.rows))
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
@@ -169,9 +172,7 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
     rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
-    filled = {
-        at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)
-    }
+    filled = {column for _, column in _filled_cells(sheet)}
     columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
     for word, names in (("row", rows), ("column", columns)):
         if names:
@@ -185,11 +186,17 @@ def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
     columns = set(sheet.hidden_columns)
     return {
         (row, column)
-        for row, cells in enumerate(sheet.rows, 1)
-        for column, cell in enumerate(cells, 1)
-        if _fills(cell)
-        and (row in rows or column in columns or (row, column) in sheet.blanked)
+        for row, column in _filled_cells(sheet)
+        if row in rows or column in columns or (row, column) in sheet.blanked
     }
+
+
+def _filled_cells(sheet: Sheet) -> Iterator[tuple[int, int]]:
+    """Yield the row and the column of each filled cell."""
+    for row, cells in enumerate(sheet.rows, 1):
+        for column, cell in enumerate(cells, 1):
+            if _fills(cell):
+                yield row, column
 
 
 def _fills(cell: Any) -> bool:
@@ -264,7 +271,8 @@ def _sheet_of(sheet: Any) -> Sheet:
     """Return a sheet of openpyxl, with cells as they were typed."""
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     rows = list(sheet.iter_rows(max_row=_ROWS, max_col=_COLUMNS))
-    times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
+    values = [cell.value for cell in chain.from_iterable(rows)]
+    times = [value for value in values if isinstance(value, time)]
     in_minutes = bool(times) and all(map(_is_in_minutes, times))
     typed = [_typed(row, in_minutes) for row in rows]
     is_hidden = sheet.sheet_state != "visible"
@@ -281,12 +289,12 @@ def _is_in_minutes(typed: time) -> bool:
 
 def _blanked(rows: list[Any]) -> set[tuple[int, int]]:
     """Return the row and the column of each filled cell that shows nothing."""
-    return {
-        (row, column)
-        for row, cells in enumerate(rows, 1)
-        for column, cell in enumerate(cells, 1)
-        if cell.value is not None and cell.has_style and _shows_nothing(cell)
-    }
+    blanked = set()
+    for row, cells in enumerate(rows, 1):
+        for column, cell in enumerate(cells, 1):
+            if cell.value is not None and cell.has_style and _shows_nothing(cell):
+                blanked.add((row, column))
+    return blanked
 
 
 def _shows_nothing(cell: Any) -> bool:

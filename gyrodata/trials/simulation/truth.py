@@ -80,17 +80,14 @@ class Design(Struct, frozen=True):
     def _settings(self) -> list[tuple[float, ...]]:
         """Return mass, position, pitch, spin and turns of each run."""
         # A run without a weight has no position.
-        loads = [
-            (mass, position)
-            for mass in self.masses
-            for position in (self.positions if mass else (0.0,))
-        ]
-        return [
-            (*load, *setting)
-            for load in loads
-            for setting in itertools.product(self.pitches, self.spins, self.turns)
-            for _ in range(self.repeats)
-        ]
+        loads: list[tuple[float, float]] = []
+        for mass in self.masses:
+            positions = self.positions if mass else (0.0,)
+            loads += itertools.product((mass,), positions)
+        settings = itertools.product(
+            loads, self.pitches, self.spins, self.turns, range(self.repeats)
+        )
+        return [(*load, *setting) for load, *setting, _ in settings]
 
 
 class Listed(Design, frozen=True):

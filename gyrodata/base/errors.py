@@ -33,7 +33,9 @@ def printable(name: str) -> str:
 
 def count_text(count: int, noun: str) -> str:
     """Write a count with its noun: "1 run", "9 runs"."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+    if count == 1:
+        return f"{count} {noun}"
+    return f"{count} {noun}s"
 
 
 def shown(text: object) -> str:

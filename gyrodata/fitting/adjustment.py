@@ -401,7 +401,9 @@ def _pairs(count: int) -> tuple[Any, Any]:
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
     sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
-    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
+    if len(sizes):
+        return float(sizes.min())
+    return float(np.abs(measured.torque).max())
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
@@ -433,7 +435,8 @@ FULL_STEPS = 20
 shorter."""
 
 
-FACTOR, ASTRAY = 3.0, 30.0
+FACTOR = 3.0
+ASTRAY = 30.0
 """Largest ratio of an answer and its robust start, and of a fit with wrong runs."""
 
 
@@ -525,7 +528,8 @@ def adjust(
     out_of = problem.from_source * count + problem.from_run
     upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
-    jumped, converged = 0.0, False
+    jumped = 0.0
+    converged = False
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:
@@ -626,7 +630,8 @@ def _onto_conditions(at: Linear, inertia: float) -> Floats:
     return -at.independent * (close * at.misclosure / at.independent_variance)
 
 
-MOVED, MOVED_U = 0.2, 3.0
+MOVED = 0.2
+MOVED_U = 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more
 than this many standard uncertainties, contradicts the log."""
 

@@ -59,7 +59,8 @@ UNEXPECTED = 0.001
 LATE_DEVIATION = 3.0
 """… if they are longer than predicted by more than this many standard uncertainties."""
 
-LATE_LABS, LATE_RUNS = 0.1, 0.15
+LATE_LABS = 0.1
+LATE_RUNS = 0.15
 """Probability that some runs of a lab were stopped late, and of each run then."""
 
 LATEST = 4.0
@@ -198,7 +199,9 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def budget(self) -> tuple[Share, ...]:
         """The sources of u(I_zz), largest first; empty for a fit at fixed widths."""
-        return () if self.posterior is None else _budget(self, self.inertia.u or 0.0)
+        if self.posterior is None:
+            return ()
+        return _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
@@ -557,11 +560,9 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
         return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
-    return (
-        min(usual, posterior.BALANCED * abs(inertia))
-        if measured.balanced
-        else posterior.UNBALANCED * usual
-    )
+    if measured.balanced:
+        return min(usual, posterior.BALANCED * abs(inertia))
+    return posterior.UNBALANCED * usual
 
 
 def times_stated(measured: Measurements) -> bool:

@@ -61,10 +61,12 @@ UNTOUCHED = 0.6
 CHANGES = CHANGE * np.exp(np.linspace(-1.5, 2.6, 4))
 """Widths v above zero, over the lightest torque [1]."""
 
-SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.5)
+SPREAD_DEFAULT = math.log(3.75)
+SPREAD_STATED = math.log(2.5)
 """Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
-SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)
+SHARE_OF_TAIL = 0.05
+TAIL = math.log(5.0)
 """Share and scale of the wide tails of ln s, a Cauchy distribution."""
 
 STEPS = 14

@@ -666,7 +666,9 @@ def size_of_model(lab: Lab, model: MotionModel) -> float:
 def _size_in_u(lab: Lab, biases: Floats) -> float:
     """Compute the change of I_zz by a bias of each run, in its u [1]."""
     u = fitting.relative_u(lab.fit.inertia)
-    return abs(float(lab.fit.response @ biases)) / u if u else math.inf
+    if u:
+        return abs(float(lab.fit.response @ biases)) / u
+    return math.inf
 
 
 NEARLY = 0.7

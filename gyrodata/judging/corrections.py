@@ -44,7 +44,8 @@ COMMON: Mapping[str, float] = {
 """Probability of each mistake in one run [1]. Only the ratios matter: a miscount is the
 most common mistake in this lab."""
 
-WIDER, UNUSUAL = 1.25, 0.05
+WIDER = 1.25
+UNUSUAL = 0.05
 """A correction is less probable by the factor `UNUSUAL` if the new value is outside the
 range of the other runs by the factor `WIDER`, and the old one is not."""
 

@@ -597,7 +597,10 @@ NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a
 motor have 1 to 2 [kg*m^2/s]."""
 
-LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
+LONG_TURN = 600.0
+SHORT_ARM = 0.05
+LONG_LEVER = 10.0
+NEARLY_AS_FAST = 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
 precession over spin [1]."""
 
@@ -659,7 +662,9 @@ def _ask(
 INERTIA_RANGE = (1e-6, 1.0)
 """Range of I_zz of a body that is spun on a table [kg*m^2]."""
 
-FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
+FAR_BELOW_BALL = -0.05
+FAR_ABOVE_BALL = 0.1
+FAR_IN_U = 5.0
 """A difference from the ball outside these limits [1], over this many u, needs a cause;
 a bore increases I_zz."""
 

@@ -27,7 +27,8 @@ from gyrodata.readings import Readings
 if TYPE_CHECKING:
     from gyrodata.measurements.measured import Measurements
 
-DAY_BALANCE, DAY_BIAS = "residual_torque", "time_bias"
+DAY_BALANCE = "residual_torque"
+DAY_BIAS = "time_bias"
 """Names of the differences of M0 and of b between blocks, as in the budget."""
 
 PLACED = ("position", "position_set")

@@ -271,7 +271,9 @@ def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
     u = min(measured.time_u or STEADIEST, STEADIEST)
     spread = math.hypot(u, step / math.sqrt(12))
     # Without digits nobody knows how coarse the times are: they may all be equal.
-    return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0
+    if step:
+        return step / (2 * math.sqrt(math.pi) * spread)
+    return 1.0
 
 
 def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
@@ -419,7 +421,9 @@ def _say_size(
     if size.role == "position" and len(odd) > 1 and _is_mass(readings, column):
         mass = readings.columns["mass"]
         return _say_exchanged(readings, column.cell(run), mass, column)
-    name, meant, there = "size_unusual", "", 0.0
+    name = "size_unusual"
+    meant = ""
+    there = 0.0
     unit = unit_within(readings, size.role, size.usual)
     if unit:
         name = "size_of_column"

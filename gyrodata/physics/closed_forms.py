@@ -51,11 +51,9 @@ SIDEREAL_DAY = 2 * math.pi / EARTH_ROTATION
 """Time of one turn of the Earth against the stars [s]; 3 min 56 s less than 24 hours.
 """
 
-EQUATOR_GRAVITY, GRAVITY_RISE, ECCENTRICITY_SQUARED = (
-    9.7803253359,
-    0.00193185265241,
-    0.00669437999013,
-)
+EQUATOR_GRAVITY = 9.7803253359
+GRAVITY_RISE = 0.00193185265241
+ECCENTRICITY_SQUARED = 0.00669437999013
 """Normal gravity at the equator [m/s^2], and how it grows and flattens towards a pole
 [1] (WGS 84, NIMA TR8350.2)."""
 

@@ -54,7 +54,8 @@ LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be if nobody measured it: the default standard
 uncertainty of a pitch."""
 
-STEEP, FALLEN = math.radians(45), math.radians(52)
+STEEP = math.radians(45)
+FALLEN = math.radians(52)
 """A released rod that sags by more than the first angle hits the cup of the ball. No
 answer is given from the second angle on: without a fit the sag is known to some degrees
 only."""
@@ -232,7 +233,9 @@ class Steady(MotionModel, frozen=True):
 
     def supposed(self, runs: TimedRuns) -> dict[str, Any]:
         """Return a typical pitch for a log without one."""
-        return {} if runs.pitch.any() else {"pitch": np.full(len(runs.time), LEVEL_TO)}
+        if runs.pitch.any():
+            return {}
+        return {"pitch": np.full(len(runs.time), LEVEL_TO)}
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say which equation is used."""
@@ -345,7 +348,8 @@ def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
     return np.where(top.torque != 0, sag, 0.0)
 
 
-PART_RELEASED, PART_U = 0.5, 0.4
+PART_RELEASED = 0.5
+PART_U = 0.4
 """Part of the effect of a release, and its standard uncertainty, if the log does not
 say how the rod was started. A rod that gets a push of the share k of the steady rate
 shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of the effect, with q = I_zz/I, to second
@@ -460,13 +464,11 @@ class Earth(MotionModel, frozen=True):
         return np.asarray(steady_rate / (1 + direction * floor / seen))
 
 
-HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
-    Horizontal(),
-    Steady(),
-    Released(),
-    Pushed(),
-    Earth(),
-)
+HORIZONTAL = Horizontal()
+STEADY = Steady()
+RELEASED = Released()
+PUSHED = Pushed()
+EARTH = Earth()
 
 MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
 """Every model of motion, in the order of the table of effects. The first one is the

@@ -332,7 +332,9 @@ def _join(terms: Sequence[tuple[str, int]]) -> str:
     for name, power in terms:
         factor = name if abs(power) == 1 else f"{name}^{abs(power)}"
         (above if power > 0 else below).append(factor)
-    return "/".join(["*".join(above) or "1", *below]) if terms else ""
+    if terms:
+        return "/".join(["*".join(above) or "1", *below])
+    return ""
 
 
 @lru_cache(maxsize=1024)
@@ -381,11 +383,9 @@ def load() -> None:
 
 
 def _proposal(kind: str) -> str:
-    return (
-        f"write one of: {KINDS[kind].examples}"
-        if SI[kind]
-        else "write the number alone"
-    )
+    if SI[kind]:
+        return f"write one of: {KINDS[kind].examples}"
+    return "write the number alone"
 
 
 @lru_cache(maxsize=1024)

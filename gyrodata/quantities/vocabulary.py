@@ -96,7 +96,8 @@ def _is_whole(phrase: str) -> bool:
     return phrase.endswith(".") or is_short
 
 
-_NEVER, _END = "(?!)", r"(?!\w)"
+_NEVER = "(?!)"
+_END = r"(?!\w)"
 _BETWEEN = r"\W{1,4}(?:\w{1,4}\W{1,4}){0,2}"
 _FIRST_WITHOUT_WORDS = "\u0590"
 """From this letter on, words are joined to others, or have no blanks between them."""

@@ -78,7 +78,9 @@ def _turns_of_angle(text: str) -> str:
     written = numerals.take_apart(text)
     if written is None or written.spread is not None:
         return ""
-    return turns_in(text) if kinds_of(written.unit or "") == {"angle"} else ""
+    if kinds_of(written.unit or "") == {"angle"}:
+        return turns_in(text)
+    return ""
 
 
 def fraction_of_date(text: str) -> str:
@@ -209,7 +211,9 @@ class DecimalSigns(Struct, frozen=True):
         """Return whether the comma or the point in "1,284" may separate thousands."""
         if not _THOUSANDS.fullmatch(text):
             return False
-        return set(self.expected) != {","} if "," in text else set(self.typed) == {","}
+        if "," in text:
+            return set(self.expected) != {","}
+        return set(self.typed) == {","}
 
 
 class CellReader:
@@ -350,9 +354,9 @@ def _may_be_degrees(text: str) -> bool:
 
 
 def _times(part: str, count: float) -> str:
-    return (
-        f"{count / 100:.9g}" if part == _PERCENT else str(Fraction(part) * int(count))
-    )
+    if part == _PERCENT:
+        return f"{count / 100:.9g}"
+    return str(Fraction(part) * int(count))
 
 
 class Uncertainties(Struct, frozen=True):

@@ -56,7 +56,9 @@ def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
 def quoted_text(value: Any) -> str:
     """Return a cell as text, in quotes if it begins with one."""
     text = re.sub(r"[\t\r\n]", " ", value_text(value))
-    return '"' + text.replace('"', '""') + '"' if text[:1] == '"' else text
+    if text[:1] == '"':
+        return '"' + text.replace('"', '""') + '"'
+    return text
 
 
 def value_text(value: Any) -> str:

@@ -71,7 +71,9 @@ def _table_in(named: dict[str, Any]) -> Any:
     if tables:
         return named[tables[0]]
     values = list(named.values())
-    return values[0] if len(values) == 1 and isinstance(values[0], dict) else named
+    if len(values) == 1 and isinstance(values[0], dict):
+        return values[0]
+    return named
 
 
 def _are_records(value: Any) -> bool:

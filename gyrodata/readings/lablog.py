@@ -378,7 +378,9 @@ class Faults:
         self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
 
     def _excerpt(self, line: int) -> str:
-        return self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+        if 0 < line <= len(self.lines):
+            return self.lines[line - 1]
+        return ""
 
     def cell_of(self, place: Place) -> str:
         """Return the cell of a place in a workbook: "Sheet2!B5"; else ""."""
@@ -392,7 +394,9 @@ class Faults:
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet, "" without a workbook, and the row of a line in it."""
         sheets = [one for one in self.sheets if one[0] <= line]
-        return (sheets[-1][1], line - sheets[-1][0]) if sheets else ("", line)
+        if sheets:
+            return (sheets[-1][1], line - sheets[-1][0])
+        return ("", line)
 
     def span(self, lines: list[int]) -> str:
         """Return line numbers in short form: ``lines 3-5, 7``.

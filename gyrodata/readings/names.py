@@ -113,18 +113,16 @@ def _words(key: str) -> set[str]:
     return set(squeezed_names(",".join(vocabulary.words(key).split())))
 
 
-START_WORDS, END_WORDS = _words("start"), _words("end")
-NOISE_WORDS, UNSURE_WORDS = _words("noise"), _words("unsure")
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = (
-    _words("theory"),
-    _words("trial"),
-    _words("centre"),
-)
-MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = (
-    _words("mean"),
-    _words("scale"),
-    _words("counter"),
-)
+START_WORDS = _words("start")
+END_WORDS = _words("end")
+NOISE_WORDS = _words("noise")
+UNSURE_WORDS = _words("unsure")
+THEORY_WORDS = _words("theory")
+TRIAL_WORDS = _words("trial")
+CENTRE_WORDS = _words("centre")
+MEAN_WORDS = _words("mean")
+SCALE_WORDS = _words("scale")
+COUNTER_WORDS = _words("counter")
 """Words for calculated values, repeats of one setting, the centre of the ball, means,
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")

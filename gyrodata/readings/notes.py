@@ -184,7 +184,8 @@ def _names_of_position(grid: Grid) -> list[str]:
     return [header.name for header in headers if "position" in header.roles]
 
 
-_LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
+_LONG_WORD = re.compile(r"[^\W\d_]{3}")
+_NO_BLANKS = re.compile(r"[\u2e80-\uffef]{3}")
 """A word of three letters; signs of a language without blanks between words."""
 
 

@@ -126,7 +126,9 @@ def kind_of_role(role: str) -> str:
 def u_keys(role: str) -> tuple[str, ...]:
     """Return the ``u_…`` keys of a role, its own first."""
     shared = BY_NAME[role].u_of if role in BY_NAME else ""
-    return (f"u_{role}", f"u_{shared}") if shared else (f"u_{role}",)
+    if shared:
+        return (f"u_{role}", f"u_{shared}")
+    return (f"u_{role}",)
 
 
 def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:

@@ -158,7 +158,9 @@ def _count_of_turns(marked: str) -> str | None:
     if mixed := re.search(_MIXED, marked):
         # "Time 1 1/3 turn" may be the first of several.
         is_number = not mixed[1] or mixed[1].lower() in _FOR
-        return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
+        if is_number:
+            return str(int(mixed[2]) + Fraction(mixed[3]))
+        return ""
     counted = re.search(_COUNTED, marked)
     if counted is None:
         return None
@@ -173,7 +175,9 @@ def _part_in_degrees(plain: str) -> str:
     if units.parse(match[2]).text != "deg":
         return ""
     part = Fraction(int(match[1]), 360)
-    return str(part) if part.denominator in (1, 2, 3, 4, 6, 12) else ""
+    if part.denominator in (1, 2, 3, 4, 6, 12):
+        return str(part)
+    return ""
 
 
 def _number_of_turns(marked: str) -> str:

@@ -60,7 +60,8 @@ def unusual_header(text: str) -> Header:
     if not roles and words != text:
         return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
-        roles, number = (), None  # worked out, not measured
+        roles = ()  # worked out, not measured
+        number = None
     return Header(text, roles, unit, spread, number, name=name)
 
 
@@ -307,4 +308,6 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
             and "time" not in name_roles(word)[0]
         ):
             return (), None
-    return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
+    if len(numbers) == 1:
+        return (("time",), numbers[0])
+    return ((), None)

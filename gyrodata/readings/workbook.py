@@ -23,7 +23,8 @@ MAX_COLUMNS = 200
 MAX_CELLS = 200_000
 MAX_TEXT = 10 * 1000 * 1000
 """Characters in all cells of a workbook."""
-_ROWS, _COLUMNS = MAX_ROWS + 10, MAX_COLUMNS + 10
+_ROWS = MAX_ROWS + 10
+_COLUMNS = MAX_COLUMNS + 10
 """Rows and columns that are read: so a file over the limits is refused, and one far
 cell is not."""
 _MAX_UNPACKED = 100 * 1000 * 1000

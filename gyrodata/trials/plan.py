@@ -34,7 +34,8 @@ from gyrodata.readings import read_log
 from gyrodata.results import to_json
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
-PREPARE, CHANGE_WEIGHT = 60.0, 60.0
+PREPARE = 60.0
+CHANGE_WEIGHT = 60.0
 """Lab time to spin the ball up and to write a run down, and to put on another weight
 [s]."""
 

@@ -38,7 +38,8 @@ from gyrodata.trials.benchmark.programs import NORMAL_95
 if TYPE_CHECKING:
     import pandas as pd
 
-GYRO_FIT, GYRO = "gyro, one fit", "gyro analyze"
+GYRO_FIT = "gyro, one fit"
+GYRO = "gyro analyze"
 
 CLOSER = 0.68
 """Part of the labs whose error is smaller than the error of a program [1]."""

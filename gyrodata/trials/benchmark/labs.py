@@ -53,7 +53,9 @@ class LabScene(Struct, frozen=True):
     def _as_stated(self, line: str) -> str:
         """Return a line of a log with the uncertainty that the log states instead."""
         key = line.removeprefix("# ").partition(":")[0]
-        return f"# {key}: {self.stated[key]}\n" if key in self.stated else line
+        if key in self.stated:
+            return f"# {key}: {self.stated[key]}\n"
+        return line
 
 
 SCENES = (

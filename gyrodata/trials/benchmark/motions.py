@@ -34,10 +34,12 @@ from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 if TYPE_CHECKING:
     import pandas as pd
 
-MASSES, POSITION = (0.020, 0.040, 0.060), 0.15
+MASSES = (0.020, 0.040, 0.060)
+POSITION = 0.15
 """[kg], [m]"""
 
-OFF_TILT, PITCH_U = math.radians(2), math.radians(1)
+OFF_TILT = math.radians(2)
+PITCH_U = math.radians(1)
 """Largest difference of a rod from its tilt, and standard uncertainty with which a
 student reads its pitch [rad]."""
 
@@ -47,7 +49,8 @@ CLOSER = 1e-3
 REPEATS = 5
 """Number of times that a duration is measured."""
 
-FULL, KNOWN = "full motion", "full motion, if push and drag were known"
+FULL = "full motion"
+KNOWN = "full motion, if push and drag were known"
 
 LONG = 0.1
 """Time after which a measurement is not repeated [s]."""
@@ -241,7 +244,9 @@ def cheapest(panel: pd.DataFrame) -> str:
     A model that knows what no user knows does not count; "none" if there is no other.
     """
     good = panel[(panel["error_high"] < changes.DROP_ALL) & (panel["method"] != KNOWN)]
-    return str(good.sort_values("seconds").iloc[0]["method"]) if len(good) else "none"
+    if len(good):
+        return str(good.sort_values("seconds").iloc[0]["method"])
+    return "none"
 
 
 def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:

@@ -236,7 +236,8 @@ def _check_decay(motion: Motion, decay: Decay) -> None:
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
-_PLACES, _SHARES = (_PLACES + 1) / 2, _SHARES / 2
+_PLACES = (_PLACES + 1) / 2
+_SHARES = _SHARES / 2
 """Quadrature over a run: places from 0 to 1, and their weights."""
 
 

@@ -1,4 +1,4 @@
-"""From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.
+"""Turn a gyroscope lab's log into its moment of inertia, with a realistic uncertainty.
 
 `analyze` reads a log (a path, an open file, text or a DataFrame) and returns an
 `Analysis`. The names below are loaded when they are first used, so that ``gyro --help``
@@ -22,18 +22,28 @@ if TYPE_CHECKING:
     from gyrodata.trials.simulation import Design, Simulation, Truth, simulate
 
 _HOMES = {
-    name: module
-    for module, names in {
-        "trials.coverage": "SelfCheck selfcheck",
-        "base.errors": "Diagnostic GyroError InputError LogError",
-        "fitting": "LineFit fit_line",
-        "grading.classroom": "ClassGrades grade",
-        "api": "Analysis GyroWarning analyze read_log sample",
-        "readings": "Readings Uncertainty",
-        "results": "Result",
-        "trials.simulation": "Design Simulation Truth simulate",
-    }.items()
-    for name in names.split()
+    "Analysis": "api",
+    "ClassGrades": "grading.classroom",
+    "Design": "trials.simulation",
+    "Diagnostic": "base.errors",
+    "GyroError": "base.errors",
+    "GyroWarning": "api",
+    "InputError": "base.errors",
+    "LineFit": "fitting",
+    "LogError": "base.errors",
+    "Readings": "readings",
+    "Result": "results",
+    "SelfCheck": "trials.coverage",
+    "Simulation": "trials.simulation",
+    "Truth": "trials.simulation",
+    "Uncertainty": "readings",
+    "analyze": "api",
+    "fit_line": "fitting",
+    "grade": "grading.classroom",
+    "read_log": "api",
+    "sample": "api",
+    "selfcheck": "trials.coverage",
+    "simulate": "trials.simulation",
 }
 
 __all__ = [

@@ -68,9 +68,9 @@ def analyze(
         TOML file with settings and mapping.
     model : {"auto", "horizontal", "steady", "released"}
         Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the
-        simplest of them that is accurate enough for the log. If the log does not say how
-        the rod was started, "auto" can also assume half the effect of a release: the
-        model is then named "released", too.
+        simplest of them that is accurate enough for the log. If the log does not say
+        how the rod was started, "auto" can also assume half the effect of a release:
+        the model is then named "released", too.
     keep_flagged : bool
         Keep all outliers in the fit. By default those are left out that are certainly
         wrong; the other outliers are only named.
@@ -281,7 +281,10 @@ def _findings(
         ball=_ball(fitted),
         unusual_sizes=fitted.unusual_sizes,
     )
-    return [diagnostic for check in selected for diagnostic in check(seen)]
+    found: list[Diagnostic] = []
+    for check in selected:
+        found.extend(check(seen))
+    return found
 
 
 def _kept_runs(fit: fitting.FitResult) -> list[int]:

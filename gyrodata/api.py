@@ -38,7 +38,9 @@ _ARGUMENTS = {"set": "settings", "map": "mapping", "config": "config"}
 _PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]*[^\s;,?).])"""
 _OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} | {
     "--keep-flagged": "keep_flagged=True",
-    "gyro analyze --format csv prints that table": "the attribute runs contains that table",
+    "gyro analyze --format csv prints that table": (
+        "the attribute runs contains that table"
+    ),
 }
 
 

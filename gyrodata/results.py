@@ -126,7 +126,9 @@ class Result(Estimate, frozen=True, kw_only=True):
 
     def __format__(self, form: str) -> str:
         """Format like `uncertainties`, with the unit: ``f"{lab.inertia:.2u}"``."""
-        return f"{self.ufloat:{form}} {self.unit}" if form else str(self)
+        if form:
+            return f"{self.ufloat:{form}} {self.unit}"
+        return str(self)
 
     def __str__(self) -> str:
         unit = self.unit.replace("*", "·").replace("^2", "²")
@@ -203,7 +205,8 @@ class FittedLog(Struct, frozen=True, eq=False, kw_only=True):
     outliers : tuple of Outlier
         Suspected outliers, also those that are in the fit.
     without_outliers : Estimate or None
-        I_zz without all suspected outliers [kg*m^2]; None if none of them is in the fit.
+        I_zz without all suspected outliers [kg*m^2]; None if none of them is in the
+        fit.
     explanations : tuple of Explanation
         Mistakes with which the runs would agree, the most probable first.
     inertia : Result

@@ -38,14 +38,14 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
     title: str = ""
     """What gyro found, as a statement; "" if another message explains it."""
     meaning: str = ""
-    """What the text and the title do not say: a cause, or how much I_zz changes. Numbers
-    are those of the sample log with this one change, or of the example."""
+    """What the text and the title do not say: a cause, or how much I_zz changes.
+    Numbers are those of the sample log with this one change, or of the example."""
     example: str = ""
-    """A short log that raises the code, or a command after ``gyro``. {header} stands for
-    `HEADER`."""
+    """A short log that raises the code, or a command after ``gyro``. {header} stands
+    for `HEADER`."""
     remedy: str = ""
-    """What to do, the most common cause first; lines that begin with two blanks are text
-    to copy. "" if it is the hint."""
+    """What to do, the most common cause first; lines that begin with two blanks are
+    text to copy. "" if it is the hint."""
 
 
 _TEXTS = "\n".join(
@@ -86,15 +86,21 @@ def explanations() -> dict[str, Message]:
 
 
 # Codes that the package compares with others.
-COMPRESSED_FILE_DAMAGED, CODE_PAGE_GUESSED = "G107", "G109"
-CELL_IS_NO_NUMBER, CELL_BECAME_A_DATE, UNIT_UNKNOWN, UNIT_MISSING = (
-    "G203",
-    "G204",
-    "G205",
-    "G206",
-)
-PER_SECOND_IS_AMBIGUOUS, NUMBER_IMPOSSIBLE = "G208", "G215"
-VALUE_BELOW_ITS_FIRST_ROW, NOTE_MAY_CHANGE_READING = "G219", "G240"
-DIGITS_TOO_FEW, OUTLIER, SINGLE_TORQUE, SIZE_NOT_USUAL = "G407", "G410", "G414", "G444"
-TOO_FEW_RUNS, SPINS_TOO_CLOSE, NO_UNLOADED_RUN = "G452", "G453", "G454"
+COMPRESSED_FILE_DAMAGED = "G107"
+CODE_PAGE_GUESSED = "G109"
+CELL_IS_NO_NUMBER = "G203"
+CELL_BECAME_A_DATE = "G204"
+UNIT_UNKNOWN = "G205"
+UNIT_MISSING = "G206"
+PER_SECOND_IS_AMBIGUOUS = "G208"
+NUMBER_IMPOSSIBLE = "G215"
+VALUE_BELOW_ITS_FIRST_ROW = "G219"
+NOTE_MAY_CHANGE_READING = "G240"
+DIGITS_TOO_FEW = "G407"
+OUTLIER = "G410"
+SINGLE_TORQUE = "G414"
+SIZE_NOT_USUAL = "G444"
+TOO_FEW_RUNS = "G452"
+SPINS_TOO_CLOSE = "G453"
+NO_UNLOADED_RUN = "G454"
 ANSWER_ELSEWHERE = "G717"

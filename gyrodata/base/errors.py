@@ -33,7 +33,9 @@ def printable(name: str) -> str:
 
 def count_text(count: int, noun: str) -> str:
     """Write a count with its noun: "1 run", "9 runs"."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+    if count == 1:
+        return f"{count} {noun}"
+    return f"{count} {noun}s"
 
 
 def shown(text: object) -> str:
@@ -176,7 +178,8 @@ def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None
         near = get_close_matches(str(value).lower(), choices, n=1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
         raise ValueError(
-            f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}"
+            f"{name} cannot be {value!r}; "
+            f"it is one of {', '.join(map(repr, choices))}{meant}"
         )
 
 

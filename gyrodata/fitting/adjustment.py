@@ -49,8 +49,8 @@ ROWS = {
     "added": 8,
     "balance": 9,
 }
-"""Row of each quantity in an array of shape (10, n). The torque is load × position × g: a
-log has masses, forces (then g counts as 1) or torques (then the position does, too).
+"""Row of each quantity in an array of shape (10, n). The torque is load × position × g:
+a log has masses, forces (then g counts as 1) or torques (then the position does, too).
 The balance is the difference of a weight's M0 from that of the log [N*m]; nobody reads
 it, so it is zero."""
 
@@ -69,7 +69,7 @@ MANY = 500
 effect."""
 
 
-class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault of the program
+class NoFit(Exception):  # noqa: N818 - an outcome of a fit, not a fault of gyro
     """The runs have no credible solution; the text gives the reason."""
 
 
@@ -77,7 +77,7 @@ class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault
 
 
 class Linear(Struct, frozen=True):
-    """The conditions of n runs, linear in the unknowns and in the errors of S sources."""
+    """The conditions of n runs, linear in the unknowns and the errors of S sources."""
 
     values: Floats
     """Adjusted value of each quantity, shape (10, n)."""
@@ -163,12 +163,12 @@ class Problem:
         self.owners[self.to_column] = self.from_source
 
     def owned_by(self, *names: str) -> Any:
-        """Return whether each shared error belongs to one of these sources, shape (K,)."""
+        """Return whether each shared error is from one of these sources, shape (K,)."""
         owners = [self.sources[owner].name for owner in self.owners]
         return np.array([name in names for name in owners], dtype=bool)
 
     def shift_of(self, name: str, shared: Floats) -> Floats:
-        """Return the shift of the readings by the shared errors of a source, shape (n,)."""
+        """Return the shift of readings by the shared errors of a source, shape (n,)."""
         shift = np.zeros(self.count)
         for number in np.flatnonzero(self.owned_by(name)).tolist():
             shift += shared[number] * self.absolute[self.owners[number]]
@@ -401,7 +401,9 @@ def _pairs(count: int) -> tuple[Any, Any]:
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
     sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
-    return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
+    if len(sizes):
+        return float(sizes.min())
+    return float(np.abs(measured.torque).max())
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
@@ -433,7 +435,8 @@ FULL_STEPS = 20
 shorter."""
 
 
-FACTOR, ASTRAY = 3.0, 30.0
+FACTOR = 3.0
+ASTRAY = 30.0
 """Largest ratio of an answer and its robust start, and of a fit with wrong runs."""
 
 
@@ -525,7 +528,8 @@ def adjust(
     out_of = problem.from_source * count + problem.from_run
     upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
-    jumped, converged = 0.0, False
+    jumped = 0.0
+    converged = False
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:
@@ -626,7 +630,8 @@ def _onto_conditions(at: Linear, inertia: float) -> Floats:
     return -at.independent * (close * at.misclosure / at.independent_variance)
 
 
-MOVED, MOVED_U = 0.2, 3.0
+MOVED = 0.2
+MOVED_U = 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more
 than this many standard uncertainties, contradicts the log."""
 
@@ -652,7 +657,8 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
         raise NoFit("the fit gives a moment of inertia that is not positive")
     if not 1 / factor < inertia / start < factor:
         raise NoFit(
-            f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²"
+            f"the fit gives {inertia:.2g} kg·m², "
+            f"but the single runs give about {start:.2g} kg·m²"
         )
     if (np.abs(adjusted.shared) > MOVED_U).any():
         _insist_on_readings(adjusted)
@@ -672,5 +678,6 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
         moved = problem.sources[source[worst]].name.replace("_", " ")
         raise NoFit(
-            f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %"
+            f"the runs agree only if the {moved} is wrong by more than "
+            f"{100 * MOVED:.0f} %"
         )

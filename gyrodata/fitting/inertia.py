@@ -59,7 +59,8 @@ UNEXPECTED = 0.001
 LATE_DEVIATION = 3.0
 """… if they are longer than predicted by more than this many standard uncertainties."""
 
-LATE_LABS, LATE_RUNS = 0.1, 0.15
+LATE_LABS = 0.1
+LATE_RUNS = 0.15
 """Probability that some runs of a lab were stopped late, and of each run then."""
 
 LATEST = 4.0
@@ -177,7 +178,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         return self._estimate(2)
 
     def _estimate(self, number: int) -> Estimate:
-        """Return an unknown: the median of its posterior, and half the 68.3 % interval."""
+        """Return an unknown: median of its posterior, and half the 68.3 % interval."""
         if self.posterior is None:
             u = math.sqrt(self.covariance[number, number])
             return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
@@ -198,7 +199,9 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def budget(self) -> tuple[Share, ...]:
         """The sources of u(I_zz), largest first; empty for a fit at fixed widths."""
-        return () if self.posterior is None else _budget(self, self.inertia.u or 0.0)
+        if self.posterior is None:
+            return ()
+        return _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def _linear(self) -> adjustment.Linear:
@@ -459,9 +462,9 @@ def _at_widths(
         scattered = problem.with_scatter(widths.scatter)
         adjusted = adjustment.adjust(scattered, sense, start, width, kept)
     except NoFit:
-        # The cheapest explanation of a very large mistake is that all spins are infinite,
-        # because their errors are proportional, or that M0 cancels all torques. Larger
-        # errors of single runs and a small M0 prevent this.
+        # The cheapest explanation of a very large mistake is that all spins are
+        # infinite, because their errors are proportional, or that M0 cancels all
+        # torques. Larger errors of single runs and a small M0 prevent this.
         off = adjustment.misfits(measured, start)[kept > 0]
         factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
         width *= 0.1
@@ -557,11 +560,9 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
         return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
-    return (
-        min(usual, posterior.BALANCED * abs(inertia))
-        if measured.balanced
-        else posterior.UNBALANCED * usual
-    )
+    if measured.balanced:
+        return min(usual, posterior.BALANCED * abs(inertia))
+    return posterior.UNBALANCED * usual
 
 
 def times_stated(measured: Measurements) -> bool:
@@ -623,8 +624,8 @@ MAX_ROUNDS = 20
 """Largest number of rounds; corrections and fit agree after a few."""
 
 ALIKE = 0.02
-"""Corrections agree if they differ by less than this part of the relative u of I_zz. The
-last ones are at least ten times as good, because the differences shrink fast."""
+"""Corrections agree if they differ by less than this part of the relative u of I_zz.
+The last ones are at least ten times as good, because the differences shrink fast."""
 
 
 def timed_runs(measured: Measurements) -> TimedRuns:

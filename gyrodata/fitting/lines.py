@@ -146,7 +146,8 @@ def _insist_on_points(xs: Floats, ys: Floats, intercept: bool, stated: bool) -> 
     """Raise ValueError if points do not determine a line and its uncertainty."""
     if xs.ndim != 1 or xs.shape != ys.shape:
         raise ValueError(
-            f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length"
+            f"x has shape {xs.shape} and y {ys.shape}; "
+            "pass two sequences of the same length"
         )
     if not (np.isfinite(xs).all() and np.isfinite(ys).all()):
         raise ValueError(
@@ -232,7 +233,8 @@ def _iterate(
         design[:, 0] = x - error
     else:
         raise ValueError(
-            "the fit does not converge: the errors of x are too large; pass better points"
+            "the fit does not converge: the errors of x are too large; "
+            "pass better points"
         )
     if step.off > 1e-9 * float(np.abs(y).max()):
         raise ValueError("exact points are not on one line; pass their variances")
@@ -303,7 +305,8 @@ def _factorise(
         _insist_on_variances(name, part)
     if not (x.any() or y.any() or xy.any()):
         raise ValueError(
-            "all covariances are zero; leave them out to get the uncertainties from the scatter"
+            "all covariances are zero; "
+            "leave them out to get the uncertainties from the scatter"
         )
     by_row = x.ndim == y.ndim == xy.ndim == 1
     if by_row:
@@ -358,8 +361,9 @@ def _root(matrix: Floats) -> Floats:
     largest = values[..., -1:]
     if (values < -1e-9 * largest).any():
         raise ValueError(
-            "the covariance matrix has a negative eigenvalue: a covariance is larger than "
-            "the variances allow; check the signs and sizes of the off-diagonal elements"
+            "the covariance matrix has a negative eigenvalue: "
+            "a covariance is larger than the variances allow; "
+            "check the signs and sizes of the off-diagonal elements"
         )
     # A rounded zero must not become an uncertainty of 1e-8.
     limit = 8 * values.shape[-1] * np.finfo(float).eps * largest

@@ -61,10 +61,12 @@ UNTOUCHED = 0.6
 CHANGES = CHANGE * np.exp(np.linspace(-1.5, 2.6, 4))
 """Widths v above zero, over the lightest torque [1]."""
 
-SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.5)
+SPREAD_DEFAULT = math.log(3.75)
+SPREAD_STATED = math.log(2.5)
 """Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
-SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)
+SHARE_OF_TAIL = 0.05
+TAIL = math.log(5.0)
 """Share and scale of the wide tails of ln s, a Cauchy distribution."""
 
 STEPS = 14
@@ -123,8 +125,8 @@ class Conditions(Struct, frozen=True):
     """Derivatives with respect to the difference of M0 of each weight, in the unit of
     M0, shape (n, J); J is 0 if M0 does not differ."""
     days: Floats
-    """Derivatives with respect to the differences of M0 between D + 1 days, in the width
-    of M0, shape (n, D)."""
+    """Derivatives with respect to the differences of M0 between D + 1 days, in the
+    width of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
@@ -325,10 +327,10 @@ def _rotate(
     Returns
     -------
     tuple of ndarray
-        For each v and w: the shared error of each of m rows, so that its variance is s² plus
-        the square of this error, shape (V, W, m); derivatives with respect to I_zz + slope
-        M0, M0 and b, and the misclosure, shape (V, W, m, 4); and the slope, which makes
-        the first two unknowns nearly independent, shape (V, 1, W).
+        For each v and w: the shared error of each of m rows, so that its variance is s²
+        plus the square of this error, shape (V, W, m); derivatives with respect to
+        I_zz + slope M0, M0 and b, and the misclosure, shape (V, W, m, 4); and the
+        slope, which makes the first two unknowns nearly independent, shape (V, 1, W).
     """
     several = conditions.levels.shape[1]
     known = several + conditions.days.shape[1]

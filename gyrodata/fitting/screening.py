@@ -213,7 +213,8 @@ def insist_on_lines(
             found.append(f"{slope:.2g} kg·m²")
     lines = " and ".join(found) or "no result"
     raise NoFit(
-        f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}"
+        f"the fit gives {fit.inertia.value:.2g} kg·m², "
+        f"but a straight line gives {lines}"
     )
 
 

@@ -4,11 +4,11 @@ A change is a log after it: its runs, their errors or its model. It is fitted ex
 the log itself is fitted, with the model that it needs. So a report's "without this
 weight" is what ``gyro analyze`` gives if the rows are deleted from the file.
 
-An effect, such as a tilted rod or a release from rest, can be left out: its size is I_zz
-of the fit without it, compared with the fit with it. An effect below 0.2 of the standard
-uncertainty is left out, the smallest first, if all of these together stay below 0.3 and
-if the single runs do not deviate because of it. `choose_model` keeps the others. Effects
-of unknown size (M0, b) are parameters of every model.
+An effect, such as a tilted rod or a release from rest, can be left out: its size is
+I_zz of the fit without it, compared with the fit with it. An effect below 0.2 of the
+standard uncertainty is left out, the smallest first, if all of these together stay
+below 0.3 and if the single runs do not deviate because of it. `choose_model` keeps the
+others. Effects of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
@@ -194,7 +194,10 @@ def _falling_spin(lab: Lab) -> Change:
     start = measured.spin_start
     end = measured.spin_end
     if start is None or end is None:
-        words = "one reading in each run: at the midpoint its error is 0.05 % for a fall of 10 %"
+        words = (
+            "one reading in each run: "
+            "at the midpoint its error is 0.05 % for a fall of 10 %"
+        )
         return lab.change(name, words, sized=False, measured=None)
     words = "the harmonic mean in time is used, because it costs nothing"
     plain = {"spin": (start + end) / 2}
@@ -448,7 +451,10 @@ def _advice(lab: Lab) -> Iterator[Change]:
     m0 = fit.residual_torque
     limit = 2 * math.hypot(m0.u or 0.0, EASY_TEST * fit.inertia.value)
     if measured.balance_test is None and abs(m0.value) < limit:
-        words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
+        words = (
+            "a balance test in the log, "
+            '"# balance_drift: 5 deg in 60 s at 400 rpm" or better'
+        )
         yield lab.change(
             "balance_test", words, {"balance_test": lambda inertia: EASY_TEST * inertia}
         )
@@ -571,8 +577,8 @@ def _bias(lab: Lab, change: Change) -> float | None:
             change.widths or lab.fit.widths,
             lab.fit,
         )
-        # With the widths held, the fit gives no posterior: so the adjusted values of both
-        # fits are compared, and not the means of their posterior distributions.
+        # With the widths held, the fit gives no posterior: so the adjusted values of
+        # both fits are compared, and not the means of their posterior distributions.
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
         is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
         if is_large and lab.fit.posterior is not None and not change.widths:
@@ -660,7 +666,9 @@ def size_of_model(lab: Lab, model: MotionModel) -> float:
 def _size_in_u(lab: Lab, biases: Floats) -> float:
     """Compute the change of I_zz by a bias of each run, in its u [1]."""
     u = fitting.relative_u(lab.fit.inertia)
-    return abs(float(lab.fit.response @ biases)) / u if u else math.inf
+    if u:
+        return abs(float(lab.fit.response @ biases)) / u
+    return math.inf
 
 
 NEARLY = 0.7

@@ -44,7 +44,8 @@ COMMON: Mapping[str, float] = {
 """Probability of each mistake in one run [1]. Only the ratios matter: a miscount is the
 most common mistake in this lab."""
 
-WIDER, UNUSUAL = 1.25, 0.05
+WIDER = 1.25
+UNUSUAL = 0.05
 """A correction is less probable by the factor `UNUSUAL` if the new value is outside the
 range of the other runs by the factor `WIDER`, and the old one is not."""
 
@@ -319,7 +320,8 @@ def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
 def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> bool:
     """Return whether the nearest values agree, as those of runs that follow each other.
 
-    A weight is used in such runs: the values around a run are then nearly always its own.
+    A weight is used in such runs: the values around a run are then nearly always its
+    own.
     """
     steps = sum(value != other for value, other in pairwise(rest))
     return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1

@@ -53,14 +53,16 @@ WRONG_WEIGHT = 0.03
 """Probability that the mass or the position of one weight is wrong in all its runs [1].
 """
 
-FAR, RARE = 0.1, 0.05
+FAR = 0.1
+RARE = 0.05
 """A balance that differs between weights by more than this part of the lightest torque
 is less common by this factor than its prior in the fit, whose tails make u safe."""
 
 LARGE = math.log(2.0)
 """A load that is wrong by a larger factor is less common by the factor `RARE`."""
 
-POORLY_BALANCED, POOR = 0.25, 5.0
+POORLY_BALANCED = 0.25
+POOR = 5.0
 """Share of the balls whose M0 has a prior that is wider by this factor [1]: the only
 published air ball has an M0 of 28 % of the lightest torque."""
 
@@ -68,8 +70,8 @@ WRONG_COUNT = 0.01
 """Probability that the turns of all runs of one weight are miscounted [1]."""
 
 PART_OF_A_TURN = 4.0
-"""A student who does not write the turns has timed a part of one turn this many times as
-often as several turns [1]."""
+"""A student who does not write the turns has timed a part of one turn this many times
+as often as several turns [1]."""
 
 UNKNOWN = 4.0
 """A wrong time is equally probable in a range of this width of its logarithm."""
@@ -81,10 +83,13 @@ CLEARLY = math.log(20.0)
 """An explanation is certain if it is this much more probable than every other one, as
 the logarithm of a ratio."""
 
-MOST_RUNS, MOST_WEIGHTS, MOST_ODD = 500, 12, 12
+MOST_RUNS = 500
+MOST_WEIGHTS = 12
+MOST_ODD = 12
 """Larger logs, and more wrong runs, are not searched for a mistake."""
 
-MOST_LISTED, MOST_SHOWN = 4, 3
+MOST_LISTED = 4
+MOST_SHOWN = 3
 """Largest number of explanations, and of corrections, that are shown."""
 
 
@@ -189,7 +194,8 @@ class Log(Struct, frozen=True):
         return math.log(math.exp(-0.5 * off**2) + NO_BALL)
 
 
-BALL, NO_BALL = 0.03, 0.01
+BALL = 0.03
+NO_BALL = 0.01
 """Relative difference of I_zz from the value for the ball that is usual, and the
 probability density of any other difference [1]."""
 
@@ -753,8 +759,8 @@ SHARED_ERRORS = (
         1.0,
         1.0,
         "the stopwatch was {size:.2g} s {sign} than stated",
-        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time "
-        "more turns",
+        "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, "
+        "or time more turns",
         ("later", "earlier"),
     ),
     SharedError(
@@ -773,7 +779,8 @@ SHARED_ERRORS = (
         0.1,
         1e-3,
         "M0 drifted by {size:.2g} mN·m from the first run to the last",
-        "fix the balance weight, check step 2 again, and repeat the first run at the end",
+        "fix the balance weight, check step 2 again, "
+        "and repeat the first run at the end",
     ),
 )
 

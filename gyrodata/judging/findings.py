@@ -127,8 +127,8 @@ def _causes_of_scatter(seen: Seen) -> str:
     names = [seen.measured.runs[run] for run in seen.fit.late]
     runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
     return (
-        f"the clock of {runs} was perhaps stopped late, and the answer hardly depends on "
-        f"them: repeat them; "
+        f"the clock of {runs} was perhaps stopped late, "
+        f"and the answer hardly depends on them: repeat them; "
     )
 
 
@@ -401,7 +401,10 @@ def _hanger(seen: Seen) -> str:
     arms = measured.position[measured.torque != 0]
     missing = 1e3 * seen.fit.residual_torque.value / (measured.g * arms[0])
     if missing > 0 and not np.ptp(arms):
-        return f"if a hanger of {missing:.2g} g is missing from the masses, add it to each; "
+        return (
+            f"if a hanger of {missing:.2g} g is missing from the masses, "
+            "add it to each; "
+        )
     return "add to the masses what else hung on the rod, such as a clip; "
 
 
@@ -486,8 +489,8 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
 
 
 MUCH_BETTER = 0.88
-"""One more digit is worth writing if it reduces u of I_zz to this part of its value: the
-rounding is then a quarter of u²."""
+"""One more digit is worth writing if it reduces u of I_zz to this part of its value:
+the rounding is then a quarter of u²."""
 
 
 def _say_too_few_digits(
@@ -594,7 +597,10 @@ NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a
 motor have 1 to 2 [kg*m^2/s]."""
 
-LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
+LONG_TURN = 600.0
+SHORT_ARM = 0.05
+LONG_LEVER = 10.0
+NEARLY_AS_FAST = 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and
 precession over spin [1]."""
 
@@ -656,7 +662,9 @@ def _ask(
 INERTIA_RANGE = (1e-6, 1.0)
 """Range of I_zz of a body that is spun on a table [kg*m^2]."""
 
-FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
+FAR_BELOW_BALL = -0.05
+FAR_ABOVE_BALL = 0.1
+FAR_IN_U = 5.0
 """A difference from the ball outside these limits [1], over this many u, needs a cause;
 a bore increases I_zz."""
 
@@ -676,7 +684,7 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
 
 
 def _causes_of_difference(seen: Seen, ball: Ball) -> str:
-    """List the causes that make I_zz larger, or smaller, than the value for the ball."""
+    """List the causes that make I_zz larger or smaller than the value for the ball."""
     measured = seen.measured
     is_high = ball.relative > 0
     causes = []
@@ -690,13 +698,13 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
     if ARM_BY[0] < by < ARM_BY[1]:
         edge, side = ("far", "long") if is_high else ("near", "short")
         causes.append(
-            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball "
-            f"to the middle of the weight, not to its {edge} edge"
+            f"positions {1e3 * by:.1f} mm too {side}: measure from the centre "
+            f"of the ball to the middle of the weight, not to its {edge} edge"
         )
     if is_high and measured.delay_factor is not None and measured.drag is None:
         causes.append(
-            'a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 '
-            'rpm in 120 s"'
+            "a spin that falls fast and was read late: "
+            'add "# spin_down: 612 rpm to 540 rpm in 120 s"'
         )
     return "".join([f"{cause}; " for cause in causes])
 
@@ -736,10 +744,9 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
     cause = "; or ".join([f"{after:.4g} if {kind.log}" for kind, after in slips])
     cause = f"it would be {cause}" if slips else "no common mistake explains this"
     hint = "; or else: ".join([kind.remedy for kind, _ in slips])
-    hint = (
-        hint
-        or f"look for a cause in this order: {_causes_of_difference(seen, ball)}a wrong unit"
-    )
+    if not hint:
+        causes = _causes_of_difference(seen, ball)
+        hint = f"look for a cause in this order: {causes}a wrong unit"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 
@@ -807,5 +814,5 @@ CHECKS: tuple[Check, ...] = (
 shown."""
 
 OF_FIT = tuple([check for check in CHECKS if check not in (_deviations, _other_body)])
-"""The checks that a grade shows: not those of the law of the period, and of columns that
-are possible but not usual."""
+"""The checks that a grade shows: not those of the law of the period, and of columns
+that are possible but not usual."""

@@ -260,7 +260,10 @@ def explaining_mistakes(
     low, high = START_SPIN
     if low < inertia / expected < high and "spin" in readings.columns:
         percent = 100 * (1 - inertia / expected)
-        log = f"the spin was read at the start, and was {percent:.0f} % lower at half time"
+        log = (
+            "the spin was read at the start, "
+            f"and was {percent:.0f} % lower at half time"
+        )
         found.append(
             (CLOSE, Mistake("start_spin", log=log, remedy=START_REMEDY), expected)
         )

@@ -140,8 +140,8 @@ def _refuse_too_many_shared_readings(
 ) -> None:
     """Refuse a log if the matrix of its fit would be too large.
 
-    Most logs are too short for it, whatever they share. Runs without an error of a source
-    are in its group -1.
+    Most logs are too short for it, whatever they share. Runs without an error of a
+    source are in its group -1.
     """
     count = len(measured.runs)
     if count**2 * len(measured.sources) <= LARGEST:
@@ -185,8 +185,8 @@ def _insist_on_credible_fit(
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
         raise NoFit(
-            "all uncertainties are stated as zero, and the runs are too few to show how "
-            "well they agree"
+            "all uncertainties are stated as zero, "
+            "and the runs are too few to show how well they agree"
         )
     value = fit.inertia.value
     u = fit.inertia.u or 0.0

@@ -29,11 +29,9 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
 
     def across(inertia: Any) -> Any:
         given = measured.transverse_inertia
-        return (
-            fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
-            if given is None
-            else given[loaded]
-        )
+        if given is None:
+            return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
+        return given[loaded]
 
     # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
     # The lower quartile of the runs is nearest to the truth, and one wrong run does not

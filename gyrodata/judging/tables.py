@@ -109,7 +109,8 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     name = "time" if measured.timed else "period"
     time = measured.time[outlier.index]
     return (
-        f"its {name} is {time:.4g} s, and the other runs predict {outlier.expected:.4g} s "
+        f"its {name} is {time:.4g} s, "
+        f"and the other runs predict {outlier.expected:.4g} s "
         f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
     )
 
@@ -393,8 +394,9 @@ def named_fits(
     product = fit.sense[kept] * np.abs(measured.product[kept])
     torque = measured.torque[kept]
     note = (
-        "all raw readings together; shared errors treated as shared; M0 and timing "
-        "bias as unknowns; u from the stated uncertainties and from how the runs scatter"
+        "all raw readings together; shared errors treated as shared; "
+        "M0 and timing bias as unknowns; "
+        "u from the stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
     constant = Estimate(-m0.value, m0.u, m0.unit)
@@ -415,8 +417,9 @@ def _textbook_line(
     slope, u, constant, u_constant = [_or_none(float(number)) for number in line]
     if slope is None or (intercept and not fitting.torques_differ(torque)):
         note = (
-            "not possible: all torques are equal, so a slope and an intercept cannot be "
-            "separated; add runs with another weight or position"
+            "not possible: all torques are equal, "
+            "so a slope and an intercept cannot be separated; "
+            "add runs with another weight or position"
         )
         return NamedFit(name, None, None, note)
     note = (

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,8 @@ from gyrodata.readings import Readings
 if TYPE_CHECKING:
     from gyrodata.measurements.measured import Measurements
 
-DAY_BALANCE, DAY_BIAS = "residual_torque", "time_bias"
+DAY_BALANCE = "residual_torque"
+DAY_BIAS = "time_bias"
 """Names of the differences of M0 and of b between blocks, as in the budget."""
 
 PLACED = ("position", "position_set")
@@ -106,11 +108,8 @@ def sources_of(readings: Readings, measured: Measurements) -> tuple[Source, ...]
         return tuple(list_sources(readings, measured))
     files = _files(readings)
     of_file = np.array([readings.file_of(line) for line in readings.lines])
-    stated = [
-        {each.name: each for each in list_sources(_as_stated(readings, one), measured)}
-        for one in files
-    ]
-    names = dict.fromkeys(name for one in stated for name in one)
+    stated = [_stated_in(file, readings, measured) for file in files]
+    names = dict.fromkeys(chain.from_iterable(stated))
     sources = [_of_files(name, stated, of_file) for name in names]
     return tuple([_divided(each, readings, of_file, measured) for each in sources])
 
@@ -120,14 +119,17 @@ def _files(readings: Readings) -> list[Readings]:
     return [log for _, log in readings.files] or [readings]
 
 
-def _as_stated(readings: Readings, file: Readings) -> Readings:
-    """Return all runs with the uncertainties that one file states."""
-    return replace(
+def _stated_in(
+    file: Readings, readings: Readings, measured: Measurements
+) -> dict[str, Source]:
+    """Return the sources by name, with the uncertainties that one file states."""
+    as_stated = replace(
         readings,
         uncertainties=file.uncertainties,
         position_set=file.position_set,
         origin_u=file.origin_u,
     )
+    return {source.name: source for source in list_sources(as_stated, measured)}
 
 
 def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> Source:

@@ -186,8 +186,8 @@ WHY_NOT_USED = {
     "u_angle": "no part of a turn is timed, or the log states u_turns",
     "u_spin_delay": "the spin is read more than once in each run, or one spin is given "
     "for the whole log",
-    "u_transverse_inertia": "the rod is level and steady, so the transverse inertia does "
-    "not matter",
+    "u_transverse_inertia": "the rod is level and steady, so the transverse inertia "
+    "does not matter",
     "u_position_zero": "no position is read",
     "u_screw_angle": "no run covers a part of a turn between two screws",
     "u_decay_exponent": "the log does not show how the spin falls, or the spin is read "
@@ -250,13 +250,11 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
     runs_of: dict[int, list[int]] = {}
     for run, line in enumerate(measured.lines):
         runs_of.setdefault(line, []).append(run)
-    return {
-        line: (
-            tuple([settings[run] for run in runs]),
-            tuple([timing.values[run] for run in runs]),
-        )
-        for line, runs in runs_of.items()
-    }
+    rows: dict[int, Row] = {}
+    for line, runs in runs_of.items():
+        times = tuple([timing.values[run] for run in runs])
+        rows[line] = (tuple([settings[run] for run in runs]), times)
+    return rows
 
 
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
@@ -273,7 +271,9 @@ def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:
     u = min(measured.time_u or STEADIEST, STEADIEST)
     spread = math.hypot(u, step / math.sqrt(12))
     # Without digits nobody knows how coarse the times are: they may all be equal.
-    return step / (2 * math.sqrt(math.pi) * spread) if step else 1.0
+    if step:
+        return step / (2 * math.sqrt(math.pi) * spread)
+    return 1.0
 
 
 def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
@@ -421,7 +421,9 @@ def _say_size(
     if size.role == "position" and len(odd) > 1 and _is_mass(readings, column):
         mass = readings.columns["mass"]
         return _say_exchanged(readings, column.cell(run), mass, column)
-    name, meant, there = "size_unusual", "", 0.0
+    name = "size_unusual"
+    meant = ""
+    there = 0.0
     unit = unit_within(readings, size.role, size.usual)
     if unit:
         name = "size_of_column"

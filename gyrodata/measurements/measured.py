@@ -199,7 +199,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def day(self) -> Integers:
         """Number of each run's day or group, shape (n,)."""
-        return np.zeros(len(self.runs), dtype=int) if self.block is None else self.block
+        if self.block is None:
+            return np.zeros(len(self.runs), dtype=int)
+        return self.block
 
     @property
     def balance_differs(self) -> bool:

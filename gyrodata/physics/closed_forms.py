@@ -51,11 +51,9 @@ SIDEREAL_DAY = 2 * math.pi / EARTH_ROTATION
 """Time of one turn of the Earth against the stars [s]; 3 min 56 s less than 24 hours.
 """
 
-EQUATOR_GRAVITY, GRAVITY_RISE, ECCENTRICITY_SQUARED = (
-    9.7803253359,
-    0.00193185265241,
-    0.00669437999013,
-)
+EQUATOR_GRAVITY = 9.7803253359
+GRAVITY_RISE = 0.00193185265241
+ECCENTRICITY_SQUARED = 0.00669437999013
 """Normal gravity at the equator [m/s^2], and how it grows and flattens towards a pole
 [1] (WGS 84, NIMA TR8350.2)."""
 
@@ -175,7 +173,7 @@ def fast_precession_rate(
 
 
 def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> Any:
-    """Give b + sgn(b)√D of eq. (8), with the curvature a; sgn(0) is the sign of that zero."""
+    """Give b + sgn(b)√D of eq. (8), curvature a; sgn(0) is the sign of that zero."""
     momentum = np.multiply(inertia, spin)
     return momentum + np.copysign(
         np.sqrt(momentum * momentum + 4 * curvature * load), momentum
@@ -416,13 +414,13 @@ def platform_rate(
     start: ArrayLike,
     end: ArrayLike,
 ) -> Any:
-    """Rate of a turntable [rad/s], at rest at first, after a spinning wheel held on it was tipped.
+    """Rate of a turntable [rad/s] after a spinning wheel held on it was tipped.
 
-    `platform_inertia` is that of turntable, person and wheel about the vertical, but
-    for the wheel's own spin; `start` and `end` are angles of the axle above the
-    horizontal. The rate is positive in the sense of a wheel that spins with its axle
-    upright. The angular momentum about the vertical is conserved: I_p Ω = I_w ω
-    (sin(start) − sin(end)).
+    The turntable is at rest at first. `platform_inertia` is that of turntable, person
+    and wheel about the vertical, but for the wheel's own spin; `start` and `end` are
+    angles of the axle above the horizontal. The rate is positive in the sense of a
+    wheel that spins with its axle upright. The angular momentum about the vertical is
+    conserved: I_p Ω = I_w ω (sin(start) − sin(end)).
     """
     change = 2 * np.cos(np.add(start, end) / 2) * np.sin(np.subtract(start, end) / 2)
     return np.multiply(wheel_inertia, wheel_spin) * change / platform_inertia

@@ -54,7 +54,8 @@ LEVEL_TO = math.radians(2.0)
 """How far from level [rad] a rod may be if nobody measured it: the default standard
 uncertainty of a pitch."""
 
-STEEP, FALLEN = math.radians(45), math.radians(52)
+STEEP = math.radians(45)
+FALLEN = math.radians(52)
 """A released rod that sags by more than the first angle hits the cup of the ball. No
 answer is given from the second angle on: without a fit the sag is known to some degrees
 only."""
@@ -72,8 +73,8 @@ class TimedRuns(Struct, frozen=True, eq=False):
     pitch: Floats
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     sense: Floats
-    """Sign of φ̇ψ̇, the rate of precession times the spin: +1 if both have the same sign;
-    0 if it is unknown."""
+    """Sign of φ̇ψ̇, the rate of precession times the spin: +1 if both have the same
+    sign; 0 if it is unknown."""
     transverse_u: float
     """Relative standard uncertainty of I [1]."""
     spin_start: Floats | None = None
@@ -232,7 +233,9 @@ class Steady(MotionModel, frozen=True):
 
     def supposed(self, runs: TimedRuns) -> dict[str, Any]:
         """Return a typical pitch for a log without one."""
-        return {} if runs.pitch.any() else {"pitch": np.full(len(runs.time), LEVEL_TO)}
+        if runs.pitch.any():
+            return {}
+        return {"pitch": np.full(len(runs.time), LEVEL_TO)}
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say which equation is used."""
@@ -303,8 +306,8 @@ class Released(MotionModel, frozen=True):
     def mean_rate(self, top: Top, runs: TimedRuns, steady_rate: Floats) -> Floats:
         """Compute the mean rate by the exact motion [rad/s], shape (n,).
 
-        To second order in δ = I M/(I_zz ψ̇)² a level rod is slower by (2 − 3/2 I_zz/I) δ²
-        if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
+        To second order in δ = I M/(I_zz ψ̇)² a level rod is slower by (2 − 3/2 I_zz/I)
+        δ² if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
         """
         total = conserved_spin(top, runs)
         return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
@@ -345,21 +348,22 @@ def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
     return np.where(top.torque != 0, sag, 0.0)
 
 
-PART_RELEASED, PART_U = 0.5, 0.4
+PART_RELEASED = 0.5
+PART_U = 0.4
 """Part of the effect of a release, and its standard uncertainty, if the log does not
 say how the rod was started. A rod that gets a push of the share k of the steady rate
 shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of the effect, with q = I_zz/I, to second
 order in I φ̇/(I_zz ψ̇) (expand `gyrodata.physics.motion.mean_precession_rate`): all of
-it without a push, and none of it with the steady rate.
-Nobody knows k, and a hand can also hold the rod back a little (k < 0): the part is taken
-as 0.5 ± 0.4, so that none and all of the effect are 1.25 u away."""
+it without a push, and none of it with the steady rate. Nobody knows k, and a hand can
+also hold the rod back a little (k < 0): the part is taken as 0.5 ± 0.4, so that none
+and all of the effect are 1.25 u away."""
 
 
 class Pushed(Released, frozen=True):
     """A rod that is released with an unknown push: the start of a silent log.
 
-    Its name is that of a released rod. A push lessens the sag, so that no log is refused
-    because of it.
+    Its name is that of a released rod. A push lessens the sag, so that no log is
+    refused because of it.
     """
 
     words = "half the effect of a release from rest, for a light push"
@@ -453,20 +457,18 @@ class Earth(MotionModel, frozen=True):
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
         # Equations (8) and (9) give the rate against the stars, which is the rate
-        # against the floor plus that of the floor: stars = seen + direction * floor. The
-        # fit needs the ratio stars/seen, with `seen` from the readings, which do not
-        # depend on I_zz.
+        # against the floor plus that of the floor: stars = seen + direction * floor.
+        # The fit needs the ratio stars/seen, with `seen` from the readings, which do
+        # not depend on I_zz.
         seen = 2 * np.pi * runs.turns / runs.time
         return np.asarray(steady_rate / (1 + direction * floor / seen))
 
 
-HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH = (
-    Horizontal(),
-    Steady(),
-    Released(),
-    Pushed(),
-    Earth(),
-)
+HORIZONTAL = Horizontal()
+STEADY = Steady()
+RELEASED = Released()
+PUSHED = Pushed()
+EARTH = Earth()
 
 MODELS: list[MotionModel] = [HORIZONTAL, STEADY, RELEASED, PUSHED, EARTH]
 """Every model of motion, in the order of the table of effects. The first one is the
@@ -610,4 +612,7 @@ def of_effects() -> dict[str, MotionModel]:
 
 def source_words() -> dict[str, str]:
     """Return the names for users of all errors that models add."""
-    return {name: words for one in MODELS for name, words in one.source_words.items()}
+    words: dict[str, str] = {}
+    for model in MODELS:
+        words |= model.source_words
+    return words

@@ -85,7 +85,8 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
         raise ValueError(
-            "no steady precession exists at this spin and pitch; use a faster spin or a lower rod"
+            "no steady precession exists at this spin and pitch; "
+            "use a faster spin or a lower rod"
         )
     # ω3 = ψ̇ + φ̇ cosθ, eq. (2); H = I (Ω − Ω3 e3) + I_zz ω3 e3, eq. (3).
     along = rate * np.sin(pitch)
@@ -123,13 +124,12 @@ def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -
 
 # --- in steps ---
 
-_A1, _A2, _B1, _B2 = (
-    0.07534696026989289,
-    0.5179168546882568,
-    0.19022593937367662,
-    0.8465240704435263,
-)
-_A3, _B3 = 1 / 2 - _A1 - _A2, 1 - 2 * (_B1 + _B2)
+_A1 = 0.07534696026989289
+_A2 = 0.5179168546882568
+_B1 = 0.19022593937367662
+_B2 = 0.8465240704435263
+_A3 = 1 / 2 - _A1 - _A2
+_B3 = 1 - 2 * (_B1 + _B2)
 
 METHODS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
     "strang": ((1 / 2, 1 / 2), (1.0,)),
@@ -157,7 +157,8 @@ def split(
     # so they are combined.
     pairs = list(zip(kicks, [*turns[1:-1], turns[-1] + turns[0]], strict=True))
     # Python's floats are ten times faster than arrays of three numbers.
-    (x, y, z), (hx, hy, hz) = state.axis.tolist(), state.momentum.tolist()
+    x, y, z = state.axis.tolist()
+    hx, hy, hz = state.momentum.tolist()
     x, y, z = _turned(x, y, z, hx, hy, hz, turns[0])
     for _ in range(steps):
         for kick, turn in pairs:
@@ -300,7 +301,8 @@ _MANY = 1000
 CONVERGED = 1e-8
 """After a relative step below this, the next one is below 1e-11 [1]."""
 
-_TINY, _SPECK = 1e-300, 1e-60
+_TINY = 1e-300
+_SPECK = 1e-60
 """A divisor instead of 0, and the smallest β [rad²/s²] and a [rad/s] that count."""
 
 
@@ -470,7 +472,8 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
 
     def sag(x: Any) -> Any:
         """Compute the angle from the start, by half angles without cancellation."""
-        (upper, lower), (upper0, lower0) = nod.poles(x), nod.poles(_X[0])
+        upper, lower = nod.poles(x)
+        upper0, lower0 = nod.poles(_X[0])
         sine = 2 * nod.sunk(x) / (np.sqrt(upper * lower0) + np.sqrt(lower * upper0))
         return 2 * np.arctan2(sine, np.sqrt(lower * lower0) + np.sqrt(upper * upper0))
 

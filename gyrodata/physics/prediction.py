@@ -264,9 +264,8 @@ def _directions(
 def _earth_table(earth: Earth) -> str:
     axis = f"{earth.pole}: azimuth"
     east = "east: azimuth"
-    lines = [
-        f"  {'hours':>7}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"
-    ]
+    head = f"  {'hours':>7}{'sidereal':>10}"
+    lines = [f"{head}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"]
     for row, other in zip(earth.axis, earth.east, strict=True):
         line = f"  {row.hours:>7.2f}{row.sidereal_hours:>10.3f}"
         for one, width in ((row, 17), (other, 16)):

@@ -55,7 +55,8 @@ class SourceKind(Struct, frozen=True):
     the error of a column."""
 
 
-DECAY_TIME, DECAY_SPREAD = 1000.0, math.log(2)
+DECAY_TIME = 1000.0
+DECAY_SPREAD = math.log(2)
 """Time [s] in which the spin falls by 1/e if the log does not show it, and the standard
 deviation of its logarithm. The 13 runs of a published air ball (Heidelberg) have 714 to
 1315 s, with a median of 1047 s."""

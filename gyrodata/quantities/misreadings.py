@@ -24,11 +24,9 @@ _MISTYPED = str.maketrans(
 )
 """Letters that are typed for digits."""
 
-_MONTHS = {
-    word: int(number)
-    for number, words in vocabulary.MONTHS.items()
-    for word in words.split()
-}
+_MONTHS: dict[str, int] = {}
+for _number, _words in vocabulary.MONTHS.items():
+    _MONTHS |= dict.fromkeys(_words.split(), int(_number))
 _DATES = (
     r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
     r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",

@@ -1,7 +1,7 @@
 """Split a written quantity: number, last digit, ±, unit, power of ten, coverage factor.
 
-A text goes in, and its parts come out as texts and numbers. Units are not read here, and
-nothing is converted. The functions read everything that this tool prints.
+A text goes in, and its parts come out as texts and numbers. Units are not read here,
+and nothing is converted. The functions read everything that this tool prints.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ _POWER = r"[eE][-+]?[0-9]{1,3}"
 _QUANTITY = (
     rf"(?P<open>\(\s*)?(?P<number>{_FRACTION}|{NUMBER})(?:\((?P<digits>{_SIZE})\)"
     rf"(?P<power>{_POWER})?)?"
-    rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
+    rf"\s*(?P<unit>{_UNIT})?"
+    rf"(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
 """``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``; `_USUAL` turns other ways of
@@ -54,7 +55,8 @@ _STATED_U = (
 )
 _TIMES_TEN = r"[×x*·⋅∙]\s*10"
 _POWER_OF_TEN = (
-    rf"(?:(?<!\s)\s+)?(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
+    rf"(?:(?<!\s)\s+)?"
+    rf"(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
     r"(?:[({]\s*([-+]?[0-9]{1,3})\s*[)}]|([-+]?[0-9]{1,3}))(?![0-9.,])"
 )
 _USUAL = (

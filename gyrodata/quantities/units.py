@@ -3,9 +3,9 @@
 Pint converts the units, with the definitions in `units.txt` and no others: the registry
 that it comes with reads 60 rpm as 6.28 Hz, ``Nm`` as a textile unit and ``U/min`` as an
 enzyme activity. Pint gets no text of a student either, because it would compute
-``9**9**9*m``. In front of it a strict pattern splits the text into units and powers, and
-each unit is looked up among the spellings of all languages, with look-alike letters of
-other alphabets.
+``9**9**9*m``. In front of it a strict pattern splits the text into units and powers,
+and each unit is looked up among the spellings of all languages, with look-alike letters
+of other alphabets.
 """
 
 from __future__ import annotations
@@ -332,7 +332,9 @@ def _join(terms: Sequence[tuple[str, int]]) -> str:
     for name, power in terms:
         factor = name if abs(power) == 1 else f"{name}^{abs(power)}"
         (above if power > 0 else below).append(factor)
-    return "/".join(["*".join(above) or "1", *below]) if terms else ""
+    if terms:
+        return "/".join(["*".join(above) or "1", *below])
+    return ""
 
 
 @lru_cache(maxsize=1024)
@@ -381,11 +383,9 @@ def load() -> None:
 
 
 def _proposal(kind: str) -> str:
-    return (
-        f"write one of: {KINDS[kind].examples}"
-        if SI[kind]
-        else "write the number alone"
-    )
+    if SI[kind]:
+        return f"write one of: {KINDS[kind].examples}"
+    return "write the number alone"
 
 
 @lru_cache(maxsize=1024)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,7 @@ def single_words(key: str) -> list[str]:
 
 def numbers() -> dict[str, None]:
     """Return the keys that are numbers, "1" or "/3", with the words for each."""
-    keys = (key for section in LANGUAGES.values() for key in section)
+    keys = chain.from_iterable(LANGUAGES.values())
     return dict.fromkeys(key for key in keys if key[-1].isdigit())
 
 
@@ -103,7 +104,8 @@ def _is_whole(phrase: str) -> bool:
     return phrase.endswith(".") or is_short
 
 
-_NEVER, _END = "(?!)", r"(?!\w)"
+_NEVER = "(?!)"
+_END = r"(?!\w)"
 _BETWEEN = r"\W{1,4}(?:\w{1,4}\W{1,4}){0,2}"
 _FIRST_WITHOUT_WORDS = "\u0590"
 """From this letter on, words are joined to others, or have no blanks between them."""

@@ -39,7 +39,8 @@ def find_blocks(
 def _names(texts: Sequence[str]) -> tuple[str, ...]:
     """Return the block of each cell, as it was typed first.
 
-    A blank cell belongs to the block above, and a time of the day does not belong to a date.
+    A blank cell belongs to the block above, and a time of the day does not belong to a
+    date.
     """
     typed: dict[str, str] = {}
     names: list[str] = []

@@ -71,7 +71,10 @@ _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "
 
 
 def said_in(row: Row) -> Given:
-    """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
+    """Read text and cell by role: "Weight 1: 20.1 g at 14.8 cm".
+
+    A role with two values is left out.
+    """
     filled = filled_at(row)
     if sum(len(row.texts[at]) for at in filled) > MAX_SENTENCES:
         return {}
@@ -93,7 +96,7 @@ def said_in(row: Row) -> Given:
 def _without_contradictions(
     found: dict[str, dict[str, int]],
 ) -> Iterator[tuple[str, tuple[str, int]]]:
-    """Yield the longest text of each role, with its cell, if all its texts are equal."""
+    """Yield the longest text of each role and its cell, if all its texts are equal."""
     for role, texts in found.items():
         if len(set(map(_value_of, texts))) == 1:
             longest = max(texts, key=len)
@@ -120,7 +123,7 @@ def _sentences(whole: str) -> Iterator[tuple[int, str]]:
 
 
 def _named_turns(parts: Iterable[str]) -> str:
-    """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there are none."""
+    """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there is none."""
     named = ""
     for part in parts:
         name, *value = re.split("[:=：]", part[:MAX_HEADER], maxsplit=1)
@@ -163,7 +166,7 @@ def _statements(
 
 
 def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]]:
-    """Yield role, text and place of each quantity, up to the first that is of no run."""
+    """Yield role, text and place of each quantity, until the first of no run."""
     bare = _without_brackets(sentence)
     end = 0
     for match in QUANTITY.finditer(bare):
@@ -241,7 +244,7 @@ _FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"
 
 
 def _turns_of_sentence(sentence: str) -> str:
-    """Return the turns that a sentence states for the times of runs; "" if there are none."""
+    """Return the turns that a sentence states for runs; "" if there are none."""
     sentence = numerals.fold_number(sentence)
     parts = set(re.findall(r"[1-9]\s*/\s*[2-9]", sentence))
     if len(parts) > 1 or re.search(_FORMULA, sentence):

@@ -78,7 +78,9 @@ def _turns_of_angle(text: str) -> str:
     written = numerals.take_apart(text)
     if written is None or written.spread is not None:
         return ""
-    return turns_in(text) if kinds_of(written.unit or "") == {"angle"} else ""
+    if kinds_of(written.unit or "") == {"angle"}:
+        return turns_in(text)
+    return ""
 
 
 def fraction_of_date(text: str) -> str:
@@ -159,7 +161,7 @@ def meant_texts(
 
 
 def _with_zero_for_dashes(texts: list[str], positions: tuple[str, ...]) -> list[str]:
-    """Read a dash without a position as "no weight"; in many rows it means "as above"."""
+    """Read a dash without a position as "no weight"; in many rows it is "as above"."""
     dashed = {
         i
         for i, text in enumerate(texts)
@@ -209,7 +211,9 @@ class DecimalSigns(Struct, frozen=True):
         """Return whether the comma or the point in "1,284" may separate thousands."""
         if not _THOUSANDS.fullmatch(text):
             return False
-        return set(self.expected) != {","} if "," in text else set(self.typed) == {","}
+        if "," in text:
+            return set(self.expected) != {","}
+        return set(self.typed) == {","}
 
 
 class CellReader:
@@ -286,7 +290,7 @@ class CellReader:
             raise
 
     def _without_remark(self, text: str) -> str:
-        """Return a number without the remark behind it; "" if the remark may change it."""
+        """Return a number without the remark behind it; "" if this may change it."""
         remark = _REMARK.fullmatch(text)
         if remark is None or turns_in(text):
             return ""
@@ -330,7 +334,7 @@ class CellReader:
         self.faults.add(name, self.column.cell, unit=unit, **values)
 
     def _bare_above(self, most: float) -> list[str]:
-        """Return the numbers without a unit of their own that are above a value [SI]."""
+        """Return the numbers without a unit of their own that exceed a value [SI]."""
         return [
             text
             for text, one in self.read.items()
@@ -338,7 +342,7 @@ class CellReader:
         ]
 
     def fractions_of_dates(self) -> list[str]:
-        """Return the texts that were read as fractions of which a program made dates."""
+        """Return the texts read as fractions of which a program made dates."""
         if self.kind != "number":
             return []
         unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
@@ -350,9 +354,9 @@ def _may_be_degrees(text: str) -> bool:
 
 
 def _times(part: str, count: float) -> str:
-    return (
-        f"{count / 100:.9g}" if part == _PERCENT else str(Fraction(part) * int(count))
-    )
+    if part == _PERCENT:
+        return f"{count / 100:.9g}"
+    return str(Fraction(part) * int(count))
 
 
 class Uncertainties(Struct, frozen=True):
@@ -416,7 +420,7 @@ def _read(
     faults: Faults,
     cell: Text | None = None,
 ) -> Uncertainty | None:
-    """Read one uncertainty; None, with an error at its cell or header, if that fails."""
+    """Read one uncertainty; None, with an error at its cell or header, if it fails."""
     try:
         kind = kind_of_role(column.role)
         return notation.parse_uncertainty(text, kind, unit, ask=False)

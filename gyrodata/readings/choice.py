@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import chain
 from operator import attrgetter
 
 from msgspec.structs import replace
@@ -287,7 +288,7 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
 def _ask_or_leave_out(
     column: Chosen, lacking: set[str], choice: Choice, faults: Faults
 ) -> None:
-    """Ask for the role of a column if it may be needed; else say that it is not used."""
+    """Ask for the role of a column if it may be needed; else say that it is unused."""
     left = _left(column, choice)
     is_needed = any(
         role.startswith("u_") or roles.BY_NAME[role].part in lacking for role in left
@@ -351,7 +352,7 @@ def _without_second_motion(
 
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
-    """Return the uncertainty of the role that its symbol has here, "σ_T" next to "T"."""
+    """Return the uncertainty of the role of its symbol here: "σ_T" next to "T"."""
     names = column.header.roles
     bases = tuple(role.removeprefix("u_") for role in names)
     if bases == names:
@@ -373,7 +374,7 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 
 def _ask_for_moments(choice: Choice, faults: Faults) -> None:
-    """Ask about "rpm 1" and "rpm 2", which may be readings before and after each run."""
+    """Ask about "rpm 1" and "rpm 2": they may be readings before and after each run."""
     first = choice.used["spin"][0]
     for other in (*choice.others, *choice.unplaced):
         is_alike = other.text[:-1] == first.text[:-1] or (
@@ -392,7 +393,7 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     first = choice.used.get("spin", [])
     before = choice.used.get("spin_start", [])
     after = choice.used.get("spin_end", [])
-    every_role = {role for names in roles.SPIN_SETS for role in names}
+    every_role = set(chain.from_iterable(roles.SPIN_SETS))
     if before and choice.there.isdisjoint(every_role - {"spin_start"}):
         choice.rename("spin_start", "spin")
         faults.add("only_spin_before", before[0].cell)
@@ -427,7 +428,7 @@ def _uses_words(column: Chosen) -> bool:
 
 
 def _unit_says_otherwise(column: Chosen, choice: Choice) -> bool:
-    """Return whether a column has the unit of a role that is missing, and not of its name.
+    """Return whether a column has the unit of a missing role, and not of its own name.
 
     The unit says more than the word: "Masa (s)" is a time in Malay.
     """

@@ -1,4 +1,4 @@
-"""Compare what headers, lines and second columns state with the columns that are used."""
+"""Compare what headers, lines and second columns state with the columns in use."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def ask_which(
 
 
 def _is_something_else(other: Column, used: Column) -> bool:
-    """Return whether a second column contains means, numbers of runs or hours of the day.
+    """Return whether a second column has means, numbers of runs or hours of the day.
 
     Examples are "n", and "Time" next to "time [s]".
     """
@@ -254,7 +254,7 @@ def ask_if_runs_are_counted(
 
 
 def turns_of(counted: Column) -> list[float]:
-    """Return the turns of each run in a column of turns, angles or periods; 0 if unknown."""
+    """Return the turns of each run by turns, angles or periods; 0 if unknown."""
     if counted.role == "precession_period":
         return [1.0] * len(counted.readings)
     full = 2 * math.pi if counted.role == "angle" else 1.0

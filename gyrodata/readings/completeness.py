@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 
 from msgspec.structs import replace
 
@@ -44,8 +45,8 @@ def check_completeness(
 
 
 def _idle_headers(log: Readings, choice: Choice) -> list[str]:
-    """Return the headers without a role, and those of uncertainties without a reading."""
-    known = {key for role in log.columns for key in roles.u_keys(role)}
+    """Return the headers without a role, and uncertainties without a reading."""
+    known = set(chain.from_iterable(map(roles.u_keys, log.columns)))
     lonely = [
         columns[0]
         for key, columns in choice.used.items()
@@ -111,7 +112,7 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 
 
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
-    """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
+    """Ask if a period may not be the time of one turn: I_zz would be very wrong."""
     period = columns["precession_period"]
     time = columns.get("time")
     counted = columns.get("turns") or columns.get("angle")

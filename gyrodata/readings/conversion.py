@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 from gyrodata.readings import workbook
@@ -14,7 +15,7 @@ from gyrodata.readings.lablog import Faults, listing
 
 
 def frame_text(frame: Any) -> tuple[str, frozenset[int]]:
-    """Write a DataFrame as tab-separated text; return the numbers of its columns of floats too."""
+    """Write a DataFrame as tab-separated text; return its columns of floats, too."""
     lines = [
         f"# {key}: {value_text(value)}".replace("\n", " ")
         for key, value in frame.attrs.items()
@@ -41,7 +42,7 @@ def _header_of(column: Any, units: Any) -> Any:
 
 
 def _has_floats(column: Iterable[Any]) -> bool:
-    """Return whether a column contains a float; a blank cell is NaN, which is not itself."""
+    """Return whether a column has a float; a blank cell is NaN, which is not itself."""
     numbers = [getattr(value, "magnitude", value) for value in column]  # of pint
     return any(isinstance(number, float) and number == number for number in numbers)
 
@@ -55,11 +56,13 @@ def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
 def quoted_text(value: Any) -> str:
     """Return a cell as text, in quotes if it begins with one."""
     text = re.sub(r"[\t\r\n]", " ", value_text(value))
-    return '"' + text.replace('"', '""') + '"' if text[:1] == '"' else text
+    if text[:1] == '"':
+        return '"' + text.replace('"', '""') + '"'
+    return text
 
 
 def value_text(value: Any) -> str:
-    """Return a cell of a spreadsheet or DataFrame, or a setting, as a student would type it."""
+    """Return a cell of a sheet or DataFrame, or a setting, as a student types it."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
         number = value.magnitude
         text = number if isinstance(number, float) else value_text(number)
@@ -78,7 +81,7 @@ def value_text(value: Any) -> str:
 
 
 def _is_missing(value: Any) -> bool:
-    """Return whether a value is None, or NaN, which is not itself, or missing in pandas."""
+    """Return whether a value is None, NaN (which is not itself), or pandas' NA."""
     return (
         value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
     )
@@ -94,9 +97,9 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
     """
     sheets = _sheets_of(data, Faults(shown))
     faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
-    hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
+    hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
-        faults.add("hidden_cells", where="; ".join(hidden))
+        faults.add("hidden_cells", where=hidden)
     lacking = workbook.without_value(sheets)
     if lacking:
         raise _refuse_formulas(lacking, sheets, faults)
@@ -151,7 +154,7 @@ def _sheets_of(data: bytes, faults: Faults) -> list[workbook.Sheet]:
 def _text_of_sheets(
     sheets: list[workbook.Sheet], faults: Faults
 ) -> tuple[str, tuple[tuple[int, str], ...]]:
-    """Write sheets as tab-separated text; return the line above each and its name too."""
+    """Write sheets as tab-separated text; return the line above each and its name."""
     if not sheets:
         raise faults.refuse("workbook_empty")
     lines: list[str] = []

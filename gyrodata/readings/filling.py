@@ -100,7 +100,7 @@ class Filler:
         self.faults.add(name, place, role=column.role, lines=lines)
 
     def _runs_above_first(self, column: Column) -> list[int]:
-        """Return the runs above the first value; a run without a weight needs no load."""
+        """Return the runs above the first value; one without a weight needs no load."""
         above: list[int] = []
         for i, reading in enumerate(column.readings):
             if reading.text:
@@ -142,7 +142,7 @@ class Filler:
         return True
 
     def _is_measured_each_time(self, role: str, blank: int) -> bool:
-        """Return whether nearly every run has its own value, so that none is filled down."""
+        """Return whether nearly every run has its own value, so none is filled down."""
         runs = sum(self.is_run)
         if role == "mass":
             return 8 * blank < runs

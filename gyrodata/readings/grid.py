@@ -132,7 +132,7 @@ def count_of_numbers(texts: Sequence[str]) -> int:
 
 
 def is_head(row: Row) -> bool:
-    """Return whether a row is a header: it has two names, one of them that of a quantity."""
+    """Return whether a row is a header: two names, one of them of a quantity."""
     filled = row.filled()
     if len(list(itertools.filterfalse(_SIGNS.issuperset, filled))) < 2:
         return False  # the rows of a long log
@@ -160,7 +160,7 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 
 
 def units_of_row(texts: Sequence[str]) -> list[str]:
-    """Return the units of a row of units, in brackets or not; an empty list for another row."""
+    """Return the units of a row of units, in brackets or not; [] for another row."""
     units = [text.strip("[]()").strip() for text in texts]
     others = [at for at, unit in enumerate(units) if not _is_unit(unit)]
     if len(others) == len(units):
@@ -345,7 +345,7 @@ def _lines_from(lines: list[str], index: int) -> Iterator[str]:
 
 
 def _plain(text: str) -> str:
-    """Return a cell without signs that no editor shows, and without blanks around it."""
+    """Return a cell without signs that no editor shows, and without outer blanks."""
     if text.isascii():
         return text.strip()
     return text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n")
@@ -442,7 +442,7 @@ _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 
 
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
-    """Return the decimal signs of a table's first numbers that cannot separate thousands."""
+    """Return the signs in a table's first numbers that cannot separate thousands."""
     signs = set()
     for row in grid.rows[:50]:
         for match in map(_DECIMAL.fullmatch, row.texts):

@@ -91,7 +91,7 @@ def _usual_header(text: str) -> Header | None:
 def _fitting_roles(
     roles: tuple[str, ...], name: str, unit: str | None
 ) -> tuple[str, ...]:
-    """Return the roles that a name means next to its unit, if it surely has no other."""
+    """Return the roles that a name surely means next to its unit."""
     has_unit_inside = "_" in name and name not in BY_NAME  # "time_s"
     if has_unit_inside or contains_word(name, THEORY_WORDS):
         return ()
@@ -132,7 +132,7 @@ def counts_turns(header: Header) -> bool:
 
 
 def is_one_letter(unit: str) -> bool:
-    """Return whether a unit is a single letter: V may be a volt, T a tesla, and m any length.
+    """Return whether a unit is one letter: V may be volt, T tesla, m any length.
 
     A sign of Chinese or Japanese is a word.
     """
@@ -144,7 +144,7 @@ _WEIGHTS = vocabulary.pattern("weights")
 
 
 def counts_weights(header: Header) -> bool:
-    """Return whether a column counts the weights on the rod, as "number of weights" does."""
+    """Return whether a column counts the weights on the rod: "number of weights"."""
     return (
         header.unit is None
         and not header.roles
@@ -184,7 +184,10 @@ def _names_whole_turns(header: Header) -> bool:
 
 
 _FRACTION = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
-_COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+_COUNT = (
+    r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?"
+    r"|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+)
 
 
 def names_timing(header: Header) -> bool:
@@ -198,7 +201,7 @@ def may_number(header: Header) -> bool:
 
 
 def unused_words(header: Header) -> tuple[str, ...]:
-    """Return the numbers and the words for the ball or the tip that no rule has used."""
+    """Return the numbers, and words for the ball or the tip, that no rule has used."""
     if exact_roles(header.name):
         return ()
     uses_number = header.turns or header.number is not None

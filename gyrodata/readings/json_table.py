@@ -14,7 +14,7 @@ class NoTableError(ValueError):
 
 
 def table_of(text: str) -> str:
-    """Write JSON as a table with tabs between its cells; single values become ``#`` lines.
+    """Write JSON as a table with tabs between cells; single values become ``#`` lines.
 
     The table is a list of objects, or an object with its columns, as pandas writes
     them; it may be the value of a key.
@@ -71,7 +71,9 @@ def _table_in(named: dict[str, Any]) -> Any:
     if tables:
         return named[tables[0]]
     values = list(named.values())
-    return values[0] if len(values) == 1 and isinstance(values[0], dict) else named
+    if len(values) == 1 and isinstance(values[0], dict):
+        return values[0]
+    return named
 
 
 def _are_records(value: Any) -> bool:

@@ -116,7 +116,7 @@ class Column(Struct, frozen=True, dict=True):
         return replace(self, readings=readings, spots=_at(self.spots, rows))
 
     def place(self, run: int) -> Place | None:
-        """Return the place of a reading; None for a value from an option or a simulation."""
+        """Return the place of a reading; None for an option or a simulation."""
         if self.spots[run] < 0:
             return self.given
         if self.find is None or not self.readings[run].text:
@@ -124,7 +124,7 @@ class Column(Struct, frozen=True, dict=True):
         return self.find(self.spots[run])
 
     def cell(self, run: int) -> Text | None:
-        """Return the cell of a reading; None for a value from an option or a simulation."""
+        """Return the cell of a reading; None for an option or a simulation."""
         place = self.place(run)
         return Text(self.readings[run].text, place) if place else None
 
@@ -303,7 +303,7 @@ def _at(values: tuple[_T, ...], runs: Sequence[int]) -> tuple[_T, ...]:
 
 
 def split_lines(text: str) -> list[str]:
-    """Split a text at the three line ends that editors know (`str.splitlines` knows ten)."""
+    """Split a text at the three line ends of editors (`str.splitlines` knows ten)."""
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
@@ -378,7 +378,9 @@ class Faults:
         self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
 
     def _excerpt(self, line: int) -> str:
-        return self.lines[line - 1] if 0 < line <= len(self.lines) else ""
+        if 0 < line <= len(self.lines):
+            return self.lines[line - 1]
+        return ""
 
     def cell_of(self, place: Place) -> str:
         """Return the cell of a place in a workbook: "Sheet2!B5"; else ""."""
@@ -390,9 +392,11 @@ class Faults:
         return f"{cell}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
 
     def _row(self, line: int) -> tuple[str, int]:
-        """Return the sheet and the row of a line; without a workbook, no sheet and the line."""
+        """Return the sheet, "" without a workbook, and the row of a line in it."""
         sheets = [one for one in self.sheets if one[0] <= line]
-        return (sheets[-1][1], line - sheets[-1][0]) if sheets else ("", line)
+        if sheets:
+            return (sheets[-1][1], line - sheets[-1][0])
+        return ("", line)
 
     def span(self, lines: list[int]) -> str:
         """Return line numbers in short form: ``lines 3-5, 7``.

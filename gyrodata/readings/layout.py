@@ -1,11 +1,11 @@
-"""The table of a log: its header row, one row for each run, and its columns with roles."""
+"""The table of a log: its header, one row for each run, and its columns with roles."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Iterable
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -60,7 +60,7 @@ class Layout(Struct, frozen=True):
 
     @property
     def statements(self) -> list[Text]:
-        """The sentences, and the "key: value" lines with other keys than those of gyro."""
+        """The sentences, and the "key: value" lines whose keys gyro does not know."""
         return [*self.sentences, *self.grid.remarks()]
 
 
@@ -149,7 +149,7 @@ def _is_name(text: str) -> bool:
 
 
 def _is_run_of_numbers(row: Row, width: int) -> bool:
-    """Return whether a row begins with three numbers, and no remark says anything of it."""
+    """Return whether a row begins with three numbers, and no remark is about it."""
     texts = row.filled()
     begins = len(texts) > 2 and all(map(is_bare, texts[:3]))
     return begins and len(row.texts) <= width and not any(map(NOT_USED.is_in, texts))
@@ -195,7 +195,7 @@ def layout_of(
 
 
 def _sample_of(grid: Grid) -> str:
-    """Return a header and the first run that sentences give, as they should be typed."""
+    """Return a header and the first run that sentences give, as they should be."""
     first: dict[str, str] = {}
     for row in grid.rows:
         said = captions.said_in(row)
@@ -242,7 +242,7 @@ def ends_with_means(rows: list[Row], columns: list[HeaderCell]) -> bool:
 
 
 def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
-    """Return whether the last row contains the mean of each column of a role above it."""
+    """Return whether the last row contains the mean of each column of a role."""
     places = [at for at, (_, header) in enumerate(columns) if role in header.roles]
     for at in places:
         try:
@@ -297,12 +297,8 @@ def hinted(header: Header) -> set[str]:
     if header.unit is None:
         return {altered_role(header.text)}
     words = re.findall(r"[^\W\d_]{2,}", header.text)
-    return {
-        role
-        for word in words
-        for role in name_roles(word)[0]
-        if measures(header.unit, role)
-    }
+    named = chain.from_iterable(name_roles(word)[0] for word in words)
+    return {role for role in named if measures(header.unit, role)}
 
 
 # --- Columns with roles ---

@@ -11,6 +11,7 @@ import re
 import unicodedata
 from collections.abc import Collection
 from functools import cache, lru_cache
+from itertools import chain
 from typing import Literal
 
 from msgspec import Struct
@@ -113,18 +114,16 @@ def word_set(key: str) -> set[str]:
     return set(squeezed_names(",".join(vocabulary.single_words(key))))
 
 
-START_WORDS, END_WORDS = word_set("start"), word_set("end")
-NOISE_WORDS, UNSURE_WORDS = word_set("noise"), word_set("unsure")
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = (
-    word_set("theory"),
-    word_set("trial"),
-    word_set("centre"),
-)
-MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = (
-    word_set("mean"),
-    word_set("scale"),
-    word_set("counter"),
-)
+START_WORDS = word_set("start")
+END_WORDS = word_set("end")
+NOISE_WORDS = word_set("noise")
+UNSURE_WORDS = word_set("unsure")
+THEORY_WORDS = word_set("theory")
+TRIAL_WORDS = word_set("trial")
+CENTRE_WORDS = word_set("centre")
+MEAN_WORDS = word_set("mean")
+SCALE_WORDS = word_set("scale")
+COUNTER_WORDS = word_set("counter")
 """Words for calculated values, repeats of one setting, the centre of the ball, means,
 and scales of instruments; and words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | word_set("summary")
@@ -200,12 +199,10 @@ for _roles in (*ROLES, *SHARED_NAMES):
         NAMES.setdefault(_name, _meant)
 del NAMES[""]
 
-SYMBOLS: dict[str, tuple[str, ...]] = {
-    squeeze(symbol): tuple(roles.split())
-    for roles, symbols in vocabulary.SYMBOLS.items()
-    for symbol in symbols.split()
-}
+SYMBOLS: dict[str, tuple[str, ...]] = {}
 """Roles by squeezed symbol; upper and lower case differ."""
+for _roles, _symbols in vocabulary.SYMBOLS.items():
+    SYMBOLS |= dict.fromkeys(map(squeeze, _symbols.split()), tuple(_roles.split()))
 
 
 @cache
@@ -237,7 +234,7 @@ _MOST_WORDS = 8
 
 @lru_cache(maxsize=4096)
 def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
-    """Find the roles that a name without a unit may mean, and the number of a repeat."""
+    """Find the roles that a name without a unit may mean, and its repeat number."""
     if len(name) > MAX_HEADER:
         return (), None
     roles = _roles_of(name)
@@ -299,7 +296,7 @@ def _named_twice(words: list[str]) -> tuple[str, ...]:
 
 
 def _with_small_words(words: list[str]) -> tuple[str, ...]:
-    """Look up a name between small words: "initial spin", "mean period", "error of T"."""
+    """Look up a name between small words: "initial spin", "error of T"."""
     before = after = ""
     for small, first, last in _AFFIXES:
         bare = [word for word in words if squeeze(word).lower() not in small]
@@ -367,7 +364,7 @@ def _meant_by_all(words: list[str]) -> tuple[str, ...]:
     if roles or not words:
         return roles
     named = {word: exact_roles(word) for word in words}
-    possible = dict.fromkeys(role for roles in named.values() for role in roles)
+    possible = dict.fromkeys(chain.from_iterable(named.values()))
     return tuple(role for role in possible if _all_fit(role, named))
 
 

@@ -62,7 +62,7 @@ _DIGITS = frozenset("23456789")
 
 
 def _names_part_of_period(note: str) -> bool:
-    """Return whether a note names another number of periods than one, as "pół okresu"."""
+    """Return whether a note names a number of periods other than one: "pół okresu"."""
     spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
     squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
     # "halvperioder" is "halv perioder".
@@ -95,7 +95,7 @@ def altered_role(note: str) -> str:
 
 
 def _named_reading(note: str) -> str:
-    """Return the first reading that a note names; else one of which it has an amount."""
+    """Return the first reading that a note names; else one whose amount it states."""
     for word in re.findall(r"[\w/]+", note):
         for role in _roles_of_word(word):
             if BY_NAME[role].part and role != "torque":
@@ -105,7 +105,7 @@ def _named_reading(note: str) -> str:
 
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
-    """Look up a word of a note: a name, perhaps in the plural, or a unit of the spin."""
+    """Look up a word of a note: a name, perhaps a plural, or a unit of the spin."""
     if kinds_of(word) == {"rate"}:
         return ("spin",)
     if len(word) <= 2:
@@ -159,24 +159,22 @@ def _explains_position(note: str) -> bool:
 
 def _names_position(note: str) -> bool:
     """Return whether a note names the position or the weight, perhaps in the plural."""
-    return any(
-        role in ("position", "mass")
-        for word in re.findall(r"[^\W\d_]+", note)
-        for end in ("", "s", "n", "en", "e", "et")
-        for role in name_roles(word.removesuffix(end))[0]
-    )
+    ends = ("", "s", "n", "en", "e", "et")
+    for word, end in itertools.product(re.findall(r"[^\W\d_]+", note), ends):
+        roles = name_roles(word.removesuffix(end))[0]
+        if "position" in roles or "mass" in roles:
+            return True
+    return False
 
 
 def _calls_position_diameter(note: str, grid: Grid) -> bool:
     """Return whether a note says such as "r is really the diameter" of a column r."""
-    others = (SPHERE, ROD)
-    clauses = [
-        clause
-        for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note))
-        if not any(words.is_in(clause) for words in others)
-    ]
     names = "|".join(map(re.escape, _names_of_position(grid))) or "$."
-    return any(re.search(rf"(?<!\w)(?:{names})(?![\w'’])", one) for one in clauses)
+    for clause in filter(DIAMETER.is_in, re.split(r"[,;.]\s", note)):
+        is_other = SPHERE.is_in(clause) or ROD.is_in(clause)
+        if not is_other and re.search(rf"(?<!\w)(?:{names})(?![\w'’])", clause):
+            return True
+    return False
 
 
 def _names_of_position(grid: Grid) -> list[str]:
@@ -186,7 +184,8 @@ def _names_of_position(grid: Grid) -> list[str]:
     return [header.name for header in headers if "position" in header.roles]
 
 
-_LONG_WORD, _NO_BLANKS = re.compile(r"[^\W\d_]{3}"), re.compile(r"[\u2e80-\uffef]{3}")
+_LONG_WORD = re.compile(r"[^\W\d_]{3}")
+_NO_BLANKS = re.compile(r"[\u2e80-\uffef]{3}")
 """A word of three letters; signs of a language without blanks between words."""
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from itertools import chain
 from typing import Literal
 
 from msgspec import Struct, convert
@@ -54,30 +55,27 @@ TABLE = tuple(
     convert({"name": name, **fields}, Role) for name, fields in vocabulary.ROLES.items()
 )
 
-SHARED_NAMES = tuple(
-    dict.fromkeys(
-        key
-        for section in vocabulary.LANGUAGES.values()
-        for key in section
-        if " " in key
-    )
-)
+_KEYS_OF_LANGUAGES = dict.fromkeys(chain.from_iterable(vocabulary.LANGUAGES.values()))
+SHARED_NAMES = tuple(key for key in _KEYS_OF_LANGUAGES if " " in key)
 """Roles that share names, as they are written in the vocabulary."""
 
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
-FILLED_DOWN = {r.name for r in TABLE if r.part in ("load", "spin", "count")} | {
-    "weight_diameter",
-    "transverse_inertia",
-}
-"""Roles whose blank cells take the value above, as in merged cells."""
 TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
-LOADS, COUNTS, TIMINGS = (
-    tuple(r.name for r in TABLE if r.part == part)
-    for part in ("load", "count", "timing")
-)
+
+
+def _of_part(part: str) -> tuple[str, ...]:
+    return tuple(role.name for role in TABLE if role.part == part)
+
+
+LOADS = _of_part("load")
+COUNTS = _of_part("count")
+TIMINGS = _of_part("timing")
 """Roles by the part of a run that they measure; of several timings, the first is used.
 """
+FILLED_DOWN = {*LOADS, *COUNTS, *_of_part("spin")}
+FILLED_DOWN |= {"weight_diameter", "transverse_inertia"}
+"""Roles whose blank cells take the value above, as in merged cells."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
 _SPIN_SETS = (
@@ -128,7 +126,9 @@ def kind_of_role(role: str) -> str:
 def u_keys(role: str) -> tuple[str, ...]:
     """Return the ``u_…`` keys of a role, its own first."""
     shared = BY_NAME[role].u_of if role in BY_NAME else ""
-    return (f"u_{role}", f"u_{shared}") if shared else (f"u_{role}",)
+    if shared:
+        return (f"u_{role}", f"u_{shared}")
+    return (f"u_{role}",)
 
 
 def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
@@ -167,11 +167,11 @@ def derived_roles(there: set[str]) -> set[str]:
 
     The readings from which they are calculated are present as well.
     """
-    return {
-        role.name
-        for role in TABLE
-        if any(there.issuperset(readings.split()) for readings in role.derived_from)
-    }
+    return {role.name for role in TABLE if _is_derived(role, there)}
+
+
+def _is_derived(role: Role, there: set[str]) -> bool:
+    return any(there.issuperset(readings.split()) for readings in role.derived_from)
 
 
 def check_value(role: str, value: float) -> tuple[str, str]:
@@ -199,7 +199,8 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     )
     return (
         fault,
-        f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
+        "is its unit the one written? "
+        f"Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
     )
 
 

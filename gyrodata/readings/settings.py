@@ -1,4 +1,4 @@
-"""Read the values for the whole log: ``# key: value`` lines, ``--set`` and ``--config``."""
+"""Read the values for the whole log: ``# key: value`` lines, --set and --config."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ class _Lines:
 
 
 def _known_key(key: str, value: str) -> str:
-    """Return a key in small letters; ball_diameter for "diamètre de la boule: 10 cm"."""
+    """Return a key in lower case; ball_diameter for "diamètre de la boule: 10 cm"."""
     small = key.lower()
     if small in roles.KEYS or not value[:1].isdigit():
         return small
@@ -246,7 +246,7 @@ def _is_report(key: str, text: str) -> bool:
 
 
 def _is_remark(key: str, text: str) -> bool:
-    """Return whether a line with a known key is blank, the hour of the day, or a sentence."""
+    """Return whether a line with a known key is blank, a sentence or a time of day."""
     if not text or key in roles.TEXTS or (key == "time" and ":" in text):
         return True
     has_number = any(letter.isdigit() for letter in text)
@@ -452,7 +452,7 @@ def form_of(key: str) -> tuple[str, list[str]]:
 
 
 def _read_several(key: str, text: str) -> tuple[float, ...]:
-    """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
+    """Read the quantities of one line [SI], such as angle, time and spin of a drift."""
     if key == "falling_mass" and "friction" not in text:
         text += ", friction 0 g"
     form, kinds = form_of(key)

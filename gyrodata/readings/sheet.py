@@ -8,8 +8,8 @@ valid for the runs below it, and a note says each of these things.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
-from itertools import pairwise
+from collections.abc import Collection, Iterator
+from itertools import chain, pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -57,7 +57,7 @@ _FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
 
 
 def find_layout(grid: Grid, faults: Faults) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, if there is no such table."""
+    """Find the header and the rows; None, with diagnostics, if there is no table."""
     try:
         head = find_head(grid, faults)
         grid = _with_captions(grid, head)
@@ -89,7 +89,8 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
 def _headers_in(grid: Grid) -> list[Header]:
     """Return what the headers of all tables say."""
     heads = filter(is_head, grid.rows)
-    return [parse_header(text) for row in heads for text in row.texts]
+    texts = chain.from_iterable(row.texts for row in heads)
+    return list(map(parse_header, texts))
 
 
 class _Run(Struct, frozen=True):
@@ -182,7 +183,7 @@ class _Sheet:
             self._take_run(row)
 
     def _without_remark(self, row: Row) -> Row:
-        """Leave out the texts on the right of the table, and all behind a blank column."""
+        """Leave out texts on the right of the table, and all behind a blank column."""
         width = len(self.table.columns)
         beyond = [at for at in filled_at(row) if at >= width]
         if not beyond:
@@ -236,8 +237,10 @@ class _Sheet:
         if table.is_skipped:
             self._leave_out_words(set())
             return
-        pairs = zip(table.headers, row.texts, strict=False)
-        there = {role for header, text in pairs if text for role in header.roles}
+        there: set[str] = set()
+        for header, text in zip(table.headers, row.texts, strict=False):
+            if text:
+                there.update(header.roles)
         table.given = _only(table.given.keys() - there, table.given)
         if self.words:
             self._read_words(is_first, there)
@@ -309,15 +312,17 @@ class _Sheet:
         return "table_of_means" if means and self.runs and not self.only_means else ""
 
     def _is_not_measured(self) -> bool:
-        """Return whether the title of one of several tables says that it is not measured."""
-        titles = [text for row in self.words for text in row.texts if len(text) < 60]
+        """Return whether the title of one of several tables says "not measured"."""
+        titles = [text for text in self._texts_of_words() if len(text) < 60]
         is_unused = any(map(_NOT_MEASURED.is_in, titles))
         return is_unused and sum(map(is_head, self.grid.rows)) > 1
 
+    def _texts_of_words(self) -> Iterator[str]:
+        return chain.from_iterable(row.texts for row in self.words)
+
     def _are_means(self) -> bool:
         """Return whether a table contains means, by its title or its headers."""
-        words = [text for row in self.words for text in row.texts]
-        title = " ".join(words)
+        title = " ".join(self._texts_of_words())
         if contains_word(title, MEAN_WORDS) and not turns_in(title):
             return True
         timings = [header for header in self.table.headers if names_timing(header)]
@@ -356,7 +361,7 @@ class _Sheet:
     # --- The whole table ---
 
     def finish(self) -> Layout:
-        """Return all runs as one table, with notes on what was left out and on captions."""
+        """Return all runs as one table; note captions and what was left out."""
         self._leave_out_words(set())
         self.width = len(self.columns)
         self._add_given_columns()
@@ -371,14 +376,14 @@ class _Sheet:
             self.faults.add("caption", cell, line=[line], said=said)
             self.faults.take_back("remark", line)
         self._check_parts(parts)
-        rows = [row for part in parts for row in part]
+        rows = list(chain.from_iterable(parts))
         return layout_of(self.grid, self.columns, rows, self.sentences, self.faults)
 
     def _add_given_columns(self) -> None:
         """Add a column for each role that captions give."""
-        given = {
-            role: spot for run in self.runs for role, (_, spot) in run.given.items()
-        }
+        given: dict[str, int] = {}
+        for run in self.runs:
+            given |= {role: spot for role, (_, spot) in run.given.items()}
         there = {header.roles for _, header in self.columns}
         for role, spot in given.items():
             if (role,) not in there:
@@ -413,6 +418,7 @@ class _Sheet:
         if len(parts) < 2:
             return
         seen: set[tuple[str, ...]] = set()
+        spans: list[str] = []
         for part in parts:
             rows = [tuple(row.texts[: self.width]) for row in part]
             if sum(row in seen for row in rows) > 1:
@@ -420,10 +426,10 @@ class _Sheet:
                 line = [part[0].line]
                 raise self.faults.refuse("repeated_table", cell, line=line)
             seen.update(rows)
-        lines = [sorted({row.line for row in part}) for part in parts]
-        spans = ", ".join(map(self.faults.span, lines))
+            spans.append(self.faults.span(sorted({row.line for row in part})))
         cell = self.columns[0][0]
-        self.faults.add("tables_joined", cell, count=len(parts), lines=spans)
+        lines = ", ".join(spans)
+        self.faults.add("tables_joined", cell, count=len(parts), lines=lines)
 
 
 # --- Kinds of headers ---
@@ -452,7 +458,7 @@ def _only(names: Collection[str], given: Given) -> Given:
 
 
 def _is_taken_out(row: Row) -> bool:
-    """Return whether a run is behind a # in a cell of its own, or a note excludes it."""
+    """Return whether a run is behind a # in its own cell, or a note excludes it."""
     if row.texts[0] == "#":
         return True
     texts = [text for text in row.texts if not is_number(text)]

@@ -1,4 +1,4 @@
-"""Read a log from a file, bytes, a DataFrame or a workbook: its text, in rows of cells."""
+"""Read a log from a file, bytes, a DataFrame or a workbook: text, in rows of cells."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ _OTHER_FILES = {
     "a PDF": rb"%PDF",
     "a rich-text document": rb"\{\\rtf",
     "an old Office file (.xls or .doc)": rb"\xd0\xcf\x11\xe0",
-    "an OpenDocument file, such as .ods": rb"PK\x03\x04(?s:.{26})mimetypeapplication/vnd.oa",
+    "an OpenDocument file, such as .ods": rb"PK\x03\x04(?s:.{26})"
+    rb"mimetypeapplication/vnd.oa",
     "an archive (gyro grade reads the zip of a class)": rb"PK\x03\x04|7z\xbc\xaf|Rar!",
     "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg|<(?:p|div|table)\b))",
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
@@ -82,7 +83,7 @@ def _unpacked(data: bytes, faults: Faults) -> bytes:
 
 
 def _read_text(data: bytes, shown: str) -> Faults:
-    """Decode a log, and write JSON as a table; return the faults so far, with the text."""
+    """Decode a log, write JSON as a table; return the faults so far, and its text."""
     kinds = [kind for kind, start in _OTHER_FILES.items() if re.match(start, data)]
     kind = "".join(kinds[:1])
     if kind not in ("", "JSON"):
@@ -205,7 +206,7 @@ def _known_letters(text: str) -> int:
 
 
 def _is_known(word: str) -> bool:
-    """Return whether a word is in the vocabulary, and its letters are of one alphabet."""
+    """Return whether a word is in the vocabulary, with letters of one alphabet."""
     is_mixed = re.search("[A-Za-z]", word) and re.search("[\u0370-\u04ff]", word)
     # A single letter of an alphabet is not a word.
     is_long = len(word) > 1 or word > "\u2e80"

@@ -44,14 +44,14 @@ class Lack(Struct, frozen=True, dict=True):
         return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
 
     def named(self, column: Chosen | None = None) -> str:
-        """Return the header that names the role, with the unit of a column if it fits."""
+        """Return the header that names the role, with a column's unit if it fits."""
         if column and kind_of_role(self.role) in column.kinds:
             return header_of(self.role, column.header.unit or "")
         return header_of(self.role, self.unit)
 
     @cached_property
     def likely(self) -> list[Chosen]:
-        """Columns without a role that may contain it, by their name or else their unit."""
+        """Columns without a role that may contain it, by name or else by unit."""
         # The start of a clock is not a reading.
         unplaced = [
             column for column in self.choice.unplaced if not column.header.moment
@@ -141,8 +141,9 @@ def _what_it_counts(column: Chosen) -> str:
     """Ask what the only column of numbers without a unit counts."""
     cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
     return (
-        f'if "{column.text}" ({cells}) counts turns, write "turns" above it; if thirds, '
-        '"thirds of a turn"; if percent, "turns [%]"; if degrees, "angle [deg]"'
+        f'if "{column.text}" ({cells}) counts turns, write "turns" above it; '
+        'if thirds, "thirds of a turn"; if percent, "turns [%]"; '
+        'if degrees, "angle [deg]"'
     )
 
 

@@ -225,7 +225,7 @@ class TableReader:
         self.faults.add("option_replaces", label=option.label, header=header)
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
-        """Return the log with its readings, and the runs in which the rod did not move."""
+        """Return the log with its readings, and the runs whose rod did not move."""
         self._check_widths()
         times = self._read_times()
         is_run = self._are_runs([time for time, _ in times])
@@ -320,7 +320,7 @@ class TableReader:
         self.faults.add("time_without_turns", silent[0].cell, row=row)
 
     def _ask_for_laps(self, times: list[tuple[Chosen, Column]]) -> None:
-        """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 equal laps."""
+        """Ask if the repeats are readings of a clock that ran on: 1, 2, 3 laps."""
         rows = zip(*(column.values for _, column in times), strict=True)
         complete = [row for row in rows if None not in row]
         if complete and all(map(_are_laps, complete)):
@@ -335,10 +335,8 @@ class TableReader:
         timed = times or [used[role][0] for role in roles.ONE_TURN if role in used]
         if not timed:
             return [True] * len(self.rows)
-        is_run = [
-            any(map(str.isdigit, "".join(texts)))
-            for texts in zip(*(column.texts for column in timed), strict=True)
-        ]
+        rows = zip(*(column.texts for column in timed), strict=True)
+        is_run = [any(map(str.isdigit, "".join(texts))) for texts in rows]
         if set(is_run) == {True, False}:
             pairs = zip(self.rows, is_run, strict=True)
             lines = [row.line for row, is_timed in pairs if not is_timed]
@@ -411,7 +409,7 @@ class TableReader:
     def _column(
         self, cells: CellReader, texts: list[str], spreads: list[Uncertainty | None]
     ) -> Column:
-        """Return one reading for each text, with the value of the whole log in blanks."""
+        """Return one reading for each text; blanks get the value of the whole log."""
         role = cells.role
         at = cells.column.at
         given = self.settings.roles.get(cells.role)
@@ -435,7 +433,7 @@ class TableReader:
         )
 
     def _reading(self, cells: CellReader, text: str, u: Uncertainty | None) -> Reading:
-        """Return the reading of one cell; `u` is used if the cell states no other one."""
+        """Return the reading of one cell; `u` is used if the cell states none."""
         role = cells.role
         quantity = cells.read.get(text)
         if quantity is not None:
@@ -597,12 +595,12 @@ class TableReader:
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         used = self._places_read({*columns, *TEXTS} - unused)
-        unread = [
-            (cell.text, tuple(self.rows[i].texts[at] for i in rows))
-            for at, cell in enumerate(self.table.cells)
-            if at not in used
-        ]
-        return tuple((header, texts) for header, texts in unread if any(texts))
+        unread = []
+        for at, cell in enumerate(self.table.cells):
+            texts = tuple(self.rows[i].texts[at] for i in rows)
+            if at not in used and any(texts):
+                unread.append((cell.text, texts))
+        return tuple(unread)
 
     def _places_read(self, read: set[str]) -> set[int]:
         """Return the numbers of the columns that were read, compared or replaced.
@@ -610,14 +608,11 @@ class TableReader:
         A second column of a role is only compared, but a second text says something
         else than the first.
         """
-        chosen = [
-            one
-            for role, columns in self.choice.used.items()
-            if role in read or role.startswith("u_")
-            for one in columns
-        ]
-        compared = [one for one in self.choice.others if one.role in read - TEXTS]
-        return self.replaced.union(one.at for one in (*chosen, *compared))
+        used = [one for one in self.choice.others if one.role in read - TEXTS]
+        for role, columns in self.choice.used.items():
+            if role in read or role.startswith("u_"):
+                used += columns
+        return self.replaced.union(column.at for column in used)
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
@@ -627,7 +622,7 @@ class TableReader:
     def _blocks(
         self, rows: list[int], columns: Mapping[str, Column]
     ) -> tuple[str, tuple[str, ...]]:
-        """Return the role of days or groups, and the one of each run; note the others."""
+        """Return the role of days or groups, and that of each run; note the others."""
         texts = {role: self._texts(role, rows) for role in BLOCKS}
         role, blocks = find_blocks(texts, columns)
         for other in {*BLOCKS}.intersection(self.choice.used) - {role}:
@@ -657,8 +652,7 @@ def _runs_of(times: list[tuple[Chosen, Column]], rows: int) -> list[_Run]:
     """Return the timed runs: one for each time in a row."""
     return [
         _Run(i, time, column)
-        for i in range(rows)
-        for time, column in times
+        for i, (time, column) in itertools.product(range(rows), times)
         if column.readings[i].text
     ]
 

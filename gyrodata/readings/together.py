@@ -57,7 +57,7 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     LogError
         If a log has errors, or if two logs contradict each other.
     """
-    found = [finding for log in logs for finding in log.diagnostics]
+    found = list(_joined(logs, "diagnostics"))
     if not all(log.ok for log in logs):
         raise LogError(found)
     notes = _contradictions(logs)
@@ -196,12 +196,10 @@ def _same(logs: Sequence[Readings], field: str) -> Any:
 
 def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
     """Return the uncertainties that all logs state, and the widest of the hand."""
-    first = logs[0].uncertainties
-    same = {
-        key: u
-        for key, u in first.items()
-        if all(log.uncertainties.get(key) == u for log in logs)
-    }
+    same = dict(logs[0].uncertainties)
+    for log in logs:
+        stated = log.uncertainties
+        same = {key: u for key, u in same.items() if stated.get(key) == u}
     usual = SOURCES["time_bias"].default
     hands = [log.uncertainties.get("u_time_bias", usual) for log in logs]
     widest = max(hands, key=lambda u: u.absolute)
@@ -231,7 +229,10 @@ def _labels(runs: tuple[str, ...], blocks: tuple[str, ...]) -> tuple[str, ...]:
 
 def _lines(files: Sequence[tuple[int, Readings]]) -> tuple[int, ...]:
     """Return the line of each run in the joined text."""
-    return tuple(line + start for start, log in files for line in log.lines)
+    lines: list[int] = []
+    for start, log in files:
+        lines.extend(line + start for line in log.lines)
+    return tuple(lines)
 
 
 def _all(logs: Sequence[Readings], field: str) -> list[Any]:
@@ -251,14 +252,10 @@ def _merged(logs: Sequence[Readings], field: str) -> dict[str, Any]:
 
 def _columns(files: Sequence[tuple[int, Readings]]) -> dict[str, Column]:
     """Return the columns of all logs that are needed or possible in all of them."""
-    logs = [log for _, log in files]
-    every_role = dict.fromkeys(role for log in logs for role in log.columns)
-    used = [
-        role
-        for role in every_role
-        if role in _MAY_LACK or all(role in log.columns for log in logs)
-    ]
-    return {role: _column(role, files) for role in used}
+    columns = [log.columns for _, log in files]
+    every_role = dict.fromkeys(chain.from_iterable(columns))
+    used = _MAY_LACK.union(set(every_role).intersection(*columns))
+    return {role: _column(role, files) for role in every_role if role in used}
 
 
 def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
@@ -266,12 +263,13 @@ def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     columns = [
         log.columns.get(role) or _blank_column(role, len(log.runs)) for _, log in files
     ]
-    spots = [
+    spots: list[int] = []
+    for number, column in enumerate(columns):
         # A value of a whole log is another reading in each log.
-        spot - number if spot < 0 else spot + number * _CELLS
-        for number, column in enumerate(columns)
-        for spot in column.spots
-    ]
+        spots += [
+            spot - number if spot < 0 else spot + number * _CELLS
+            for spot in column.spots
+        ]
 
     def find(spot: int) -> Place:
         number, cell = divmod(spot, _CELLS)

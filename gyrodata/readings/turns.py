@@ -28,8 +28,10 @@ AND, _FILLERS, _PARTS = (
 )
 """Words between two numbers of one count, "one and a half"; between a count and "turn";
 and "part of" one turn."""
-NUMBERS = {word: number for number in vocabulary.numbers() for word in word_set(number)}
+NUMBERS: dict[str, str] = {}
 """The number that a word says: "2", "1/2", or the denominator "/3"."""
+for _number in vocabulary.numbers():
+    NUMBERS |= dict.fromkeys(word_set(_number), _number)
 SIGNS = "|".join(
     sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
         ::-1
@@ -155,7 +157,9 @@ def _count_of_turns(marked: str) -> str | None:
     if mixed := re.search(_MIXED, marked):
         # "Time 1 1/3 turn" may be the first of several.
         is_number = not mixed[1] or mixed[1].lower() in _FOR
-        return str(int(mixed[2]) + Fraction(mixed[3])) if is_number else ""
+        if is_number:
+            return str(int(mixed[2]) + Fraction(mixed[3]))
+        return ""
     counted = re.search(_COUNTED, marked)
     if counted is None:
         return None
@@ -163,14 +167,16 @@ def _count_of_turns(marked: str) -> str | None:
 
 
 def _part_in_degrees(plain: str) -> str:
-    """Return the part of a turn that an angle of whole degrees is, such as 1/3; else ""."""
+    """Return the part of a turn that an angle in whole degrees is: 1/3; else ""."""
     match = re.search(_ANGLE, plain)
     if match is None or kinds_of(match[2]) != {"angle"}:
         return ""
     if units.parse(match[2]).text != "deg":
         return ""
     part = Fraction(int(match[1]), 360)
-    return str(part) if part.denominator in (1, 2, 3, 4, 6, 12) else ""
+    if part.denominator in (1, 2, 3, 4, 6, 12):
+        return str(part)
+    return ""
 
 
 def _number_of_turns(marked: str) -> str:
@@ -185,7 +191,7 @@ def _number_of_turns(marked: str) -> str:
 
 
 def is_of_turns(word: str) -> bool:
-    """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
+    """Return whether a word belongs to a count of turns: "full", "third", "turn"."""
     word = word.lower()
     if word in _FILLERS or word in NUMBERS or re.search(TURN, word):
         return True

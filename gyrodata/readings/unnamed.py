@@ -142,7 +142,7 @@ def _unit_suffices(role: str, header: Header) -> bool:
 
 
 def _has_one_letter_unit(header: Header) -> bool:
-    """Return whether only a one-letter unit says what a column with an unknown name contains.
+    """Return whether only a one-letter unit says what an unknown column contains.
 
     A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no
     other meaning.

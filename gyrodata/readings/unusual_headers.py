@@ -41,7 +41,10 @@ from gyrodata.readings.turns import (
 )
 
 _WIDE_SIGNS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789", "${}")
-_SPREAD = r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_SPREAD = (
+    r"(?:[\[(]\s*|(?<!\s)\s+)?(?:±|\+/-|\+-)\s*"
+    r"([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+)
 _CAMEL_CASE = r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])"
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
@@ -57,7 +60,8 @@ def unusual_header(text: str) -> Header:
     if not roles and words != text:
         return replace(unusual_header(words), text=text)
     if contains_word(text, THEORY_WORDS):
-        roles, number = (), None  # worked out, not measured
+        roles = ()  # worked out, not measured
+        number = None
     return Header(text, roles, unit, spread, number, name=name)
 
 
@@ -280,14 +284,17 @@ def _roles_of_statement(
 
 
 def _says_only_when(name: str) -> bool:
-    """Return whether a name only says that the spin is meant, or when it was measured."""
+    """Return whether a name only says that it is a spin, or when it was measured."""
     words = [word for word in TOKENS.split(name) if word]
     return is_of_the_spin(name) or all(
         squeeze(word).lower() in SMALL_WORDS for word in words
     )
 
 
-_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+_ORDINAL = (
+    r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)"
+    r"(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+)
 
 
 def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
@@ -302,4 +309,6 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
             and "time" not in name_roles(word)[0]
         ):
             return (), None
-    return (("time",), numbers[0]) if len(numbers) == 1 else ((), None)
+    if len(numbers) == 1:
+        return (("time",), numbers[0])
+    return ((), None)

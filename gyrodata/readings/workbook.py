@@ -10,6 +10,7 @@ import re
 import zipfile
 from collections.abc import Iterable, Iterator
 from datetime import datetime, time, timedelta
+from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
@@ -22,7 +23,8 @@ MAX_COLUMNS = 200
 MAX_CELLS = 200_000
 MAX_TEXT = 10 * 1000 * 1000
 """Characters in all cells of a workbook."""
-_ROWS, _COLUMNS = MAX_ROWS + 10, MAX_COLUMNS + 10
+_ROWS = MAX_ROWS + 10
+_COLUMNS = MAX_COLUMNS + 10
 """Rows and columns that are read: so a file over the limits is refused, and one far
 cell is not."""
 _MAX_UNPACKED = 100 * 1000 * 1000
@@ -108,7 +110,8 @@ def read_sheets(data: bytes) -> list[Sheet]:
         raise
     except Exception as error:  # a damaged file can fail in any way inside openpyxl
         raise ValueError(f"{type(error).__name__}: {error}") from None
-    _check_size(cell for sheet in sheets for row in sheet.rows for cell in row)
+    rows = chain.from_iterable(sheet.rows for sheet in sheets)
+    _check_size(chain.from_iterable(rows))
     return sheets
 
 
@@ -148,12 +151,13 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
     A program that calculates nothing stores no value, or a 0 for all formulas.
     """
-    formulas = [
-        (sheet, formula)
-        for sheet in sheets
-        for formula in sheet.formulas
-        if sheet.rows[formula.row - 1 : formula.row][0][:1] != ["#"]
-    ]
+    formulas: list[tuple[Sheet, Formula]] = []
+    for sheet in sheets:
+        formulas += [
+            (sheet, formula)
+            for formula in sheet.formulas
+            if sheet.rows[formula.row - 1 : formula.row][0][:1] != ["#"]
+        ]
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
     return [(sheet, one) for sheet, one in formulas if one.value is None]
@@ -161,17 +165,15 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
 def is_filled(sheet: Sheet) -> bool:
     """Return whether a sheet contains a cell that is not blank."""
-    return any(cell not in (None, "") for row in sheet.rows for cell in row)
+    return any(cell not in (None, "") for cell in chain.from_iterable(sheet.rows))
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
-    """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
+    """Name the hidden rows and columns of a sheet with cells, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
     rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
-    filled = {
-        at for row in sheet.rows for at, cell in enumerate(row, 1) if _fills(cell)
-    }
+    filled = {column for _, column in _filled_cells(sheet)}
     columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
     for word, names in (("row", rows), ("column", columns)):
         if names:
@@ -185,11 +187,17 @@ def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
     columns = set(sheet.hidden_columns)
     return {
         (row, column)
-        for row, cells in enumerate(sheet.rows, 1)
-        for column, cell in enumerate(cells, 1)
-        if _fills(cell)
-        and (row in rows or column in columns or (row, column) in sheet.blanked)
+        for row, column in _filled_cells(sheet)
+        if row in rows or column in columns or (row, column) in sheet.blanked
     }
+
+
+def _filled_cells(sheet: Sheet) -> Iterator[tuple[int, int]]:
+    """Yield the row and the column of each filled cell."""
+    for row, cells in enumerate(sheet.rows, 1):
+        for column, cell in enumerate(cells, 1):
+            if _fills(cell):
+                yield row, column
 
 
 def _fills(cell: Any) -> bool:
@@ -209,7 +217,7 @@ def quoted(title: str) -> str:
 
 
 def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
-    """Return the name of a cell, such as B5; with its sheet, if this is not `within`."""
+    """Return the name of a cell, such as B5; with its sheet if this is not `within`."""
     name = f"{_letters(formula.column)}{formula.row}"
     return name if sheet is within else f"{quoted(sheet.title)}!{name}"
 
@@ -218,7 +226,7 @@ def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
 
 
 def _check_size(cells: Iterable[Any]) -> None:
-    """Raise TooLargeError if there are too many filled cells, or if these contain too much text."""
+    """Raise TooLargeError if there are too many filled cells, or too much text."""
     filled = list(filter(_fills, cells))
     if len(filled) > MAX_CELLS:
         raise TooLargeError(f"more than {MAX_CELLS:_} filled cells".replace("_", " "))
@@ -234,12 +242,13 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
     if part in archive.namelist() and archive.getinfo(part).file_size > most:
         size = archive.getinfo(part).file_size / 1e6
         raise TooLargeError(
-            f"its part {part} unpacks to {size:.1f} MB; at most {most / 1e6:g} MB are read"
+            f"its part {part} unpacks to {size:.1f} MB; "
+            f"at most {most / 1e6:g} MB are read"
         )
 
 
 def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
-    """Raise TooLargeError if the sheets contain more than can be read in some seconds."""
+    """Raise TooLargeError if the sheets contain more than can be read in seconds."""
     if len(parts) > _MAX_SHEETS:
         raise TooLargeError(f"{len(parts)} sheets; at most {_MAX_SHEETS} are read")
     cells = tags = size = 0
@@ -263,7 +272,8 @@ def _sheet_of(sheet: Any) -> Sheet:
     """Return a sheet of openpyxl, with cells as they were typed."""
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     rows = list(sheet.iter_rows(max_row=_ROWS, max_col=_COLUMNS))
-    times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
+    values = [cell.value for cell in chain.from_iterable(rows)]
+    times = [value for value in values if isinstance(value, time)]
     in_minutes = bool(times) and all(map(_is_in_minutes, times))
     typed = [_typed(row, in_minutes) for row in rows]
     is_hidden = sheet.sheet_state != "visible"
@@ -280,12 +290,12 @@ def _is_in_minutes(typed: time) -> bool:
 
 def _blanked(rows: list[Any]) -> set[tuple[int, int]]:
     """Return the row and the column of each filled cell that shows nothing."""
-    return {
-        (row, column)
-        for row, cells in enumerate(rows, 1)
-        for column, cell in enumerate(cells, 1)
-        if cell.value is not None and cell.has_style and _shows_nothing(cell)
-    }
+    blanked = set()
+    for row, cells in enumerate(rows, 1):
+        for column, cell in enumerate(cells, 1):
+            if cell.value is not None and cell.has_style and _shows_nothing(cell):
+                blanked.add((row, column))
+    return blanked
 
 
 def _shows_nothing(cell: Any) -> bool:
@@ -305,7 +315,7 @@ def _shows_nothing(cell: Any) -> bool:
 
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
-    """Return the cells of a row as they were typed; a row that is struck out begins with #."""
+    """Return the cells of a row as they were typed; a struck-out row begins with #."""
     cells = list(row)
     while cells and cells[-1].value is None:
         cells.pop()

@@ -35,7 +35,7 @@ _Columns = list[tuple[str, list[str]]]
 
 
 def write_log(readings: Readings) -> str:
-    """Write a log in its canonical form: ``#`` lines, one header row, one row for each setting.
+    """Write a log in its canonical form: ``#`` lines, one header, one row per setting.
 
     Parameters
     ----------

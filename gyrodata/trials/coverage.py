@@ -222,7 +222,7 @@ def selfcheck(
 
 
 def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:
-    """Compare the answers of one fit, five ends of intervals for each lab, with the truth."""
+    """Compare the answers of a fit with the truth: five interval ends for each lab."""
     answered = ends[np.isfinite(ends[:, 2])]
     time_us = 1e6 * float(seconds) / len(ends)
     bias = rmse = one = two = mean_u = None

@@ -34,7 +34,8 @@ from gyrodata.readings import read_log
 from gyrodata.results import to_json
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
-PREPARE, CHANGE_WEIGHT = 60.0, 60.0
+PREPARE = 60.0
+CHANGE_WEIGHT = 60.0
 """Lab time to spin the ball up and to write a run down, and to put on another weight
 [s]."""
 
@@ -157,7 +158,7 @@ def plan_lab(limits: Limits) -> Plan:
 def _plan(
     lab: Lab, limits: Limits, now: float | None, first: tuple[PlannedRun, ...]
 ) -> Plan:
-    """Choose runs until the time is over, the goal is reached, or no run is worth it."""
+    """Choose runs until the time is over, the goal is reached or no run is worth it."""
     measured = lab.measured
     fit = lab.fit
     u = fitting.relative_u(fit.inertia)
@@ -189,7 +190,7 @@ def _plan(
 def _first_worth(
     lab: Lab, ranked: Sequence[tuple[PlannedRun, Measurements]], u: float
 ) -> tuple[PlannedRun, Measurements, FitResult] | None:
-    """Return the first run whose whole fit reduces u [1] enough, with its larger lab."""
+    """Return the first run whose whole fit reduces u [1] enough, and its larger lab."""
     for run, larger in ranked[:SHOWN]:
         fit = _fit(lab, larger)
         then = fitting.relative_u(fit.inertia)
@@ -201,7 +202,7 @@ def _first_worth(
 def _rank(
     lab: Lab, measured: Measurements, fit: FitResult, limits: Limits
 ) -> list[tuple[PlannedRun, Measurements]]:
-    """List each run that can be added, with the lab that contains it, the best first."""
+    """List each run that can be added, with the lab that contains it, best first."""
     now = fitting.relative_u(_fit(lab, measured, fit).inertia)
     ranked = []
     for larger in _larger_labs(measured, fit, limits):
@@ -215,7 +216,7 @@ def _rank(
 
 
 def _fit(lab: Lab, measured: Measurements, near: FitResult | None = None) -> FitResult:
-    """Fit a lab; at the widths of another fit, which takes less time, if it is given."""
+    """Fit a lab; with the widths of another fit, which is faster, if given."""
     left_out = lab.left_out
     widths = None if near is None else near.widths
     return fitting.fit(measured, widths, tilted=lab.motion.tilted, left_out=left_out)

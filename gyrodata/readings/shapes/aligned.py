@@ -82,7 +82,9 @@ def _span(cells: tuple[re.Match[str], ...]) -> tuple[int, int]:
 
 
 def _with_tabs(row: list[re.Match[str]], spans: list[tuple[int, int]]) -> str:
-    line, column, end = "", 0, 0
+    line = ""
+    column = 0
+    end = 0
     for number, cell in enumerate(row):
         first = column + 1 if number else 0
         last = len(spans) - len(row) + number
@@ -102,4 +104,6 @@ def _nearest(
         start, stop = spans[column]
         return max(start - cell.end(), cell.start() - stop)
 
-    return min(range(first, last + 1), key=distance) if last > first else first
+    if last > first:
+        return min(range(first, last + 1), key=distance)
+    return first

@@ -31,7 +31,7 @@ CENTRE: Any = {"ha": "center", "va": "center", "fontsize": 7.5}
 
 
 def render(done: Benchmark, workers: int) -> dict[str, bytes]:
-    """Draw all charts in several processes; return the bytes of each PNG by its name."""
+    """Draw all charts in several processes; return the bytes of each PNG by name."""
     titles = report.titles(done)
     tasks = {name: partial(draw, name, titles[name], done) for name in titles}
     return dict(report.answers_of(tasks, workers))
@@ -119,7 +119,7 @@ def draw_motion(figure: Figure, points: pd.DataFrame) -> None:
 
 
 def draw_integrators(figure: Figure, curves: pd.DataFrame) -> None:
-    """Draw the error of e3 against evaluations and against time, after few and many turns."""
+    """Draw the error of e3 against evaluations and time, after few and many turns."""
     groups = list(curves.groupby("turns"))
     grid = figure.subplots(len(groups), 2, sharey=True, squeeze=False)
     for (left, right), (turns, rows) in zip(grid, groups, strict=True):

@@ -1,4 +1,4 @@
-"""Programs that fit a lab: cost against error and coverage, over the same simulated labs.
+"""Programs that fit a lab: cost against error and coverage, over the same labs.
 
 Error: 68 % of the labs have a smaller one; so one lab with a gross mistake does not
 decide. Coverage: the part of all labs whose 95 % interval contains the true I_zz; a lab
@@ -38,7 +38,8 @@ from gyrodata.trials.benchmark.programs import NORMAL_95
 if TYPE_CHECKING:
     import pandas as pd
 
-GYRO_FIT, GYRO = "gyro, one fit", "gyro analyze"
+GYRO_FIT = "gyro, one fit"
+GYRO = "gyro analyze"
 
 CLOSER = 0.68
 """Part of the labs whose error is smaller than the error of a program [1]."""
@@ -155,14 +156,14 @@ def score(answers: pd.DataFrame) -> Row:
 
 
 def quantile(values: Floats, part: float) -> Any:
-    """Return a quantile of values and its 95 % interval, from the order of the values."""
+    """Return a quantile of values and its 95 % interval, by the order of the values."""
     spread = NORMAL_95 * math.sqrt(part * (1 - part) / len(values))
     parts = np.clip([part, part - spread, part + spread], 0, 1)
     return np.quantile(values, parts).tolist()
 
 
 def wilson(part: float, count: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a probability, from a part of `count` labs [1]."""
+    """Return Wilson's 95 % interval of a probability, from a part of the labs [1]."""
     square = NORMAL_95**2 / count
     middle = (part + square / 2) / (1 + square)
     half = math.sqrt(part * (1 - part) * square + square**2 / 4) / (1 + square)

@@ -23,7 +23,9 @@ from gyrodata.trials.simulation import Truth
 if TYPE_CHECKING:
     import pandas as pd
 
-MASS, POSITION, SPIN = 0.060, 0.15, 150 * RPM
+MASS = 0.060
+POSITION = 0.15
+SPIN = 150 * RPM
 """[kg], [m], [rad/s]"""
 
 TOP = motion.Top(

@@ -1,4 +1,4 @@
-"""The simulated labs of the benchmark: logs as a student would type them, of a known I_zz."""
+"""The simulated labs of the benchmark: logs as students type them, of a known I_zz."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
 
 class LabScene(Struct, frozen=True):
-    """A kind of lab: its design, its true errors, and the errors that its log states."""
+    """A kind of lab: its design, its true errors, and those that its log states."""
 
     title: str = ""
     design: Design = Design()
@@ -53,7 +53,9 @@ class LabScene(Struct, frozen=True):
     def _as_stated(self, line: str) -> str:
         """Return a line of a log with the uncertainty that the log states instead."""
         key = line.removeprefix("# ").partition(":")[0]
-        return f"# {key}: {self.stated[key]}\n" if key in self.stated else line
+        if key in self.stated:
+            return f"# {key}: {self.stated[key]}\n"
+        return line
 
 
 SCENES = (

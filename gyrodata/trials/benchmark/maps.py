@@ -36,7 +36,9 @@ from gyrodata.trials.simulation.truth import Motion
 if TYPE_CHECKING:
     import pandas as pd
 
-LINE, GYRO, LEVEL = "line with intercept", "gyro", "eq. (9)"
+LINE = "line with intercept"
+GYRO = "gyro"
+LEVEL = "eq. (9)"
 
 SPINS = (25, 35, 50, 70, 100, 140, 200, 280, 400)
 PITCHES = (-60, -45, -30, -15, 0, 15, 30, 45, 60, 75)
@@ -77,7 +79,7 @@ class MapKind(Struct, frozen=True):
 
 
 def of_balance(difference: float, weights: float) -> LabScene:
-    """Return labs in which M0 differs between the weights, in % of the lightest torque."""
+    """Return labs whose M0 depends on the weight, in % of the lightest torque."""
     masses = np.linspace(0.020, 0.060, int(weights)).tolist()
     return LabScene(
         design=Design(masses=tuple(masses)),
@@ -187,7 +189,9 @@ def fit_tilted(
         GYRO: (Options(), is_timed),
     }
     for program, (options, is_fitted) in methods.items():
-        does, error, limit = "x", math.nan, math.nan
+        does = "x"
+        error = math.nan
+        limit = math.nan
         if is_fitted:
             does, error, limit = fit_by(log, options)
         if start == "released":
@@ -237,8 +241,8 @@ def follow_released(
 ) -> tuple[Floats, Floats, bool]:
     """Integrate the motion of rods that are released from rest.
 
-    Return the time of a turn [s], the spin that a tachometer reads if it follows the rod
-    [rad/s], and whether no rod hits the cup.
+    Return the time of a turn [s], the spin that a tachometer reads if it follows the
+    rod [rad/s], and whether no rod hits the cup.
     """
     # Most rods turn once or a little more in this time.
     longest = 2.2 * np.pi / motion.mean_precession_rate(top, spin, pitch)
@@ -279,7 +283,8 @@ def lift(top: motion.Top, rate: Floats, spin: Floats, pitch: Any) -> Floats:
 
 ERROR = "error of I_zz over its stated u"
 HARMLESS = (-changes.DROP_ALL, changes.DROP_ALL)
-SPIN_LABEL, PITCH_LABEL = "spin [rpm]", "pitch of the rod [degrees]"
+SPIN_LABEL = "spin [rpm]"
+PITCH_LABEL = "pitch of the rod [degrees]"
 
 KINDS = (
     MapKind(

@@ -2,8 +2,8 @@
 
 A lab has nine runs of one turn, three weights at three spins. The hand pushes the rod
 with a part of the rate of steady precession, each rod is up to 2 degrees off its tilt,
-and the air film slows the spin by a time constant that nobody knows better than within a
-factor of 2; so no model is exact. A user reads the spin once, at the midpoint of the
+and the air film slows the spin by a time constant that nobody knows better than within
+a factor of 2; so no model is exact. A user reads the spin once, at the midpoint of the
 run, and the pitch to 1 degree. The other errors of readings are u of the lab.
 
 Each model predicts the azimuth that the rod sweeps in the time of the turn. To first
@@ -34,20 +34,23 @@ from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 if TYPE_CHECKING:
     import pandas as pd
 
-MASSES, POSITION = (0.020, 0.040, 0.060), 0.15
+MASSES = (0.020, 0.040, 0.060)
+POSITION = 0.15
 """[kg], [m]"""
 
-OFF_TILT, PITCH_U = math.radians(2), math.radians(1)
+OFF_TILT = math.radians(2)
+PITCH_U = math.radians(1)
 """Largest difference of a rod from its tilt, and standard uncertainty with which a
 student reads its pitch [rad]."""
 
 CLOSER = 1e-3
-"""Relative tolerance of the motion that counts as true, over the smallest of the others."""
+"""Relative tolerance of the true motion, over the smallest of the others."""
 
 REPEATS = 5
 """Number of times that a duration is measured."""
 
-FULL, KNOWN = "full motion", "full motion, if push and drag were known"
+FULL = "full motion"
+KNOWN = "full motion, if push and drag were known"
 
 LONG = 0.1
 """Time after which a measurement is not repeated [s]."""
@@ -95,7 +98,7 @@ class Rods(Struct, frozen=True):
 
 
 def draw_labs(scene: MotionScene, count: int, seed: int) -> tuple[Rods, Rods]:
-    """Simulate labs of nine runs; return the truth, and what a user knows and assumes."""
+    """Simulate labs of nine runs; return the truth, and what users know and assume."""
     random = np.random.default_rng(seed)
     load, rpm = (part.ravel() for part in np.meshgrid(MASSES, scene.rpm, indexing="ij"))
     mass = np.tile(load, count)
@@ -197,8 +200,8 @@ def compare(
 ) -> list[dict[str, Any]]:
     """Measure every model in one kind of lab; the full motion with relative tolerances.
 
-    The error of a row is the median of |error of I_zz| over the labs, over u, and "error_low"
-    and "error_high" are its quartiles.
+    The error of a row is the median of |error of I_zz| over the labs, over u, and
+    "error_low" and "error_high" are its quartiles.
     """
     true, known = draw_labs(scene, labs, seed)
     one_true, one_known = draw_labs(scene, 1, seed)
@@ -241,7 +244,9 @@ def cheapest(panel: pd.DataFrame) -> str:
     A model that knows what no user knows does not count; "none" if there is no other.
     """
     good = panel[(panel["error_high"] < changes.DROP_ALL) & (panel["method"] != KNOWN)]
-    return str(good.sort_values("seconds").iloc[0]["method"]) if len(good) else "none"
+    if len(good):
+        return str(good.sort_values("seconds").iloc[0]["method"])
+    return "none"
 
 
 def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:

@@ -47,7 +47,7 @@ def start(lab: Lab) -> float:
 
 
 def interval(value: float, u: float, free: int | None = None) -> Answer:
-    """Return the 95 % interval of a value; with Student's factor for u from the scatter."""
+    """Return the 95 % interval of a value; Student's factor for u from the scatter."""
     factor = NORMAL_95
     if free is not None:
         from scipy.special import stdtrit

@@ -219,7 +219,7 @@ def scene_of(log: FittedLog) -> Scene:
 
 
 def titles(done: Benchmark) -> dict[str, str]:
-    """Return the result of each chart in a sentence or two, by the name of the chart."""
+    """Return the result of each chart in one or two sentences, by its name."""
     return {
         "fits": fits_title(done.tables["fits"]),
         "motion": motion_title(done.tables["motion"]),
@@ -229,7 +229,7 @@ def titles(done: Benchmark) -> dict[str, str]:
 
 
 def fits_title(scores: pd.DataFrame) -> str:
-    """Say which programs have a correct coverage most often, and what the cheapest costs."""
+    """Say which programs are correct most often, and what the cheapest one costs."""
     is_correct = scores["coverage_low"].le(fits.STATED) & scores["coverage_high"].ge(
         fits.STATED
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 
 
 _SPINS = tuple(
-    role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role)
+    role for role in chain.from_iterable(SPIN_SETS) if "u_spin" in u_keys(role)
 )
 _ERRORS = (
     "time",

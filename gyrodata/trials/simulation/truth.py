@@ -1,4 +1,4 @@
-"""The true gyroscope, the design of the measurement, and the time that each run then takes.
+"""The true gyroscope, the design of the measurement, and the time of each run.
 
 In steady precession the rod follows the slow root of eq. (8) at every moment while the
 spin falls. A rod that is released from rest keeps its spin and follows its exact
@@ -27,7 +27,7 @@ Motion = Literal["steady", "released"]
 
 
 class Decay(Struct, frozen=True):
-    """The exponential decay of the spin in an air film; exactly one of the attributes is given."""
+    """Exponential decay of the spin in an air film; exactly one attribute is given."""
 
     time_constant: float | None = None
     """τ [s]; the same in every run."""
@@ -80,17 +80,14 @@ class Design(Struct, frozen=True):
     def _settings(self) -> list[tuple[float, ...]]:
         """Return mass, position, pitch, spin and turns of each run."""
         # A run without a weight has no position.
-        loads = [
-            (mass, position)
-            for mass in self.masses
-            for position in (self.positions if mass else (0.0,))
-        ]
-        return [
-            (*load, *setting)
-            for load in loads
-            for setting in itertools.product(self.pitches, self.spins, self.turns)
-            for _ in range(self.repeats)
-        ]
+        loads: list[tuple[float, float]] = []
+        for mass in self.masses:
+            positions = self.positions if mass else (0.0,)
+            loads += itertools.product((mass,), positions)
+        settings = itertools.product(
+            loads, self.pitches, self.spins, self.turns, range(self.repeats)
+        )
+        return [(*load, *setting) for load, *setting, _ in settings]
 
 
 class Listed(Design, frozen=True):
@@ -239,7 +236,8 @@ def _check_decay(motion: Motion, decay: Decay) -> None:
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
-_PLACES, _SHARES = (_PLACES + 1) / 2, _SHARES / 2
+_PLACES = (_PLACES + 1) / 2
+_SHARES = _SHARES / 2
 """Quadrature over a run: places from 0 to 1, and their weights."""
 
 

@@ -54,7 +54,10 @@ class Simulation(Struct, frozen=True, dict=True):
         return self.log
 
     def __repr__(self) -> str:
-        return f"<Simulation of {len(self.runs.time)} runs: I_zz = {self.truth.inertia:g} kg·m²>"
+        return (
+            f"<Simulation of {len(self.runs.time)} runs: "
+            f"I_zz = {self.truth.inertia:g} kg·m²>"
+        )
 
     @cached_property
     def readings(self) -> Readings:
@@ -122,7 +125,7 @@ def _drawn(
     random: np.random.Generator,
     seed: int | None,
 ) -> Truth:
-    """Draw the values that the truth leaves open and that are the same in the whole log."""
+    """Draw the values that the truth leaves open and that the whole log shares."""
     widths = [
         noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")
     ]

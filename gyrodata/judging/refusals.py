@@ -101,9 +101,16 @@ def refusal(
         f"{load_words(measured, group[0])}: {value:.2g}"
         for group, value in zip(groups, middle, strict=True)
     ]
+    clock = ""
+    if measured.timed and (np.diff(measured.time) > 0).all():
+        clock = (
+            "each time is longer than the one before it: if the clock was not set to zero "
+            "between the runs, write the differences; "
+        )
     return readings.say(
         "no_inertia_fits",
         why=why,
+        clock=clock,
         each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
     )
 

@@ -380,6 +380,8 @@ def _ask_for_moments(choice: Choice, faults: Faults) -> None:
         is_alike = other.text[:-1] == first.text[:-1] or (
             other.header.name[:-1] == first.header.name[:-1] != ""
         )
+        # Readings before and after a run have one unit.
+        is_alike = is_alike and other.header.unit == first.header.unit
         if is_alike and "rate" in (other.kinds or first.kinds):
             faults.add("two_spins", first.cell, second=other.text)
 
@@ -408,22 +410,29 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
 def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
     """Ask about a number, the ball or the tip in a header, if no rule has used it.
 
-    What --map names is decided.
+    What --map names is decided, but the number in "T/2" or "10 spins" is not.
     """
     for role, columns in choice.used.items():
-        if role in choice.mapped or role in roles.TEXTS or role.startswith("u_"):
+        is_decided = role in choice.mapped and role not in _TIMED
+        if is_decided or role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
             words = " ".join(unused_words(column.header))
-            if words and not _uses_words(column):
+            is_decided = role in choice.mapped and not re.search("[0-9]", words)
+            if words and not is_decided and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
-                faults.add("words_not_used", column.cell, words=words, named=named)
+                values = {"words": words, "named": named, "role": role}
+                faults.add("words_not_used", column.cell, **values)
+
+
+_TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")
+"""Roles of times: a header may name a part, or several, of what they measure."""
 
 
 def _uses_words(column: Chosen) -> bool:
     """Return whether the words say that the ball turns, or which part is counted."""
     if column.role.startswith("spin"):
-        return True
+        return column.role not in _TIMED
     return column.role in roles.COUNTS and part_counted(column.header) != ""
 
 

@@ -19,7 +19,7 @@ from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
-from gyrodata.readings.names import MAX_HEADER, reported_key
+from gyrodata.readings.names import MAX_HEADER, reported_key, station_in
 from gyrodata.readings.reported import read_reported
 from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.turns import turns_in
@@ -159,15 +159,28 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 """The signs of a number, a blank included."""
 
 
-def units_of_row(texts: Sequence[str]) -> list[str]:
-    """Return the units of a row of units, in brackets or not; [] for another row."""
+def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
+    """Return the units of a row of units, in brackets or not; [] for another row.
+
+    A row `below_names` may contain the units of a few quantities that gyro does not use.
+    """
     units = [text.strip("[]()").strip() for text in texts]
-    others = [at for at, unit in enumerate(units) if not _is_unit(unit)]
-    if len(others) == len(units):
-        return []
-    # A blank cell, 1, or a unit in brackets that gyro does not know
-    is_row = all(texts[at] in (*BLANKS, "1") or texts[at][0] in "[(" for at in others)
-    return units if is_row else []
+    known = list(filter(_is_unit, units))
+    unknown = [text for text in texts if not _may_be_unit(text)]
+    is_row = not unknown
+    if below_names and 2 * len(unknown) < len(known):
+        is_row = all(map(_is_sign_of_unit, unknown))
+    return units if known and is_row else []
+
+
+def _may_be_unit(text: str) -> bool:
+    """Return whether a text is a unit, blank, 1, or a unit in brackets that is unknown."""
+    return text in (*BLANKS, "1") or text[0] in "[(" or _is_unit(text)
+
+
+def _is_sign_of_unit(text: str) -> bool:
+    """Return whether a text may be a unit, such as "°C" and "V"."""
+    return len(text) <= 4 and not any(map(str.isdigit, text))
 
 
 def _is_unit(text: str) -> bool:
@@ -187,8 +200,9 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _RULE = frozenset("|+:=-")
 """Signs of a line of a Markdown table that only draws a line."""
 _MOST_LINES_OF_A_CELL = 100
-_MOST_CELLS_OF_KEY = 3
-"""Cells of a row that states a value for the whole log: "u_time", "0.2", "s"."""
+_MOST_CELLS_OF_KEY = 5
+"""Cells of a row that states a value for the whole log: "I_zz", "4.4e-3", "±", "1e-4",
+"kg m^2"."""
 
 
 def make_grid(
@@ -241,7 +255,10 @@ def _take_note(grid: Grid, index: int, line: str) -> None:
     # A spreadsheet may have put the line in quotes or added delimiters.
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
-    if match := _KEY.fullmatch(content):
+    if station := station_in(content):
+        place = Place(index + 1, start + content.index(station) + 1)
+        grid.metadata.append(("station", Text(station, place)))
+    elif match := _KEY.fullmatch(content):
         key = "_".join(match[1].replace("-", " ").split())
         place = Place(index + 1, start + match.start(2) + 1)
         grid.metadata.append((key, Text(match[2].strip(), place)))
@@ -395,13 +412,15 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
     An example is "u_time", "0.2", "s".
     """
+    if station := station_in("\t".join(cells)):
+        return "station", station
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
     if match is None:
         return None
     key = "_".join(match[1].replace("_", " ").split()).lower()
     value = match[2]
     if reported_key(match[1]) == "inertia":
-        return _answer(value.replace("\t", " "))
+        return _answer(_with_u(value))
     form = vocabulary.LINES.get(key, {})
     if form and "sample" not in form:
         words = form.get("words", YES_OR_NO)
@@ -411,7 +430,15 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
     if is_column or not re.match(r"[-+(]?[.\d]", value):
         return None
-    return key, value.replace("\t", " ")
+    return key, _with_u(value)
+
+
+def _with_u(value: str) -> str:
+    """Join the cells of a value; of two numbers, the second one is the uncertainty."""
+    first, *more = value.split("\t")
+    if len(more) > 1 and is_bare(first) and is_bare(more[0]):
+        return " ".join([first, "±", *more])
+    return " ".join([first, *more])
 
 
 def _answer(text: str) -> tuple[str, str] | None:

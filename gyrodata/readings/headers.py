@@ -55,11 +55,8 @@ def parse_header(text: str) -> Header:
         header = unusual_header(text)
     # In "time for one turn/s", only the name states the turns.
     turns = turns_in(text) or turns_in(header.name)
-    if not turns and (match := _WITH_FRACTION.fullmatch(text)):
-        symbol = parse_header(match[1] + match[3])
-        if not {"time", "precession_period"}.isdisjoint(symbol.roles):
-            # "t_1/3 (s)" is the time of a third of a turn.
-            return replace(symbol, text=text, roles=("time",), turns=match[2])
+    if not turns and (timed := _time_of_symbol(text)):
+        return timed
     return replace(
         header,
         turns=turns,
@@ -70,7 +67,27 @@ def parse_header(text: str) -> Header:
     )
 
 
-_WITH_FRACTION = re.compile(r"([^\W\d_])_?[{(]?(1/[2-9]|2/3|3/4)[)}]?(\W.*)")
+def _time_of_symbol(text: str) -> Header | None:
+    """Read "t_1/3 (s)" and "3T (s)": the time of a third of a turn, and of three."""
+    matches = (pattern.fullmatch(text) for pattern in _TURNS_BESIDE_SYMBOL)
+    match = next(filter(None, matches), None)
+    if match is None:
+        return None
+    symbol = parse_header(match["symbol"] + match["rest"])
+    if "time" not in kinds_of(symbol.unit or ""):
+        return None
+    if {"time", "precession_period"}.isdisjoint(symbol.roles):
+        return None
+    return replace(symbol, text=text, roles=("time",), turns=match["turns"])
+
+
+_TURNS_BESIDE_SYMBOL = tuple(
+    re.compile(pattern)
+    for pattern in (
+        r"(?P<symbol>[^\W\d_])_?[{(]?(?P<turns>1/[2-9]|2/3|3/4)[)}]?(?P<rest>\W.*)",
+        r"(?P<turns>[1-9][0-9]?)\s?[x×*·]?\s?(?P<symbol>[Tτ])(?P<rest>\s*[\[(,/].*)",
+    )
+)
 
 
 def _usual_header(text: str) -> Header | None:

@@ -132,6 +132,8 @@ NOT_THE_WEIGHT = word_set("not_the_weight") | word_set("diameter")
 """Words next to a quantity that is not an added weight, its position, or a spin."""
 MOTION_WORDS = word_set("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
+STATION_WORDS = word_set("station")
+"""Words for the place in the lab where a gyroscope is."""
 SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
 DIAMETER = Phrases("diameter")
@@ -396,7 +398,18 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if exact_roles(bare) == ("inertia",) else bare.lower()
+    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+
+
+def station_in(line: str) -> str:
+    """Return the station that a line names, as "Station 2" and "# poste: B"; else ""."""
+    name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
+    is_short = len(names) == 1 and len(names[0]) <= MAX_STATION
+    return names[0] if is_short and squeeze(name).lower() in STATION_WORDS else ""
+
+
+MAX_STATION = 3
+"""Characters of the name of a station: 2, 12, B, A2."""
 
 
 # --- The record of a header ---

@@ -6,10 +6,11 @@ import itertools
 import re
 from collections.abc import Iterable, Iterator
 
+from gyrodata.base import diagnostics
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.grid import Grid, Row, has_numbers, is_head
+from gyrodata.readings.grid import Grid, Row, filled_at, has_numbers, is_head
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import Faults, Text
 from gyrodata.readings.names import (
@@ -39,6 +40,7 @@ ALTERED, CORRECTED = map(Phrases, ("altered", "corrected"))
 _SIGNS = rf"\+(?![/-])|[2-9]\s*=\s*(?:\w+\s+)?{TURN}"
 """Signs that say the same: "position + R", "4 = full turn"."""
 _AMOUNT = rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+)"
+_AMOUNT_OR_SHARE = rf"(?<![0-9.,]){numerals.NUMBER}\s*([^\W\d_]+|%)"
 _ROLE_OF_UNIT = {
     frozenset({"mass"}): "mass",
     frozenset({"length"}): "position",
@@ -78,30 +80,36 @@ def _names_part_of_period(note: str) -> bool:
 
 
 def altered_role(note: str) -> str:
-    """Find the reading that is not what is typed, if a note says so.
+    """Return the first reading that is not what is typed, if a note says so; else ""."""
+    return next(iter(altered_readings(note)), "")
 
-    Such a note contains a word such as "twice" or "hanger", or a sum. "" if there is
-    none; "readings" if the note does not name it.
+
+def altered_readings(note: str) -> list[str]:
+    """List the readings that may not be what is typed, because a note says so.
+
+    Such a note contains a word such as "twice" or "hanger", or a sum. The list contains
+    "readings" if the note does not name one, and is empty if it says nothing like that.
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
     if not is_altered and not turns_in(note):
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
-        return ""
+        return []
     if CORRECTED.is_in(re.sub(ALTERED.pattern, "…", bare)):
-        return ""
-    return _named_reading(bare) or ("readings" if is_altered else "")
+        return []
+    return _named_readings(bare) or ["readings"] * is_altered
 
 
-def _named_reading(note: str) -> str:
-    """Return the first reading that a note names; else one whose amount it states."""
-    for word in re.findall(r"[\w/]+", note):
-        for role in _roles_of_word(word):
-            if BY_NAME[role].part and role != "torque":
-                return role
+def _named_readings(note: str) -> list[str]:
+    """List the readings that a note names; else the one whose amount it states."""
+    words = re.findall(r"[\w/]+", note)
+    named = itertools.chain.from_iterable(map(_roles_of_word, words))
+    of_runs = [role for role in named if BY_NAME[role].part and role != "torque"]
     amount = re.search(_AMOUNT, note)
-    return _ROLE_OF_UNIT.get(kinds_of(amount[1]), "") if amount else ""
+    if not of_runs and amount:
+        of_runs = list(filter(None, [_ROLE_OF_UNIT.get(kinds_of(amount[1]))]))
+    return list(dict.fromkeys(of_runs))
 
 
 def _roles_of_word(word: str) -> tuple[str, ...]:
@@ -234,12 +242,36 @@ def _warn_of_notes(notes: dict[str, Text], grid: Grid, faults: Faults) -> None:
     """Warn of notes; one on the turns of each time is answered by a line with them."""
     counts = {text.text for key, text in grid.metadata if key.lower() == "turns"}
     for note, cell in notes.items():
-        role = altered_role(note)
-        if not role and DIAMETER.is_in(note) and _calls_position_diameter(note, grid):
-            role = "position"
-        is_answered = role in roles.TIMINGS and turns_in(note) in counts
-        if role and not is_answered:
-            faults.add("note", cell, note=note, role=role.replace("_", " "))
+        named = altered_readings(note)
+        if not named and DIAMETER.is_in(note) and _calls_position_diameter(note, grid):
+            named = ["position"]
+        if not named or (named[0] in roles.TIMINGS and turns_in(note) in counts):
+            continue
+        faults.add("note", cell, note=note, role=_in_words(named))
+
+
+def _in_words(named: list[str]) -> str:
+    return " or the ".join(named).replace("_", " ")
+
+
+def warn_of_unused(sentences: Iterable[Text], grid: Grid, faults: Faults) -> None:
+    """Warn of each sentence that names a reading and an amount, if nothing used it.
+
+    `sentences` are the comments and the rows of text. If another message is about the
+    line of a sentence, gyro used it, or asks about it already.
+    """
+    left_out = diagnostics.message("title").code
+    told = {fault.line for fault in faults.found if fault.code != left_out}
+    notes = [text for key, text in grid.metadata if key.lower() in roles.TEXTS]
+    for sentence in (*sentences, *notes):
+        text = sentence.text
+        is_used = turns_in(text) or from_centre(text) or origin_in(text)
+        if is_used or sentence.place.line in told or CORRECTED.is_in(text):
+            continue
+        named = _named_readings(text)
+        units = re.findall(_AMOUNT_OR_SHARE, text)
+        if named and any(unit == "%" or kinds_of(unit) for unit in units):
+            faults.add("note_not_used", sentence, note=text, role=_in_words(named))
 
 
 def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:
@@ -249,9 +281,12 @@ def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:
         places = [
             at for at, text in enumerate(row.texts) if _is_remark(text, is_header)
         ]
-        if places:
-            note = ", ".join(row.texts[at] for at in places)
-            yield note, grid.cell(row, places[0])
+        if not places:
+            continue
+        if not is_header and not has_numbers(row):
+            places = filled_at(row)  # a sentence with commas
+        note = ", ".join(row.texts[at] for at in places)
+        yield note, grid.cell(row, places[0])
 
 
 def _is_remark(text: str, is_header: bool) -> bool:

@@ -198,7 +198,7 @@ class _Sheet:
         """Return the units of a row below the names; [] if it is another row."""
         has_units = any(header.unit for header in self.table.headers)
         is_below = self.table.is_new or not has_units
-        return units_of_row(row.texts) if is_below else []
+        return units_of_row(row.texts, below_names=True) if is_below else []
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""

@@ -96,7 +96,7 @@ def _read_text(data: bytes, shown: str) -> Faults:
     elif _LIST_OF_PROGRAM.search(text):
         raise Faults(shown).refuse("other_kind", kind="a program")
     elif text.count("\\\\") > 2 and text.count("&") > 2:
-        raise Faults(shown).refuse("other_kind", kind="a table in LaTeX")
+        raise Faults(shown).refuse("other_kind", kind="LaTeX source")
     faults = Faults(shown, text)
     if page:
         faults.add("code_page", page=page)

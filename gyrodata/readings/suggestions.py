@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import chain
 
 from msgspec import Struct
 
@@ -12,7 +13,7 @@ from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
 from gyrodata.readings.captions import quoted
 from gyrodata.readings.grid import is_bare
-from gyrodata.readings.headers import counts_weights
+from gyrodata.readings.headers import counts_weights, unused_words
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
 from gyrodata.readings.names import DIAMETER, PRECESSION
@@ -116,11 +117,19 @@ def _guess(lack: Lack) -> str:
             f'spin="{header}"'
         )
         return "" if re.search(PRECESSION, header) else is_it
+    if lack.role == "time" and (clock := _start_and_stop(lack)):
+        return clock
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
         return ""
     [column] = lack.likely
     if lack.role == "turns":
         return _what_it_counts(column)
+    if words := _timed_turns(lack):
+        return (
+            f'"{column.text}" contains "{words}": if it is the time of a part of a turn, '
+            f'or of several turns, write "time for 1/2 turn [s]" above it, with the '
+            f"number of its turns"
+        )
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
     meaning = roles.BY_NAME[lack.role].meaning
@@ -128,6 +137,27 @@ def _guess(lack: Lack) -> str:
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
         f'instead, or type --map {lack.role}="{column.text}"'
         f"{FROM_SURFACE if lack.role == 'position' else ''}"
+    )
+
+
+def _timed_turns(lack: Lack) -> str:
+    """Return the number in the header of a time that gyro does not understand; else ""."""
+    headers = [column.header for column in lack.likely if lack.role == "time"]
+    return " ".join(chain.from_iterable(map(unused_words, headers)))
+
+
+def _start_and_stop(lack: Lack) -> str:
+    """Say what to write for the start and the stop of a clock; "" without both."""
+    moments = {
+        column.header.moment: column.text
+        for column in lack.choice.unplaced
+        if "time" in column.kinds and column.header.moment
+    }
+    if len(moments) < 2:
+        return ""
+    return (
+        f'write "{moments["end"]}" minus "{moments["start"]}" in a column '
+        f'"{lack.named()}"'
     )
 
 
@@ -174,7 +204,8 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
     """Return the header row with each missing role above the column that may be it."""
     headers = dict(choice.corrected)
     for lack in lacks:
-        if len(lack.likely) == 1 and not lack.instead:
+        is_clear = len(lack.likely) == 1 and not (lack.instead or _timed_turns(lack))
+        if is_clear:
             headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]

@@ -43,7 +43,7 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.notes import read_notes
+from gyrodata.readings.notes import read_notes, warn_of_unused
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Given, Settings, read_options, read_settings
@@ -162,6 +162,7 @@ def _with_runs(
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
         check_completeness(log, choice, table, lost | given.unread, faults)
+    warn_of_unused(table.sentences, table.grid, faults)
     moved = [run for run in range(len(log.runs)) if run not in unmoved]
     if unmoved and moved:
         return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))

@@ -123,16 +123,18 @@ def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
 
 
 def _fitting(role: str, choice: Choice) -> list[Chosen]:
-    """Return the columns without a name whose unit fits a role."""
+    """Return the columns without a name whose unit fits a role.
+
+    The start of a clock, or its stop, is not a reading.
+    """
     kind = kind_of_role(role)
-    fitting = [
+    return [
         column
         for column in _unplaced(choice)
-        if kind in column.kinds and _unit_suffices(role, column.header)
+        if kind in column.kinds
+        and not column.header.moment
+        and _unit_suffices(role, column.header)
     ]
-    if len(fitting) < 2:
-        return fitting
-    return [column for column in fitting if not column.header.moment]
 
 
 def _unit_suffices(role: str, header: Header) -> bool:

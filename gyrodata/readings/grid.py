@@ -168,7 +168,7 @@ def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
     known = list(filter(_is_unit, units))
     unknown = [text for text in texts if not _may_be_unit(text)]
     is_row = not unknown
-    if below_names and 2 * len(unknown) < len(known):
+    if below_names and len(unknown) < len(known):
         is_row = all(map(_is_sign_of_unit, unknown))
     return units if known and is_row else []
 
@@ -415,7 +415,8 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     if station := station_in("\t".join(cells)):
         return "station", station
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
-    if match is None:
+    # A row of several cells ends with a unit.
+    if match is None or (len(cells) > 2 and is_number(cells[-1])):
         return None
     key = "_".join(match[1].replace("_", " ").split()).lower()
     value = match[2]
@@ -427,8 +428,7 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
         return (key, value) if value.lower() in words else None
     if not form and key not in _CONSTANTS:
         return None
-    is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
-    if is_column or not re.match(r"[-+(]?[.\d]", value):
+    if not re.match(r"[-+(]?[.\d]", value):
         return None
     return key, _with_u(value)
 

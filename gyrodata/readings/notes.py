@@ -257,13 +257,13 @@ def _in_words(named: list[str]) -> str:
 def warn_of_unused(sentences: Iterable[Text], grid: Grid, faults: Faults) -> None:
     """Warn of each sentence that names a reading and an amount, if nothing used it.
 
-    `sentences` are the comments and the rows of text. If another message is about the
-    line of a sentence, gyro used it, or asks about it already.
+    A sentence behind # is a remark. If another message is about the line of a sentence,
+    gyro used it, or asks about it already.
     """
     left_out = diagnostics.message("title").code
     told = {fault.line for fault in faults.found if fault.code != left_out}
-    notes = [text for key, text in grid.metadata if key.lower() in roles.TEXTS]
-    for sentence in (*sentences, *notes):
+    told = told.union(remark.place.line for remark in grid.comments)
+    for sentence in sentences:
         text = sentence.text
         is_used = turns_in(text) or from_centre(text) or origin_in(text)
         if is_used or sentence.place.line in told or CORRECTED.is_in(text):

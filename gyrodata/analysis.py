@@ -176,7 +176,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     try:
         recommended = recommend(readings, measured, model, keep_flagged)
     except LogError as error:
-        raise LogError([*diagnostics, *error.diagnostics]) from None
+        reasons = list(error.diagnostics)
+        if unusual_sizes:
+            reasons = [replace(reason, hint=FIRST_THE_SIZES) for reason in reasons]
+        raise LogError([*diagnostics, *reasons]) from None
     lab = recommended.lab
     outliers = recommended.outliers
     # `recommend` chose the models of motion, corrected the runs by them, and left
@@ -210,6 +213,10 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
         blocks_agreement=compare_blocks(lab),
         diagnostics=diagnostics,
     )
+
+
+FIRST_THE_SIZES = "first correct the readings that the warnings above ask about"
+"""What to do if a log has no answer, and readings of an unusual size."""
 
 
 def judge(fitted: FittedLog) -> Analysis:

@@ -413,13 +413,13 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
     What --map names is decided, but the number in "T/2" or "10 spins" is not.
     """
     for role, columns in choice.used.items():
-        is_decided = role in choice.mapped and role not in _TIMED
-        if is_decided or role in roles.TEXTS or role.startswith("u_"):
+        if role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
             words = " ".join(unused_words(column.header))
-            is_decided = role in choice.mapped and not re.search("[0-9]", words)
-            if words and not is_decided and not _uses_words(column):
+            if role in choice.mapped:
+                words = words if role in _TIMED and re.search("[0-9]", words) else ""
+            if words and not _uses_words(column):
                 named = header_of(role, column.header.unit or "")
                 values = {"words": words, "named": named, "role": role}
                 faults.add("words_not_used", column.cell, **values)

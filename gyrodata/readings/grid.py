@@ -393,7 +393,9 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
     Examples are "g = 9.81", and "Ball diameter", "101.6", "mm".
     """
-    stated = _value_of_log(row.filled())
+    cells = row.filled()
+    station = station_in("\t".join(cells))
+    stated = ("station", station) if station else _value_of_log(cells)
     if stated is None:
         return False
     key, value = stated
@@ -412,8 +414,6 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
     An example is "u_time", "0.2", "s".
     """
-    if station := station_in("\t".join(cells)):
-        return "station", station
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
     # A row of several cells ends with a unit.
     if match is None or (len(cells) > 2 and is_number(cells[-1])):

@@ -55,7 +55,7 @@ def parse_header(text: str) -> Header:
         header = unusual_header(text)
     # In "time for one turn/s", only the name states the turns.
     turns = turns_in(text) or turns_in(header.name)
-    if not turns and (timed := _time_of_symbol(text)):
+    if not (turns or header.roles) and (timed := _time_of_symbol(text)):
         return timed
     return replace(
         header,

@@ -398,7 +398,7 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+    return "inertia" if exact_roles(bare) == ("inertia",) else bare.lower()
 
 
 def station_in(line: str) -> str:

@@ -254,24 +254,32 @@ def _in_words(named: list[str]) -> str:
     return " or the ".join(named).replace("_", " ")
 
 
-def warn_of_unused(sentences: Iterable[Text], grid: Grid, faults: Faults) -> None:
+def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
     """Warn of each sentence that names a reading and an amount, if nothing used it.
 
-    A sentence behind # is a remark. If another message is about the line of a sentence,
-    gyro used it, or asks about it already.
+    If another message is about the line of a sentence, gyro used it, or asks about it
+    already.
     """
     left_out = diagnostics.message("title").code
-    told = {fault.line for fault in faults.found if fault.code != left_out}
-    told = told.union(remark.place.line for remark in grid.comments)
+    lines = {fault.line for fault in faults.found if fault.code != left_out}
     for sentence in sentences:
-        text = sentence.text
-        is_used = turns_in(text) or from_centre(text) or origin_in(text)
-        if is_used or sentence.place.line in told or CORRECTED.is_in(text):
-            continue
-        named = _named_readings(text)
-        units = re.findall(_AMOUNT_OR_SHARE, text)
-        if named and any(unit == "%" or kinds_of(unit) for unit in units):
-            faults.add("note_not_used", sentence, note=text, role=_in_words(named))
+        note = sentence.text
+        named = _named_readings(note)
+        is_used = sentence.place.line in lines or _is_understood(note)
+        if named and not is_used and _has_amount(note):
+            faults.add("note_not_used", sentence, note=note, role=_in_words(named))
+
+
+def _is_understood(note: str) -> bool:
+    """Return whether other rules read a note, or it says that readings are corrected."""
+    is_place = from_centre(note) or origin_in(note) != ""
+    return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
+
+
+def _has_amount(note: str) -> bool:
+    """Return whether a note contains a number with a unit, or a percentage."""
+    units = re.findall(_AMOUNT_OR_SHARE, note)
+    return any(unit == "%" or kinds_of(unit) for unit in units)
 
 
 def _remarks_in(rows: list[Row], grid: Grid) -> Iterator[tuple[str, Text]]:

@@ -110,13 +110,7 @@ def _guess(lack: Lack) -> str:
     """Say which column may be the role; "" if no column of the log may be it."""
     rates = lack.choice.used.get("precession_rate")
     if lack.role == "spin" and rates:
-        # The lab sheet calls the spin a rotation.
-        header = rates[0].text
-        is_it = (
-            f'is it "{header}", which is read as the rate of the precession? --map '
-            f'spin="{header}"'
-        )
-        return "" if re.search(PRECESSION, header) else is_it
+        return _may_be_spin(rates[0].text)
     if lack.role == "time" and (clock := _start_and_stop(lack)):
         return clock
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
@@ -133,10 +127,20 @@ def _guess(lack: Lack) -> str:
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
     meaning = roles.BY_NAME[lack.role].meaning
+    more = FROM_SURFACE * (lack.role == "position")
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
-        f'instead, or type --map {lack.role}="{column.text}"'
-        f"{FROM_SURFACE if lack.role == 'position' else ''}"
+        f'instead, or type --map {lack.role}="{column.text}"{more}'
+    )
+
+
+def _may_be_spin(header: str) -> str:
+    """Ask if a rate of the precession is the spin: the lab sheet calls it a rotation."""
+    if re.search(PRECESSION, header):
+        return ""
+    return (
+        f'is it "{header}", which is read as the rate of the precession? --map '
+        f'spin="{header}"'
     )
 
 

@@ -162,7 +162,9 @@ def _with_runs(
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
         check_completeness(log, choice, table, lost | given.unread, faults)
-    warn_of_unused(table.sentences, table.grid, faults)
+    rows_of_text = table.sentences[len(table.grid.comments) :]
+    if rows_of_text:
+        warn_of_unused(rows_of_text, faults)
     moved = [run for run in range(len(log.runs)) if run not in unmoved]
     if unmoved and moved:
         return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))

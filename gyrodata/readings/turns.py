@@ -211,8 +211,8 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         return ""
     numbers = [NUMBERS.get(word, word) for word in words]
     part, rest = _last_part(numbers, whole)
-    is_sum = bool(rest) and rest[-1] in AND
-    count, before = _last_count(rest[:-1] if is_sum else rest)
+    is_sum = "".join(rest[-1:]) in AND
+    count, before = _last_count(rest[: len(rest) - is_sum])
     # The digit of a header may number a trial, and not count parts of a turn.
     is_trial = count and not whole and words[len(before)].isdecimal()
     is_inside = before and (whole or before[-1] in _PARTS)

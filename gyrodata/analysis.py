@@ -15,6 +15,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from gyrodata import fitting
+from gyrodata.base.diagnostics import message as diagnostic_of
 from gyrodata.base.errors import Diagnostic, LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes, findings, tables
@@ -176,9 +177,9 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     try:
         recommended = recommend(readings, measured, model, keep_flagged)
     except LogError as error:
-        reasons = list(error.diagnostics)
-        if unusual_sizes:
-            reasons = [replace(reason, hint=FIRST_THE_SIZES) for reason in reasons]
+        reasons = error.diagnostics
+        if unusual_sizes and reasons[0].code == diagnostic_of("not_measured").code:
+            reasons = (replace(reasons[0], hint=FIRST_THE_SIZES),)
         raise LogError([*diagnostics, *reasons]) from None
     lab = recommended.lab
     outliers = recommended.outliers
@@ -216,7 +217,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
 
 
 FIRST_THE_SIZES = "first correct the readings that the warnings above ask about"
-"""What to do if a log has no answer, and readings of an unusual size."""
+"""What to do if the interval is useless because readings have an unusual size."""
 
 
 def judge(fitted: FittedLog) -> Analysis:

@@ -254,7 +254,7 @@ def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
     return bool(places)
 
 
-# --- What a table lacks ---
+# --- Roles that a table lacks ---
 
 
 def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[str]:

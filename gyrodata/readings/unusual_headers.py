@@ -1,4 +1,4 @@
-"""Headers that are no name with a unit in brackets.
+"""Headers in other forms than a name with a unit in brackets.
 
 Their unit may stand behind a slash, a comma, a blank or "in", in front of the name, or
 alone; and the name may have a meaning only next to the unit.
@@ -112,7 +112,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         in_brackets = [split for split in splits if split.mark == "bracket"]
         split = _first(_is_set_apart, in_brackets)
     if split is None and not name_roles(text)[0]:
-        # and last, if the whole header is no name, one that is set apart otherwise.
+        # and last, unless the whole header is a name, any that is set apart.
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
     return (text, None) if split is None else (split.name, split.unit)
 

@@ -59,12 +59,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())
     run = int(loaded[worst])
-    least = (
-        float(
-            physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]
-        )
-        / RPM
-    )
+    spins = physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)
+    least = float(spins[worst]) / RPM
     fall = {
         "spin": spin[worst] / RPM,
         "sag": math.degrees(sag[worst]),
@@ -101,11 +97,10 @@ def refusal(
         f"{load_words(measured, group[0])}: {value:.2g}"
         for group, value in zip(groups, middle, strict=True)
     ]
-    return readings.say(
-        "no_inertia_fits",
-        why=why,
-        each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
-    )
+    each = ", ".join(shown[:6])
+    if len(shown) > 6:
+        each += ", …"
+    return readings.say("no_inertia_fits", why=why, each=each)
 
 
 def not_measured(

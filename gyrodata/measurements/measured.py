@@ -559,7 +559,8 @@ def _torque_unseen(
         sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
+    spin = _spins(still, diagnostics, time, None).mean
+    unseen = 2 * math.pi * sighted / time * spin
     best = int(unseen.argmin())
     note = readings.say(
         "rod_stayed",

@@ -27,7 +27,7 @@ from gyrodata.readings.names import (
     name_roles,
     origin_in,
     squeeze,
-    squeezed_names,
+    vocabulary_words,
 )
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import is_of_turns, turns_in
@@ -58,9 +58,9 @@ _SIGNS_OF_TIME = "|".join(word for word in _NAMES_OF_TIME if word > "\u2e80")
 TIMED = rf"\b{vocabulary.pattern('timed')}\w*|{_SIGNS_OF_TIME}"
 """Verbs of a measurement, and words for a time in languages without blanks between
 words."""
-_SMALL = (
-    SMALL_WORDS | CENTRE_WORDS | TRIAL_WORDS | frozenset().union(*BESIDE.values())
-) | set(squeezed_names(",".join(vocabulary.words("caption").split())))
+_SMALL = vocabulary_words("caption").union(
+    SMALL_WORDS, CENTRE_WORDS, TRIAL_WORDS, *BESIDE.values()
+)
 """Words next to a quantity of a run that do not say of what it is."""
 _NUMBERED = r"(?<=[^\W\d])\s?#?[1-9][0-9]?(?=\W*$|\s*[:=,])|=\s*[0-9/]+(?=\s)"
 """The number of a weight or a run: "Weight 1:", "m1 ="; and "turns=1"."""
@@ -187,11 +187,13 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
 
 def _without_brackets(sentence: str) -> str:
     """Return a sentence without brackets, but with those of units."""
-    return re.sub(
-        r"[\[(]([^()\[\]]*)[\])]",
-        lambda inside: inside[0] if kinds_of(inside[1]) else f" {inside[1]} ",
-        sentence,
-    )
+    return re.sub(r"[\[(]([^()\[\]]*)[\])]", _content_unless_unit, sentence)
+
+
+def _content_unless_unit(brackets: re.Match[str]) -> str:
+    if kinds_of(brackets[1]):
+        return brackets[0]
+    return f" {brackets[1]} "
 
 
 def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:

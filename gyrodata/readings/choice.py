@@ -161,8 +161,8 @@ def _explained(column: Chosen, legend: str) -> Chosen:
 
 def _with_counts(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     """Let "rotation" or "precession" count turns, if nothing else counts them."""
-    timed = any("time" in column.kinds for column in columns) or any(
-        column.header.roles == ("time",) for column in columns
+    timed = any(
+        "time" in column.kinds or column.header.roles == ("time",) for column in columns
     )
     counted = choice.gives_turns() or any(
         column.header.turns or column.header.roles in (("turns",), ("angle",))
@@ -377,9 +377,8 @@ def _ask_for_moments(choice: Choice, faults: Faults) -> None:
     """Ask about "rpm 1" and "rpm 2": they may be readings before and after each run."""
     first = choice.used["spin"][0]
     for other in (*choice.others, *choice.unplaced):
-        is_alike = other.text[:-1] == first.text[:-1] or (
-            other.header.name[:-1] == first.header.name[:-1] != ""
-        )
+        has_stem = other.header.name[:-1] == first.header.name[:-1] != ""
+        is_alike = has_stem or other.text[:-1] == first.text[:-1]
         if is_alike and "rate" in (other.kinds or first.kinds):
             faults.add("two_spins", first.cell, second=other.text)
 

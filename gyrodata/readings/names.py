@@ -109,27 +109,28 @@ def squeezed_names(names: str) -> list[str]:
     return squeeze(names).lower().split(",")
 
 
-def _words(key: str) -> set[str]:
+def vocabulary_words(key: str) -> set[str]:
+    """Return the words of a key in all languages, squeezed, in small letters."""
     return set(squeezed_names(",".join(vocabulary.words(key).split())))
 
 
-START_WORDS = _words("start")
-END_WORDS = _words("end")
-NOISE_WORDS = _words("noise")
-UNSURE_WORDS = _words("unsure")
-THEORY_WORDS = _words("theory")
-TRIAL_WORDS = _words("trial")
-CENTRE_WORDS = _words("centre")
-MEAN_WORDS = _words("mean")
-SCALE_WORDS = _words("scale")
-COUNTER_WORDS = _words("counter")
+START_WORDS = vocabulary_words("start")
+END_WORDS = vocabulary_words("end")
+NOISE_WORDS = vocabulary_words("noise")
+UNSURE_WORDS = vocabulary_words("unsure")
+THEORY_WORDS = vocabulary_words("theory")
+TRIAL_WORDS = vocabulary_words("trial")
+CENTRE_WORDS = vocabulary_words("centre")
+MEAN_WORDS = vocabulary_words("mean")
+SCALE_WORDS = vocabulary_words("scale")
+COUNTER_WORDS = vocabulary_words("counter")
 """Words for calculated values, repeats of one setting, the centre of the ball, means,
 and scales of instruments; and words for a turn that may also number the runs."""
-SUMMARY_WORDS = MEAN_WORDS | _words("summary")
+SUMMARY_WORDS = MEAN_WORDS | vocabulary_words("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT = _words("not_the_weight") | _words("diameter")
+NOT_THE_WEIGHT = vocabulary_words("not_the_weight") | vocabulary_words("diameter")
 """Words next to a quantity that is not an added weight, its position, or a spin."""
-MOTION_WORDS = _words("motion")
+MOTION_WORDS = vocabulary_words("motion")
 """Words for a rotation, whose unit says whether it is an angle, turns or a rate."""
 SPINNING = Phrases("spinning")
 SPHERE = Phrases("sphere")
@@ -217,9 +218,7 @@ def is_word(text: str) -> bool:
 
 
 BESIDE = {
-    role: frozenset(
-        squeezed_names(",".join(vocabulary.words(f"beside_{role}").split()))
-    )
+    role: vocabulary_words(f"beside_{role}")
     for role in ("mass", "position", "turns", "time", "spin")
 }
 """Words beside the name of a role that say nothing more: "added mass"."""
@@ -377,9 +376,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
-    return BESIDE.get(role, frozenset()).issuperset(
-        squeeze(word).lower() for word in beside
-    )
+    return BESIDE.get(role, set()).issuperset(squeeze(word).lower() for word in beside)
 
 
 _RADIUS = Phrases("radius")

@@ -33,12 +33,9 @@ NUMBERS: dict[str, str] = {}
 for _number in vocabulary.numbers():
     _words = ",".join(vocabulary.words(_number).split())
     NUMBERS |= dict.fromkeys(squeezed_names(_words), _number)
-SIGNS = "|".join(
-    sorted((word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
-        ::-1
-    ]
-)
-SIGNS = f"(?<!第)(?:{SIGNS})"
+_SIGNS = [word for word in NUMBERS if chr(0x2E80) < word < chr(0xA000)]
+_SIGNS.sort(key=len, reverse=True)
+SIGNS = f"(?<!第)(?:{'|'.join(_SIGNS)})"
 """Numbers in languages without blanks between words."""
 TURN = vocabulary.expression("turn")
 MARK = "ꙮ"
@@ -209,7 +206,9 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     """
     words = _number_words(text)
     numbers = [NUMBERS.get(word, word) for word in words]
-    part = _take_part(numbers, whole) if words and words[-1] in NUMBERS else ""
+    part = ""
+    if words and words[-1] in NUMBERS:
+        part = _take_part(numbers, whole)
     is_sum = _take_and(numbers)
     count = _take_count(numbers)
     # The digit of a header may number a trial, and not count parts of a turn.

@@ -166,9 +166,9 @@ class Log(Struct, frozen=True):
         lightest = fitting.lightest_torque(self.measured, fit.adjusted.kept)
         common = np.where(level > FAR * lightest, RARE, 1.0)
         with np.errstate(divide="ignore"):
-            alike, differs = np.log(
-                [weight @ (level == 0), weight @ (common * (level > 0))]
-            )
+            of_alike = weight @ (level == 0)
+            of_different = weight @ (common * (level > 0))
+            alike, differs = np.log([of_alike, of_different])
         return evidence + float(alike), evidence + float(differs)
 
     def _log_of_balance(self, fit: FitResult) -> float:

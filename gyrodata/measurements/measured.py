@@ -253,15 +253,13 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None if the runs differ."""
-        own = [
-            source
-            for source in self.sources
-            if source.quantity == "time" and self.timed
-        ]
-        alike = (
-            len(own) == 1 and not own[0].relative.any() and not np.ptp(own[0].absolute)
-        )
-        return float(own[0].absolute[0]) if alike else None
+        own = [source for source in self.sources if source.quantity == "time"]
+        if not self.timed or len(own) != 1:
+            return None
+        absolute = own[0].absolute
+        if own[0].relative.any() or np.ptp(absolute):
+            return None
+        return float(absolute[0])
 
 
 def measure(readings: Readings) -> Measurements:

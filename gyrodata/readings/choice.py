@@ -237,9 +237,9 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
         return (
             bool(header.unit) and not can_measure(header),
             header.unit is None and header.roles in with_unit,
-            column.header.is_of_means,
+            header.is_of_means,
             may_number(header),
-            column.header.origin in ("surface", "tip"),
+            header.origin in ("surface", "tip"),
         )
 
     return sorted(columns, key=doubts)

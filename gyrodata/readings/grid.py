@@ -162,11 +162,12 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 def units_of_row(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; [] for another row."""
     units = [text.strip("[]()").strip() for text in texts]
-    others = [at for at, unit in enumerate(units) if not _is_unit(unit)]
+    pairs = zip(texts, units, strict=True)
+    others = [text for text, unit in pairs if not _is_unit(unit)]
     if len(others) == len(units):
         return []
     # A blank cell, 1, or a unit in brackets that gyro does not know
-    is_row = all(texts[at] in (*BLANKS, "1") or texts[at][0] in "[(" for at in others)
+    is_row = all(text in (*BLANKS, "1") or text[0] in "[(" for text in others)
     return units if is_row else []
 
 

@@ -103,15 +103,13 @@ class SelfCheck(Struct, frozen=True):
             stated = "the scatter of this log agrees with what is stated"
             parts = [stated, _table(f"{labs}, as stated", self.estimators)]
         else:
+            larger = (
+                f"the scatter of this log is {self.scatter:.2g} times what is stated"
+            )
+            heading = f"{labs}, with the scatter of this log"
             parts = [
-                (
-                    f"the scatter of this log is {self.scatter:.2g} times what is "
-                    f"stated: trust the first table"
-                ),
-                _table(
-                    f"{labs}, with the scatter of this log",
-                    self.estimators_with_scatter,
-                ),
+                f"{larger}: trust the first table",
+                _table(heading, self.estimators_with_scatter),
                 _table(f"{labs}, if the scatter were as stated", self.estimators),
             ]
         legend = (
@@ -134,9 +132,8 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
             "-" if value is None else f"{100 * value:{form}}"
             for value, form in zip(values, forms, strict=True)
         )
-        lines.append(
-            f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}"
-        )
+        row = "".join(f"{cell:>9}" for cell in cells)
+        lines.append(f"{name:<16}{row}{one.time_us:>12.1f}")
         if one.refused and (one.rmse is not None or name == "recommended"):
             why = (
                 "because the fit is refused or a simulated time is not above zero; "
@@ -230,7 +227,8 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
         bias = float(off.mean())
         rmse = math.sqrt(float(np.mean(off**2)))
         if np.isfinite(answered).all():
-            two, one = (_coverage(answered[:, [i, -1 - i]], truth) for i in (0, 1))
+            two = _coverage(answered[:, [0, -1]], truth)
+            one = _coverage(answered[:, [1, -2]], truth)
             mean_u = float((answered[:, 3] - answered[:, 1]).mean() / 2 / truth)
     return Performance(
         name, bias, rmse, one, two, mean_u, time_us, len(ends) - len(answered)

@@ -1,4 +1,4 @@
-"""Headers that are no name with a unit in brackets.
+"""Headers that are not a name with a unit in brackets.
 
 Their unit may stand behind a slash, a comma, a blank or "in", in front of the name, or
 alone; and the name may have a meaning only next to the unit.

@@ -64,7 +64,7 @@ class Formula(Struct, frozen=True):
 
     @property
     def is_zero(self) -> bool:
-        """Whether the stored value is 0, or a blank text that is no result."""
+        """Whether the stored value is 0, or a blank text that is not a result."""
         if not (self.value or "").strip():
             return '"' not in self.text
         try:

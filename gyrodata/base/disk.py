@@ -172,9 +172,5 @@ def file_name(name: str, room: int = 0) -> str:
     import hashlib  # not needed by every command
 
     digest = f"-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
-    return (
-        os.fsencode(safe)[: LONGEST - room - len(digest)]
-        .decode("utf-8", "ignore")
-        .rstrip()
-        + digest
-    )
+    kept = os.fsencode(safe)[: LONGEST - room - len(digest)]
+    return kept.decode("utf-8", "ignore").rstrip() + digest

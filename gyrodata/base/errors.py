@@ -134,9 +134,8 @@ class Diagnostic(Struct, frozen=True):
 
     def __str__(self) -> str:
         numbers = [str(n) for n in (self.line, self.column) if n is not None]
-        where = ":".join(
-            filter(None, [self.file, self.cell] if self.cell else [self.file, *numbers])
-        )
+        place = [self.cell] if self.cell else numbers
+        where = ":".join(filter(None, [self.file, *place]))
         head = f"{self.severity} {self.code}: {self.message}"
         lines = [f"{where}: {head}" if where else head]
         if self.excerpt and self.column is not None:

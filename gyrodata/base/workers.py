@@ -163,10 +163,9 @@ def _begin() -> None:
         most = resource.getrlimit(resource.RLIMIT_AS)[1]
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123
             limit = int(file.read().split()[0]) * resource.getpagesize() + MEMORY
-        resource.setrlimit(
-            resource.RLIMIT_AS,
-            (limit if most == resource.RLIM_INFINITY else min(limit, most), most),
-        )
+        if most != resource.RLIM_INFINITY:
+            limit = min(limit, most)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, most))
 
 
 def _do_all(

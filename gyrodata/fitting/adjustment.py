@@ -313,7 +313,8 @@ def median(values: Floats) -> float:
     `np.median` would import numpy.ma, a tenth of the start-up time.
     """
     ordered = np.sort(values)
-    return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    half = len(ordered) // 2
+    return float(ordered[-1 - half] + ordered[half]) / 2
 
 
 # --- the start ---
@@ -528,8 +529,7 @@ def adjust(
     out_of = problem.from_source * count + problem.from_run
     upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
-    jumped = 0.0
-    converged = False
+    jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:

@@ -503,9 +503,10 @@ def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     """Return whether the torques of a day differ, so that they determine its M0."""
     if measured.one_block:
         return adjustment.torques_differ(measured.torque[kept > 0])
+    used = kept > 0
     return any(
-        adjustment.torques_differ(measured.torque[(kept > 0) & (measured.day == day)])
-        for day in {*measured.day[kept > 0].tolist()}
+        adjustment.torques_differ(measured.torque[used & (measured.day == day)])
+        for day in {*measured.day[used].tolist()}
     )
 
 

@@ -222,10 +222,8 @@ def _iterate(
             step = _solve(design, pull, distance)
             error = to_x @ step.errors
         unknowns = unknowns + step.change
-        moved = float(
-            abs(step.change[0])
-            / (abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300)
-        )
+        size = abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300
+        moved = float(abs(step.change[0]) / size)
         if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
             break
         last = moved

@@ -232,8 +232,9 @@ def integrate(
     factor, level, width = np.broadcast_arrays(
         factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
     )
+    weight = weight[heavy]
     return Posterior(
-        weight[heavy] / np.add.reduce(weight[heavy]),
+        weight / np.add.reduce(weight),
         (start + mean[:, heavy]) * unit,
         u[:, heavy] * unit,
         factor[heavy],

@@ -155,11 +155,9 @@ def ordinary_line(
     slope = np.vecdot(away, y - y_mean) / spread**2
     left = y - y_mean - slope[..., None] * away
     freedom = count - 1 - intercept
-    sd = (
-        np.sqrt(np.vecdot(left, left) / freedom)
-        if freedom > 0
-        else np.full_like(slope, np.nan)
-    )
+    sd = np.full_like(slope, np.nan)
+    if freedom > 0:
+        sd = np.sqrt(np.vecdot(left, left) / freedom)
     return (
         slope,
         sd / spread,
@@ -175,9 +173,9 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     count = ratios.shape[-1]
     mean = np.add.reduce(ratios, axis=-1) / count
     squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
-    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(
-        mean, np.nan
-    )
+    if count > 1:
+        return mean, np.sqrt(squares / (count - 1) / count)
+    return mean, np.full_like(mean, np.nan)
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {

@@ -228,11 +228,9 @@ def _delay_of_spin(lab: Lab) -> Change:
             "read once in each run"
         )
         return lab.change("spin_delay", words, sized=False)
-    law = (
-        "as usual, because the log has no spin-down"
-        if measured.drag is None
-        else "as the log shows"
-    )
+    law = "as the log shows"
+    if measured.drag is None:
+        law = "as usual, because the log has no spin-down"
     words = (
         f"the spin is corrected for its fall during the delay, {law}; u includes the "
         f"uncertainty of the delay"

@@ -158,16 +158,18 @@ def _other_counts(
     }
     likely = {*USUAL_COUNTS, *measured.turns.tolist()}
     likely |= {turns + step for step in FEW_COUNTS}
+    written = turn_words(turns).split(" ")[0]
     for count in sorted(likely):
         if count <= 0 or math.isclose(count, turns):
             continue
         counts = measured.turns.copy()
         counts[index] = count
         is_of_weight = len(alike) == 1 and math.isclose(count, *alike)
+        kind = "count of the weight" if is_of_weight else "count"
         yield Correction(
             (index,),
-            f"fits {turn_words(count)}, not {turn_words(turns).split(' ')[0]}",
-            COMMON["count of the weight" if is_of_weight else "count"],
+            f"fits {turn_words(count)}, not {written}",
+            COMMON[kind],
             replace(measured, turns=counts, slowing=None),
             is_certain=True,
         )
@@ -340,9 +342,10 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
     is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
     if not number or not (is_shifted or is_plain):
         return
+    sign = -1 if origin == "tip" else 1
     for kind, new, why in _guesses(column, text, number):
         # A position with another origin changes by as much as the number.
-        moved = factor * float(new - number) * (-1 if origin == "tip" else 1)
+        moved = factor * float(new - number) * sign
         words = f" would fit, not {{old}} ({why})"
         yield Cell(kind, _like(f"{new:f}", text), words, value + moved)
     if column.unit and not is_shifted:

@@ -166,9 +166,9 @@ class Log(Struct, frozen=True):
         lightest = fitting.lightest_torque(self.measured, fit.adjusted.kept)
         common = np.where(level > FAR * lightest, RARE, 1.0)
         with np.errstate(divide="ignore"):
-            alike, differs = np.log(
-                [weight @ (level == 0), weight @ (common * (level > 0))]
-            )
+            of_alike = weight @ (level == 0)
+            of_different = weight @ (common * (level > 0))
+            alike, differs = np.log([of_alike, of_different])
         return evidence + float(alike), evidence + float(differs)
 
     def _log_of_balance(self, fit: FitResult) -> float:
@@ -654,7 +654,9 @@ def _in_column(column: Column, run: int, value: float) -> str:
     kind = kind_of_role(column.role)
     factor = parse_unit(column.unit, kind).factor if column.unit else 1.0
     step = (column.readings[run].step or 0.0) / factor
-    places = max(0, -math.floor(math.log10(step * 1.000001))) if step else 1
+    places = 1
+    if step:
+        places = max(0, -math.floor(math.log10(step * 1.000001)))
     number = from_si(value, column.unit, kind) if column.unit else value
     return f"{number:.{places}f} {column.unit}".rstrip()
 

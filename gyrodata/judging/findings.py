@@ -417,7 +417,8 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = np.log(measured.spin_start / measured.spin_end)
-    usual = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0)
+    rates = np.sort(fall / measured.time)
+    usual = max(float(rates[len(fall) // 2]), 0.0)
     share = usual * measured.time
     is_far = (fall > FELL_MORE * share) & (fall - share > FELL_BY)
     far = np.flatnonzero(is_far).tolist()
@@ -501,7 +502,8 @@ def _say_too_few_digits(
     steps = np.array(column.steps)
     steps[[run for run, _ in column.stated]] = 0.0
     size = np.abs(values_of(column))
-    run = int(np.argmax(np.where(size > 0, steps / np.maximum(size, 1e-300), 0.0)))
+    part = steps / np.maximum(size, 1e-300)
+    run = int(np.argmax(np.where(size > 0, part, 0.0)))
     reading = column.readings[run]
     typed = take_apart(reading.text)
     # A position may count from the surface of the ball: the number is as it was typed.
@@ -649,9 +651,9 @@ def _ask(
     readings = seen.readings
     column = readings.columns.get(role)
     unit = unit_within(readings, role, usual) if column else ""
-    hint = (
-        f'if it is in {unit}, write the header as "{role} [{unit}]"; ' if unit else ""
-    )
+    hint = ""
+    if unit:
+        hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
     first = int(np.flatnonzero(seen.measured.torque)[0])
     place = column.place(first) if column else None
     asked = readings.say(name, place, value=value, hint=hint)
@@ -692,9 +694,8 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
         causes.append(
             "a bore along the rod, or a rod or a disk that the log does not describe"
         )
-    by = abs(ball.relative) * float(
-        np.mean(np.abs(measured.position[measured.torque != 0]))
-    )
+    arms = np.abs(measured.position[measured.torque != 0])
+    by = abs(ball.relative) * float(np.mean(arms))
     if ARM_BY[0] < by < ARM_BY[1]:
         edge, side = ("far", "long") if is_high else ("near", "short")
         causes.append(
@@ -737,7 +738,9 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
     value = abs(seen.fit.inertia.value)
     body = "the ball" if ball.mass is not None else "the disk"
     ratio = value / ball.inertia
-    part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
+    part = f"{ratio:.3g} times"
+    if not ratio > 0.5:
+        part = f"1/{1 / ratio:.3g} of"
     slips = mistakes.explaining_mistakes(
         seen.readings, seen.measured, value, ball.inertia
     )

@@ -92,10 +92,10 @@ def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
     now = 100 * relative_u(lab.fit.inertia)
     answers = changes.answers(lab, "unloaded_run")
     inertia = answers[0][1].inertia if answers else None
-    if (
-        inertia is not None
-        and (then := 100 * relative_u(inertia)) <= changes.WORTH * now
-    ):
+    if inertia is None:
+        return
+    then = 100 * relative_u(inertia)
+    if then <= changes.WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)
 
 

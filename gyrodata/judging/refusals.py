@@ -59,12 +59,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())
     run = int(loaded[worst])
-    least = (
-        float(
-            physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]
-        )
-        / RPM
-    )
+    spins = physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)
+    least = float(spins[worst]) / RPM
     fall = {
         "spin": spin[worst] / RPM,
         "sag": math.degrees(sag[worst]),

@@ -131,7 +131,9 @@ def turn_words(turns: float) -> str:
     from fractions import Fraction
 
     near = Fraction(turns).limit_denominator(12)
-    text = str(near) if abs(near - turns) < 1e-6 * turns else f"{turns:.4g}"
+    text = f"{turns:.4g}"
+    if abs(near - turns) < 1e-6 * turns:
+        text = str(near)
     return f"{text} turn" if turns <= 1 else f"{text} turns"
 
 
@@ -350,12 +352,8 @@ def constancy(
         return None
     dof = sum([len(group) - 1 for _, group in several])
     total = math.fsum([product.chi2 or 0.0 for product, _ in several])
-    away = np.concatenate(
-        [
-            np.abs(measured.product[group] / product.value) - 1
-            for product, group in several
-        ]
-    )
+    ratios = [measured.product[group] / product.value for product, group in several]
+    away = np.abs(np.concatenate(ratios)) - 1
     expected = np.concatenate([measured.own_relative[group] for _, group in several])
     return Constancy(
         math.sqrt(away @ away / dof),

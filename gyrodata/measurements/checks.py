@@ -59,7 +59,7 @@ shape (n,)."""
 def _find_contradictions(
     readings: Readings, measured: Measurements, timing: Column
 ) -> Iterator[Diagnostic]:
-    """Name the rows in which a column beside the readings disagrees with them.
+    """Name the rows in which a column next to the readings disagrees with them.
 
     Such a column is a period, rate, torque, inertia or second spin.
     """

@@ -253,15 +253,13 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None if the runs differ."""
-        own = [
-            source
-            for source in self.sources
-            if source.quantity == "time" and self.timed
-        ]
-        alike = (
-            len(own) == 1 and not own[0].relative.any() and not np.ptp(own[0].absolute)
-        )
-        return float(own[0].absolute[0]) if alike else None
+        own = [source for source in self.sources if source.quantity == "time"]
+        if not self.timed or len(own) != 1:
+            return None
+        absolute = own[0].absolute
+        if own[0].relative.any() or np.ptp(absolute):
+            return None
+        return float(absolute[0])
 
 
 def measure(readings: Readings) -> Measurements:
@@ -559,7 +557,8 @@ def _torque_unseen(
         sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * sighted / time * _spins(still, diagnostics, time, None).mean
+    spin = _spins(still, diagnostics, time, None).mean
+    unseen = 2 * math.pi * sighted / time * spin
     best = int(unseen.argmin())
     note = readings.say(
         "rod_stayed",

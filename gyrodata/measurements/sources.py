@@ -342,7 +342,7 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
 
 
 def _errors_beside_time(column: Column, values: Floats) -> tuple[Floats, Floats] | None:
-    """Return the relative errors that a period or rate beside the time states.
+    """Return the relative errors that a period or rate next to the time states.
 
     A log can have the columns t, N, T = t/N and σ_T. A rate has the same relative error
     as its period. The first error is one of absolute size over the value; the result is

@@ -100,11 +100,8 @@ def bored_ball_inertia(
     radius = diameter / 2
     bore = bore_diameter / 2
     taken = math.pi * bore**2 * bore_depth
-    return (
-        mass
-        / (4 / 3 * math.pi * radius**3 - taken)
-        * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
-    )
+    volume = 4 / 3 * math.pi * radius**3 - taken
+    return mass / volume * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
 
 
 def cylinder_inertia(mass: float, diameter: float) -> float:
@@ -377,15 +374,8 @@ def spin_of_sag(
     """Spin [rad/s] at which a released rod sags by an angle; see `greatest_sag`."""
     high = np.sign(torque) * np.sin(pitch)
     low = np.sin(np.arcsin(high) - sag)
-    return (
-        np.sqrt(
-            2
-            * np.multiply(transverse_inertia, np.abs(torque))
-            * (1 - low**2)
-            / (high - low)
-        )
-        / inertia
-    )
+    pull = np.multiply(transverse_inertia, np.abs(torque))
+    return np.sqrt(2 * pull * (1 - low**2) / (high - low)) / inertia
 
 
 def click_error(

@@ -405,11 +405,8 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
             [mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts]
         )
     nod = _nod(top, spin, pitch)
-    return (
-        nod.flip[..., 0]
-        * (nod.rate(_X) * nod.weight).sum(axis=-1)
-        / nod.weight.sum(axis=-1)
-    )
+    swept = (nod.rate(_X) * nod.weight).sum(axis=-1)
+    return nod.flip[..., 0] * swept / nod.weight.sum(axis=-1)
 
 
 def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
@@ -479,16 +476,14 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
 
     # The azimuth is farthest from uniform precession at the moment at which the rate is
     # the mean one.
-    time, azimuth = nod.swept(
-        find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:])
-    )
+    x = find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:])
+    time, azimuth = nod.swept(x)
+    across = np.sqrt(np.multiply(*nod.poles(_X)))
     return Nutation(
         period=2 * float(nod.weight.sum()),
         mean_sag=float(nod.flip[0] * (share @ sag(_X))),
         greatest_sag=float((nod.flip * sag(_X[-1]))[0]),
-        sideways=float(
-            nod.flip[0] * (share @ (rates * np.sqrt(np.multiply(*nod.poles(_X)))))
-        ),
+        sideways=float(nod.flip[0] * (share @ (rates * across))),
         lead=float(np.abs(azimuth / mean - time)[0]) if mean else np.nan,
     )
 

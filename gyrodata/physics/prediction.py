@@ -123,11 +123,9 @@ def predict_precession(
     critical = float(physics.least_spin(torque, *top))
     upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
     growth = float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia))
-    never = (
-        ""
-        if slow is not None
-        else "At this pitch the spin is too slow for steady precession. "
-    )
+    never = ""
+    if slow is None:
+        never = "At this pitch the spin is too slow for steady precession. "
     sense = "counterclockwise" if torque * spin > 0 else "clockwise"
     moves = "falls" if torque > 0 else "rises"
     if torque == 0:
@@ -270,11 +268,9 @@ def _earth_table(earth: Earth) -> str:
         line = f"  {row.hours:>7.2f}{row.sidereal_hours:>10.3f}"
         for one, width in ((row, 17), (other, 16)):
             # No "360.00" and no "-0.00".
-            azimuth = (
-                "-"
-                if one.azimuth_deg is None
-                else f"{round(one.azimuth_deg, 2) % 360:.2f}°"
-            )
+            azimuth = "-"
+            if one.azimuth_deg is not None:
+                azimuth = f"{round(one.azimuth_deg, 2) % 360:.2f}°"
             line += f"{azimuth:>{width}}{round(one.altitude_deg, 2) + 0.0:>9.2f}°"
         lines.append(line)
     return "\n".join(lines)
@@ -366,18 +362,18 @@ def predict_twist(
     # effect.
     torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
+    turn_left = right_end_up = "no steady push"
+    if wheel_spin:
+        turn_left = f"the {low} hand pushes down, the {high} hand up"
+        right_end_up = f"the {low} hand pushes forward, the {high} hand back"
     return Twist(
         why=_say("twist", "turns" if wheel_spin else "no_spin"),
         twist_rate=rate,
         torque=torque,
         force=torque / handles,
         momentum_change=2 * wheel_inertia * abs(wheel_spin),
-        turn_left=f"the {low} hand pushes down, the {high} hand up"
-        if wheel_spin
-        else "no steady push",
-        right_end_up=f"the {low} hand pushes forward, the {high} hand back"
-        if wheel_spin
-        else "no steady push",
+        turn_left=turn_left,
+        right_end_up=right_end_up,
     )
 
 

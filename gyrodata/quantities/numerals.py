@@ -221,7 +221,7 @@ def _says_something_twice(match: re.Match[str]) -> bool:
 
 
 def _has_two_units(match: re.Match[str]) -> bool:
-    """Return whether a unit follows the bracket of one, or two differ beside a %."""
+    """Return whether a unit follows the bracket of one, or two differ next to a %."""
     unit = match["unit"]
     last = match["last"]
     if match["behind"]:

@@ -187,11 +187,13 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
 
 def _without_brackets(sentence: str) -> str:
     """Return a sentence without brackets, but with those of units."""
-    return re.sub(
-        r"[\[(]([^()\[\]]*)[\])]",
-        lambda inside: inside[0] if kinds_of(inside[1]) else f" {inside[1]} ",
-        sentence,
-    )
+    return re.sub(r"[\[(]([^()\[\]]*)[\])]", _content_unless_unit, sentence)
+
+
+def _content_unless_unit(brackets: re.Match[str]) -> str:
+    if kinds_of(brackets[1]):
+        return brackets[0]
+    return f" {brackets[1]} "
 
 
 def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:

@@ -161,8 +161,8 @@ def _explained(column: Chosen, legend: str) -> Chosen:
 
 def _with_counts(columns: list[Chosen], choice: Choice) -> list[Chosen]:
     """Let "rotation" or "precession" count turns, if nothing else counts them."""
-    timed = any("time" in column.kinds for column in columns) or any(
-        column.header.roles == ("time",) for column in columns
+    timed = any(
+        "time" in column.kinds or column.header.roles == ("time",) for column in columns
     )
     counted = choice.gives_turns() or any(
         column.header.turns or column.header.roles in (("turns",), ("angle",))
@@ -237,9 +237,9 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
         return (
             bool(header.unit) and not can_measure(header),
             header.unit is None and header.roles in with_unit,
-            column.header.is_of_means,
+            header.is_of_means,
             may_number(header),
-            column.header.origin in ("surface", "tip"),
+            header.origin in ("surface", "tip"),
         )
 
     return sorted(columns, key=doubts)
@@ -377,9 +377,8 @@ def _ask_for_moments(choice: Choice, faults: Faults) -> None:
     """Ask about "rpm 1" and "rpm 2": they may be readings before and after each run."""
     first = choice.used["spin"][0]
     for other in (*choice.others, *choice.unplaced):
-        is_alike = other.text[:-1] == first.text[:-1] or (
-            other.header.name[:-1] == first.header.name[:-1] != ""
-        )
+        has_stem = other.header.name[:-1] == first.header.name[:-1] != ""
+        is_alike = has_stem or other.text[:-1] == first.text[:-1]
         # Readings before and after a run have one unit.
         is_alike = is_alike and other.header.unit == first.header.unit
         if is_alike and "rate" in (other.kinds or first.kinds):

@@ -137,9 +137,9 @@ def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> N
 def _are_exchanged(time: Column, period: Column, counted: Column) -> bool:
     """Return whether most periods are the turns times the time."""
     runs = zip(time.values, period.values, turns_of(counted), strict=True)
-    exchanged = [
-        abs(value / seconds - abs(turns)) < _SAME_TURNS * abs(turns)
-        for seconds, value, turns in runs
-        if seconds and value and turns and not 0.8 < abs(turns) < 1.25
-    ]
+    exchanged = []
+    for seconds, value, turns in runs:
+        count = abs(turns)
+        if seconds and value and count and not 0.8 < count < 1.25:
+            exchanged.append(abs(value / seconds - count) < _SAME_TURNS * count)
     return 2 * sum(exchanged) > len(exchanged)

@@ -395,8 +395,9 @@ class Faults:
         """Return the sheet, "" without a workbook, and the row of a line in it."""
         sheets = [one for one in self.sheets if one[0] <= line]
         if sheets:
-            return (sheets[-1][1], line - sheets[-1][0])
-        return ("", line)
+            start, title = sheets[-1]
+            return title, line - start
+        return "", line
 
     def span(self, lines: list[int]) -> str:
         """Return line numbers in short form: ``lines 3-5, 7``.
@@ -408,10 +409,10 @@ class Faults:
         parts = []
         for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
             block = [self._row(line) for _, line in group]
-            sheet = f"{block[0][0]}!" if len(self.sheets) > 1 else ""
-            parts.append(
-                sheet + "-".join(dict.fromkeys((str(block[0][1]), str(block[-1][1]))))
-            )
+            title, first = block[0]
+            sheet = f"{title}!" if len(self.sheets) > 1 else ""
+            last = block[-1][1]
+            parts.append(sheet + (f"{first}-{last}" if last != first else str(first)))
         word = "row" if len(self.sheets) > 1 else "line"
         return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
 
@@ -442,8 +443,10 @@ class Faults:
 def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     """Join texts for a message; long lists and long texts are shortened."""
     shown = [item if len(item) <= 40 else item[:39] + "…" for item in items[:most]]
-    more = f" and {len(items) - most} more" if len(items) > most else ""
-    return ", ".join(shown) + more
+    text = ", ".join(shown)
+    if len(items) > most:
+        text += f" and {len(items) - most} more"
+    return text
 
 
 def header_of(role: str, unit: str = "") -> str:

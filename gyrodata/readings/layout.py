@@ -249,7 +249,8 @@ def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
             *above, last = (numerals.to_float(row.texts[at]) for row in rows)
         except (ValueError, IndexError):
             return False
-        if abs(sum(above) - len(above) * last) >= 1e-3 * abs(sum(above) or 1):
+        total = sum(above)
+        if abs(total - len(above) * last) >= 1e-3 * abs(total or 1):
             return False
     return bool(places)
 

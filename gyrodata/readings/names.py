@@ -384,9 +384,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
-    return BESIDE.get(role, frozenset()).issuperset(
-        squeeze(word).lower() for word in beside
-    )
+    return BESIDE.get(role, set()).issuperset(squeeze(word).lower() for word in beside)
 
 
 _RADIUS = Phrases("radius")

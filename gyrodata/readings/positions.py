@@ -69,8 +69,9 @@ def _count_from_other_place(
     done = f"{amount} is added to" if origin == "surface" else f"{amount} less"
     faults.add("moved", position.place(0), origin=origin, done=done)
     u = settings.uncertainties.get(f"u_{key}")
-    u_length = settings.steps[key] / math.sqrt(12) if u is None else u.at(length)
-    return share * u_length
+    if u is None:
+        return share * (settings.steps[key] / math.sqrt(12))
+    return share * u.at(length)
 
 
 def _origin_of(position: Column, settings: Settings) -> str:

@@ -139,7 +139,9 @@ def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
     kinds = kind_of_role(role), kind_of_role(key)
     if kinds[0] == kinds[1]:
         return u
-    per_turn = 1 / (2 * math.pi) if kinds[0] == "number" else 2 * math.pi
+    per_turn = 2 * math.pi
+    if kinds[0] == "number":
+        per_turn = 1 / per_turn
     return Uncertainty(u.absolute * per_turn, u.relative)
 
 

@@ -57,7 +57,7 @@ _FILLING = {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
 
 
 def find_layout(grid: Grid, faults: Faults) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, if there is no table."""
+    """Find the header and the rows; None, with diagnostics, without such a table."""
     try:
         head = find_head(grid, faults)
         grid = _with_captions(grid, head)

@@ -64,7 +64,7 @@ class Formula(Struct, frozen=True):
 
     @property
     def is_zero(self) -> bool:
-        """Whether the stored value is 0, or a blank text that is no result."""
+        """Whether the stored value is 0, or a blank text that is not a result."""
         if not (self.value or "").strip():
             return '"' not in self.text
         try:
@@ -156,7 +156,7 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
         formulas += [
             (sheet, formula)
             for formula in sheet.formulas
-            if sheet.rows[formula.row - 1 : formula.row][0][:1] != ["#"]
+            if sheet.rows[formula.row - 1][:1] != ["#"]
         ]
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
@@ -306,9 +306,9 @@ def _shows_nothing(cell: Any) -> bool:
     if len(sections) > section and not re.search(r"[\w#?@]", sections[section]):
         return True
     font = cell.font
-    is_white = font.color is not None and (
-        font.color.rgb == "FFFFFFFF"
-        or (font.color.type == "theme" and not font.color.theme)
+    color = font.color
+    is_white = color is not None and (
+        color.rgb == "FFFFFFFF" or (color.type == "theme" and not color.theme)
     )
     is_tiny = (font.sz or 11) <= _SMALLEST_LETTERS
     return (is_white and cell.fill.fill_type is None) or is_tiny

@@ -76,16 +76,14 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     if not errors:
         return _text(head, columns), ()
     lines = _lines_with_errors(readings, errors)
-    left = [
-        *(error.message for error in errors if error.line is None),
-        *(f"the line {line}" for line in lines),
-        *(
-            f'the column "{header}": its name, or its unit'
-            for header, _ in readings.unread
-            if TEXTS.isdisjoint(parse_header(header).roles)
-        ),
-        *_unread_cells(readings),
+    left = [error.message for error in errors if error.line is None]
+    left += [f"the line {line}" for line in lines]
+    left += [
+        f'the column "{header}": its name, or its unit'
+        for header, _ in readings.unread
+        if TEXTS.isdisjoint(parse_header(header).roles)
     ]
+    left += _unread_cells(readings)
     left = left or [error.message for error in errors]
     return _text([*head, *lines], columns), tuple(left)
 
@@ -167,8 +165,9 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
 def _constant_line(column: Column) -> str:
     """Write a value for the whole log as a line again."""
     text = _cell_text(column, column.spots.index(_CONSTANT))
-    has_unit = _read(text, kind_of_role(column.role), None) is not None
-    return f"# {column.role}: {text if has_unit else f'{text} {column.unit}'}".rstrip()
+    if _read(text, kind_of_role(column.role), None) is None:
+        text = f"{text} {column.unit}"
+    return f"# {column.role}: {text}".rstrip()
 
 
 def _column_texts(column: Column) -> list[str]:

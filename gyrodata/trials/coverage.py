@@ -103,15 +103,13 @@ class SelfCheck(Struct, frozen=True):
             stated = "the scatter of this log agrees with what is stated"
             parts = [stated, _table(f"{labs}, as stated", self.estimators)]
         else:
+            larger = (
+                f"the scatter of this log is {self.scatter:.2g} times what is stated"
+            )
+            heading = f"{labs}, with the scatter of this log"
             parts = [
-                (
-                    f"the scatter of this log is {self.scatter:.2g} times what is "
-                    f"stated: trust the first table"
-                ),
-                _table(
-                    f"{labs}, with the scatter of this log",
-                    self.estimators_with_scatter,
-                ),
+                f"{larger}: trust the first table",
+                _table(heading, self.estimators_with_scatter),
                 _table(f"{labs}, if the scatter were as stated", self.estimators),
             ]
         legend = (
@@ -134,9 +132,8 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
             "-" if value is None else f"{100 * value:{form}}"
             for value, form in zip(values, forms, strict=True)
         )
-        lines.append(
-            f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}"
-        )
+        row = "".join(f"{cell:>9}" for cell in cells)
+        lines.append(f"{name:<16}{row}{one.time_us:>12.1f}")
         if one.refused and (one.rmse is not None or name == "recommended"):
             why = (
                 "because the fit is refused or a simulated time is not above zero; "
@@ -192,9 +189,9 @@ def selfcheck(
     found = fitting.fit(measured, tilted=tilted)
     assert found.posterior is not None
     larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
-    scatters = (
-        (1.0, found.widths.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
-    )
+    scatters = [1.0]
+    if min(larger, 1 - larger) < DOUBTED:
+        scatters.append(found.widths.scatter)
     names = "recommended", *fitting.TEXTBOOK
     tables = []
     for scatter in scatters:
@@ -210,12 +207,11 @@ def selfcheck(
                 seconds[k] += time.perf_counter() - begun
             if progress is not None:
                 progress(i + 1)
-        tables.append(
-            tuple(
-                _judge(name, ends[k], found.inertia.value, seconds[k])
-                for k, name in enumerate(names)
-            )
-        )
+        judged = [
+            _judge(name, ends[k], found.inertia.value, seconds[k])
+            for k, name in enumerate(names)
+        ]
+        tables.append(tuple(judged))
     return SelfCheck(
         labs, tables[0], found.widths.scatter, tables[1] if len(tables) > 1 else None
     )
@@ -231,12 +227,8 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
         bias = float(off.mean())
         rmse = math.sqrt(float(np.mean(off**2)))
         if np.isfinite(answered).all():
-            two, one = (
-                float(
-                    np.mean((answered[:, i] <= truth) & (truth <= answered[:, -1 - i]))
-                )
-                for i in (0, 1)
-            )
+            two = _coverage(answered[:, [0, -1]], truth)
+            one = _coverage(answered[:, [1, -2]], truth)
             mean_u = float((answered[:, 3] - answered[:, 1]).mean() / 2 / truth)
     return Performance(
         name, bias, rmse, one, two, mean_u, time_us, len(ends) - len(answered)
@@ -276,13 +268,10 @@ def draw(
         name = "given_torque" if source.quantity == "torque" else source.quantity
         if name in readings:
             groups = source.groups
-            drawn = random.standard_normal(groups.max(initial=0) + 1)[groups] * (
-                groups >= 0
-            )
+            count = groups.max(initial=0) + 1
+            drawn = random.standard_normal(count)[groups] * (groups >= 0)
             # An error that a run does not share is independent, as in the fit.
-            runs = np.bincount(
-                groups[groups >= 0], minlength=groups.max(initial=0) + 1
-            )[groups]
+            runs = np.bincount(groups[groups >= 0], minlength=count)[groups]
             drawn *= np.where(runs == 1, scatter, 1.0)
             readings[name] *= 1 + source.relative * drawn
             shifts[name] = shifts[name] + source.absolute * drawn
@@ -295,6 +284,12 @@ def draw(
     elif not np.isnan(measured.force).all():
         applied = readings["force"] * readings["position"]
     return replace(measured, **readings, g=g, torque=applied, slowing=None)
+
+
+def _coverage(ends: Floats, truth: float) -> float:
+    """Return the share of intervals with the truth, from their ends, shape (n, 2)."""
+    low, high = ends.T
+    return float(np.mean((low <= truth) & (truth <= high)))
 
 
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
@@ -311,14 +306,8 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
             return posterior.quantiles()
     elif name != "with_constant" or fitting.torques_differ(lab.torque):
         # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
-        product = (
-            np.where(lab.torque < 0, -1, 1)
-            * 2
-            * np.pi
-            * lab.turns
-            / lab.time
-            * lab.spin
-        )
+        rate = 2 * np.pi * lab.turns / lab.time
+        product = np.where(lab.torque < 0, -1, 1) * rate * lab.spin
         value, u = fitting.TEXTBOOK[name](product, lab.torque)
         return np.array([value - 2 * u, value - u, value, value + u, value + 2 * u])
     return np.full(5, math.nan)

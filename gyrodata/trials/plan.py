@@ -275,11 +275,8 @@ def _usual_spins(measured: Measurements) -> tuple[float, ...]:
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     """Yield the loads of the log, or those that the user has."""
     # A load of several days is that of the last one.
-    last = {
-        (measured.load[runs[0]], measured.position[runs[0]]): runs[0]
-        for runs in measured.by_torque
-        if measured.torque[runs[0]]
-    }
+    first = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
+    last = {(measured.load[run], measured.position[run]): run for run in first}
     loaded = list(last.values())
     if not limits.masses or np.isnan(measured.mass).all():
         yield from map(_Load, loaded)

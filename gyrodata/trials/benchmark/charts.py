@@ -56,8 +56,9 @@ def draw_points(ax: Axes, rows: pd.DataFrame, name: str, colours: Any) -> None:
     The label of a point is the number of its method in the list of methods.
     """
     numbers = rows[rows.columns[1]].factorize()[0] + 1
-    at = rows["seconds"], rows[name]
-    ends = rows[name] - rows[f"{name}_low"], rows[f"{name}_high"] - rows[name]
+    values = rows[name]
+    at = rows["seconds"], values
+    ends = values - rows[f"{name}_low"], rows[f"{name}_high"] - values
     ax.errorbar(*at, ends, fmt="none", ecolor=INK)
     ax.scatter(*at, s=130, c=colours, edgecolors=INK, zorder=3)
     for number, x, y in zip(numbers, *at, strict=True):

@@ -144,11 +144,9 @@ def number_cells(kind: MapKind, rows: pd.DataFrame) -> pd.DataFrame:
     by_gyro = table["program"] == GYRO
     warned = table["warned"].where(by_gyro, 0.0) >= HALF
     table["does"] = np.where(warned, "w", "")
-    limit = (
-        table["warned"] / HALF
-        if kind.name != "runs"
-        else table["x"] / changes.MOST_RUNS
-    )
+    limit = table["warned"] / HALF
+    if kind.name == "runs":
+        limit = table["x"] / changes.MOST_RUNS
     table["limit"] = limit.where(by_gyro).bfill()
     return table
 

@@ -24,8 +24,8 @@ from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows
 # from the digits.
-TYPICAL: Mapping[str, Uncertainty] = {
-    f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
+TYPICAL = {
+    f"u_{key}": SOURCES[key].default
     for key in (
         "time",
         "time_bias",
@@ -40,7 +40,8 @@ TYPICAL: Mapping[str, Uncertainty] = {
         "spin_delay",
         "decay_exponent",
     )
-} | {"u_turns": SOURCES["angle"].default}
+}
+TYPICAL |= {"u_position": Uncertainty(0.0003), "u_turns": SOURCES["angle"].default}
 """The uncertainties that are assumed if a log does not state them."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {

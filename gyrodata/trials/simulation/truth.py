@@ -138,9 +138,8 @@ def happen(truth: Truth, design: Design) -> Runs:
         If a value is impossible, or if a rod never completes its turns.
     """
     _check(truth, design)
-    mass, position, pitch, spin, turns = (
-        np.array(column) for column in zip(*design._settings(), strict=True)
-    )
+    columns = zip(*design._settings(), strict=True)
+    mass, position, pitch, spin, turns = map(np.array, columns)
     torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
     across = np.full(len(mass), truth.transverse_inertia)
     if truth.transverse_inertia is None:
@@ -316,11 +315,9 @@ def _released(truth: Truth, runs: Runs) -> Runs:
 
 def _run(runs: Runs, i: int) -> str:
     """Name a run by its settings."""
-    load = (
-        f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm"
-        if runs.mass[i]
-        else "no weight on the rod"
-    )
+    load = "no weight on the rod"
+    if runs.mass[i]:
+        load = f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm"
     return (
         f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, "
         f"{to_display(runs.spin[i], 'spin')[0]:.4g} rpm"

@@ -129,11 +129,9 @@ def _drawn(
     widths = [
         noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")
     ]
-    imbalance, bias = (
-        (random.standard_normal(2) * widths).tolist()
-        if seed is not None
-        else (0.0, 0.0)
-    )
+    imbalance = bias = 0.0
+    if seed is not None:
+        imbalance, bias = (random.standard_normal(2) * widths).tolist()
     return replace(
         truth,
         imbalance=imbalance if truth.imbalance is None else truth.imbalance,
@@ -316,10 +314,8 @@ def _summary(truth: Truth, seed: int | None) -> str:
     ]
     decay = truth.decay
     if decay is not None:
-        in_time = f"spin decays with time constant {decay.time_constant!r} s"
-        parts.append(
-            in_time
-            if decay.lost is None
-            else f"{100 * decay.lost:g} % of the spin lost in each run"
-        )
+        words = f"spin decays with time constant {decay.time_constant!r} s"
+        if decay.lost is not None:
+            words = f"{100 * decay.lost:g} % of the spin lost in each run"
+        parts.append(words)
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import gyrodata
 from gyrodata.base.errors import GyroError
+from gyrodata.quantities import vocabulary
 from gyrodata.readings import read_log, write_log
 from gyrodata.reporting.values import inertia_text
 
@@ -175,3 +176,11 @@ def test_moments_of_inertia_as_they_are_read(
     value: float, u: float | None, text: str
 ) -> None:
     assert inertia_text(value, u) == text
+
+
+def test_words_of_the_vocabulary_may_be_separated_by_commas(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    languages = {"en": {"centre": "centre, center"}, "de": {"centre": "Mitte Zentrum"}}
+    monkeypatch.setattr(vocabulary, "LANGUAGES", languages)
+    assert vocabulary.single_words("centre") == ["centre", "center", "Mitte", "Zentrum"]

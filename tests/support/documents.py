@@ -15,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from forked import run_script
 from msgspec import Struct
 from places import ROOT
 
@@ -24,6 +25,10 @@ DOCUMENTS = [ROOT / "README.md", *PAGES]
 
 INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
 """What begins so sets a machine up, and is run by `.ci/run` or by nobody."""
+
+EXAMPLE = "python example.py"
+"""Runs an example of Python, which is the file `example.py` then. A page has up to
+fourteen of them, and loads the same code in each: they are run in a fork."""
 
 _BLOCK = re.compile(
     r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
@@ -71,6 +76,8 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     # The examples run on the installed package.
     environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
+    if command == EXAMPLE and hasattr(os, "fork"):
+        return run_script(folder / "example.py", folder, environment)
     if shutil.which("gyro", path=str(BIN)) is None:
         command = re.sub(
             r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command
@@ -132,7 +139,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
             ]
         elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
-            commands = [("python example.py", block.body, below.body)]
+            commands = [(EXAMPLE, block.body, below.body)]
         for line, said, came in commands:
             done = run(line, folder)
             right = done.returncode == int(

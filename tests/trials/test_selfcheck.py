@@ -62,13 +62,13 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     assert (stated["name"], own["name"]) == ("recommended", "recommended")
     assert own["coverage_95"] == pytest.approx(0.95, abs=0.05)
     assert own["rmse"] > 1.4 * stated["rmse"]
-    text = selfcheck(log, 10)
+    text = selfcheck(log, 2)
     assert (
         f"the scatter of this log is {found['scatter']:.2g} times what is stated"
         in text.splitlines()[0]
     )
     assert text.count("\nrecommended ") == 2
-    agreeing = selfcheck(log.replace("0.14 s", "0.5 s"), 10)
+    agreeing = selfcheck(log.replace("0.14 s", "0.5 s"), 2)
     assert "agrees" in agreeing.splitlines()[0]
     assert agreeing.count("\nrecommended ") == 1
 

@@ -204,7 +204,7 @@ BALL = "# ball_mass: 4.302 kg\n# ball_diameter: 101.6 mm\n"
 def ball_finding(log: str) -> list[gyrodata.Diagnostic]:
     return [
         one
-        for one in analyze_briefly(log.encode()).diagnostics
+        for one in gyrodata.analyze(log.encode()).diagnostics
         if one.code in ("G443", "G459")
     ]
 

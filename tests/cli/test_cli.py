@@ -79,6 +79,7 @@ BAD = [
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the command is run in a fork")
 @pytest.mark.parametrize(("content", "code", "said"), BAD)
 def test_a_bad_log_is_refused_in_words_and_json(
     content: bytes | None, code: int, said: str, tmp_path: Path

@@ -28,7 +28,7 @@ INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
 
 EXAMPLE = "python example.py"
 """Runs an example of Python, which is the file `example.py` then. A page has up to
-fourteen of them, and loads the same code in each: they are run in a fork."""
+fourteen of them, which load the same code: all but the first are run in a fork."""
 
 _BLOCK = re.compile(
     r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
@@ -68,15 +68,17 @@ def cells(table: str) -> list[list[str]]:
     return [rows[0], *rows[2:]]
 
 
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def run(
+    command: str, folder: Path, *, in_fork: bool = False
+) -> subprocess.CompletedProcess[str]:
     """Run a line of shell with this environment's ``gyro`` and ``python`` first on the
-    path.
+    path; or, of Python, the example in a fork.
     """
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     # The examples run on the installed package.
     environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
-    if command == EXAMPLE and hasattr(os, "fork"):
+    if in_fork and hasattr(os, "fork"):
         return run_script(folder / "example.py", folder, environment)
     if shutil.which("gyro", path=str(BIN)) is None:
         command = re.sub(
@@ -121,6 +123,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
+    examples = 0
     for block, below in pairwise([*listed, None]):
         commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
@@ -140,8 +143,10 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
         elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
             commands = [(EXAMPLE, block.body, below.body)]
+            examples += 1
         for line, said, came in commands:
-            done = run(line, folder)
+            in_fork = line == EXAMPLE and examples > 1
+            done = run(line, folder, in_fork=in_fork)
             right = done.returncode == int(
                 (block.kind == "console" and block.told) or 0
             )

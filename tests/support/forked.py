@@ -65,8 +65,13 @@ def _run(
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
         child = os.fork()
         if not child:
-            _become(argv, folder, environment, (out.fileno(), errors.fileno()))
-            os._exit(_exit_code(call, begin))
+            code = 70
+            # Whatever happens, the fork does not go on with the tests.
+            try:
+                _become(argv, folder, environment, (out.fileno(), errors.fileno()))
+                code = _exit_code(call, begin)
+            finally:
+                os._exit(code)
         _, status = os.waitpid(child, 0)
         shown = [_text(stream) for stream in (out, errors)]
     return subprocess.CompletedProcess(
@@ -92,7 +97,10 @@ def _become(
     sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stderr = io.TextIOWrapper(
-        io.FileIO(2, "w", closefd=False), "utf-8", "backslashreplace", write_through=True
+        io.FileIO(2, "w", closefd=False),
+        "utf-8",
+        "backslashreplace",
+        write_through=True,
     )
     sys.argv = argv
     os.chdir(folder)

@@ -14,7 +14,6 @@ import gyrodata
 from relations import RELATIONS
 from relations.log_tables import LogTable, Rewriting, bases
 
-
 Analyze = Callable[..., Any]
 """A function that analyses a log, such as `gyrodata.analyze`."""
 
@@ -57,9 +56,7 @@ def rewritings(relation: str) -> dict[str, Rewriting]:
     }
 
 
-def difference(
-    relation: str, base: str, rewriting: Rewriting, analyze: Analyze
-) -> str:
+def difference(relation: str, base: str, rewriting: Rewriting, analyze: Analyze) -> str:
     """Say how a rewritten log differs from its base; nothing if it does not."""
     before, after = (
         outcome_of(rewriting.same_as or bases()[base], analyze),

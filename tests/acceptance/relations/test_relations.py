@@ -17,7 +17,9 @@ from relations.log_tables import bases
 
 @pytest.mark.parametrize("relation", RELATIONS)
 def test_logs_that_mean_the_same_give_the_same_answer(relation: str) -> None:
-    wrong = [line for line in differences(relation, most=2, analyze=analyze_briefly) if line]
+    wrong = [
+        line for line in differences(relation, most=2, analyze=analyze_briefly) if line
+    ]
     assert not wrong, "\n".join(wrong)
 
 

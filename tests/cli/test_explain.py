@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 from places import SAMPLES
+from simulated_labs import analyze_briefly
 from typer.testing import CliRunner, Result
 
-import gyrodata
 from gyrodata.base.diagnostics import explanations, messages
 from gyrodata.cli import app
 from gyrodata.cli.explain_command import COMMANDS
@@ -130,7 +130,7 @@ def test_the_effect_on_the_sample_is_as_stated(
 ) -> None:
     assert words in " ".join(explanations()[code].meaning.split())
     before, after = (
-        gyrodata.analyze(log.encode()).inertia
+        analyze_briefly(log.encode()).inertia
         for log in (SAMPLE, re.sub(old, new, SAMPLE))
     )
     assert after.value / before.value == pytest.approx(factor, rel=0.005)

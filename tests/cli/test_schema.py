@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import json
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
+from analyzed_once import analyzed_once
 from places import ROOT
 from typer.testing import CliRunner
 
@@ -34,6 +36,13 @@ EDGES = {
     + "60,15,150,4.71,1\n60,15,300,9.74,1\n40,15,150,7.23,1\n40,15,300,14.69,1\n",
     "refused": HEAD + "20,15.0,56O,13.06,1/3\n",
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def analyses_are_kept() -> Iterator[None]:
+    """``gyro analyze`` and ``gyro check`` show the same analysis."""
+    with analyzed_once():
+        yield
 
 
 def gyro(*args: object, stdin: str | None = None) -> str:

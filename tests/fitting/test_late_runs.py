@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from simulated_labs import analyze_briefly
 
-import gyrodata
-from gyrodata import Analysis
+from gyrodata.results import FittedLog
 
 TRUTH = 4.44e-3
 TORQUE = 9.80665 * 0.15
@@ -30,16 +30,16 @@ def log(seed: int, late: dict[int, float]) -> bytes:
 
 
 @pytest.mark.filterwarnings("ignore")
-def analyze(seed: int, late: dict[int, float]) -> Analysis:
-    return gyrodata.analyze(log(seed, late), name="lab.csv")
+def analyze(seed: int, late: dict[int, float]) -> FittedLog:
+    return analyze_briefly(log(seed, late), name="lab.csv")
 
 
-def half(found: Analysis) -> float:
+def half(found: FittedLog) -> float:
     low, high = found.inertia.interval_95
     return float(high - low) / 2
 
 
-def hints(found: Analysis) -> str:
+def hints(found: FittedLog) -> str:
     return " ".join(one.hint for one in found.diagnostics if one.code == "G411")
 
 

@@ -12,6 +12,7 @@ import pytest
 from gates.drawn_logs import INERTIA, Bench, draw, write
 from msgspec.structs import astuple
 from places import ACCEPTANCE, SAMPLES
+from simulated_labs import analyze_briefly
 
 import gyrodata
 from gyrodata.analysis import check_log
@@ -76,7 +77,7 @@ def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -
     )
     for line in re.findall(r"# (u_\w+: [\d.]+ [s%])", error.hint):
         text = re.sub(rf"# {line.split(':')[0]}: .*", f"# {line}", text)
-    assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(
+    assert analyze_briefly(text.encode()).inertia.value == pytest.approx(
         INERTIA, rel=0.02
     )
 
@@ -108,7 +109,7 @@ def test_a_scale_that_is_hardly_known_is_in_u(
         **(KEYS if others else {}),
         key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %",
     }
-    exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
+    exact = analyze_briefly(nine_runs(stated, 0.0).encode()).inertia
     assert exact.u is not None
     # A log that is silent about the delay of the spin is corrected for it.
     truth = INERTIA if others else INERTIA / 1.002
@@ -117,7 +118,7 @@ def test_a_scale_that_is_hardly_known_is_in_u(
     share = {"u_mass": 0.5, "u_spin": 0.05}.get(key, 0.97)
     assert share * percent / 100 < exact.u / INERTIA < 1.05 * percent / 100
     try:
-        found = gyrodata.analyze(nine_runs(stated, 1.0).encode()).inertia
+        found = analyze_briefly(nine_runs(stated, 1.0).encode()).inertia
     except LogError as refused:
         # An interval that reaches zero is no measurement, and the key that does it is
         # named.
@@ -150,7 +151,7 @@ def test_one_count_for_all_weights_is_refused_and_explained(
         assert (named and named[1]) == (None if turns == count else turns)
         table.turns[table.mass == grams] = turns
     # The advice is followed.
-    assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(
+    assert analyze_briefly(write(table).encode()).inertia.value == pytest.approx(
         INERTIA, rel=0.05
     )
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from analyzed_once import analyzed_once
 from msgspec.structs import asdict
 from typer.testing import CliRunner
 
@@ -197,11 +198,23 @@ CANNOT_BE_SEEN = {"03", "04", "15", "23", "26"}
 not checked against the ball."""
 
 
+@pytest.fixture(scope="module", autouse=True)
+def analyses_are_kept() -> Iterator[None]:
+    """The API and two formats of ``gyro check`` show the same analysis.
+
+    The parameters have the scope of the module, so that the tests of one mistake follow
+    each other in the same process.
+    """
+    with analyzed_once():
+        yield
+
+
 @cache
 def analysed(text: str) -> tuple[str, dict[str, Any]]:
     """All that the terminal shows, and the JSON."""
     try:
-        analysis = gyrodata.analyze(text.encode())
+        # The name that the log has on standard input.
+        analysis = gyrodata.analyze(text.encode(), name="<stdin>")
     except gyrodata.LogError as error:
         return str(error), {
             "result": None,
@@ -250,7 +263,7 @@ def test_the_clean_log_is_answered_without_a_warning() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PLANTED)
+@pytest.mark.parametrize("name", PLANTED, scope="module")
 def test_mistake_is_said_and_its_cause_named_with_ball(name: str) -> None:
     wrong, said, named = outcome(planted_log(name, ball=True), PLANTED[name][3])
     assert said or not wrong
@@ -271,7 +284,7 @@ def test_mistake_is_not_silent_without_ball(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PLANTED)
+@pytest.mark.parametrize("name", PLANTED, scope="module")
 def test_check_shows_every_doubt_of_analyze(name: str) -> None:
     text = planted_log(name, ball=True)
     result = analysed(text)[1]["result"]

@@ -45,15 +45,16 @@ def budget(log: str, **settings: str) -> dict[str, float]:
     """Relative uncertainty of I_zz from each source, if the tachometer, which every run
     shares, is good to 0.1 %.
     """
-    found = result(f"# u_imbalance: 0 N*m\n{log}", **settings)
-    told = {one["source"]: one["u_inertia"] for one in found["budget"]}
+    text = f"# u_imbalance: 0 N*m\n{log}"
+    found = analyze_briefly(text.encode(), settings=settings)
+    told = {one.source: one.u_inertia for one in found.budget}
     return {name: 0.001 * u / told["spin_scale"] for name, u in told.items()}
 
 
 def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
     return [
         one
-        for one in gyrodata.analyze(log.encode(), settings=settings).diagnostics
+        for one in analyze_briefly(log.encode(), settings=settings).diagnostics
         if one.code == code
     ]
 
@@ -478,7 +479,7 @@ def test_readings_that_contradict_each_other_are_named(
     log: str, code: str, line: int | None, words: str
 ) -> None:
     try:
-        diagnostics = gyrodata.analyze(log.encode()).diagnostics
+        diagnostics = analyze_briefly(log.encode()).diagnostics
     except gyrodata.LogError as error:
         diagnostics = error.diagnostics
     told = [one for one in diagnostics if one.code == code]

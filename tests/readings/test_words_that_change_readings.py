@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from simulated_labs import analyze_briefly
 
 import gyrodata
 from gyrodata.readings import read_reported
@@ -72,13 +73,13 @@ PARTS = (
 )
 def test_a_note_of_other_turns_than_one_is_asked_for(top: str, turns: float) -> None:
     with pytest.raises(gyrodata.LogError) as caught:
-        gyrodata.analyze(log(top, turns=turns).encode())
+        analyze_briefly(log(top, turns=turns).encode())
     assert "G207" in {one.code for one in caught.value.diagnostics}
 
 
 @pytest.mark.slow
 def test_a_legend_of_several_periods_gives_the_turns() -> None:
-    found = gyrodata.analyze(log("T: time of 5 periods", turns=5).encode())
+    found = analyze_briefly(log("T: time of 5 periods", turns=5).encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -90,11 +91,11 @@ def test_the_hint_about_a_distance_from_the_ball_works() -> None:
         off=SURFACE,
     )
     with pytest.raises(gyrodata.LogError) as caught:
-        gyrodata.analyze(text.encode())
+        analyze_briefly(text.encode())
     (hint,) = (one.hint for one in caught.value.diagnostics if one.code == "G301")
     assert '"# position_from: surface"' in hint
     text = text.replace("distance from ball (cm)", "position [cm]")
-    found = gyrodata.analyze(
+    found = analyze_briefly(
         f"# position_from: surface\n# ball_diameter: 10.16 cm\n{text}".encode()
     )
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -130,7 +131,7 @@ def test_a_note_about_something_else_changes_nothing(top: str) -> None:
 )
 def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
     asked = f"# ball_diameter: 101.6 mm\n{log(top, off=SURFACE)}"
-    found = gyrodata.analyze(asked.encode())
+    found = analyze_briefly(asked.encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -139,7 +140,7 @@ def test_a_footnote_states_the_origin() -> None:
     text = log(
         "", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE
     )
-    found = gyrodata.analyze(
+    found = analyze_briefly(
         f"# ball_diameter: 101.6 mm\n{text}* from the surface of the ball\n".encode()
     )
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -273,10 +274,10 @@ def test_a_number_of_nuts_is_asked_about(top: str, column: str) -> None:
         time = 2 * np.pi * INERTIA * spin * RPM / torque
         lines.append(f"{count};14.8;{spin};1;{time:.2f}")
     with pytest.raises(gyrodata.LogError, match="mass is missing"):
-        gyrodata.analyze("\n".join(lines).encode())
+        analyze_briefly("\n".join(lines).encode())
     rows = [line.replace(";", " x 8.35;", 1) for line in lines[2:]]
     corrected = [lines[1].replace(column, "mass [g]"), *rows]
-    inertia = gyrodata.analyze("\n".join(corrected).encode()).inertia
+    inertia = analyze_briefly("\n".join(corrected).encode()).inertia
     assert inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -316,7 +317,7 @@ def test_a_fraction_behind_the_symbol_of_a_time_is_its_turns(
 ) -> None:
     header = f"mass (g);position (cm);spin (rpm);{header}"
     text = log("", header=header, turns=turns)
-    found = gyrodata.analyze(text.encode())
+    found = analyze_briefly(text.encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.05)
 
 
@@ -324,7 +325,7 @@ def test_a_fraction_behind_the_symbol_of_a_time_is_its_turns(
 def test_a_fraction_that_may_number_a_reading_is_asked_for(header: str) -> None:
     header = f"mass (g);position (cm);spin (rpm);{header}"
     with pytest.raises(gyrodata.LogError):
-        gyrodata.analyze(log("", header=header, turns=1 / 3).encode())
+        analyze_briefly(log("", header=header, turns=1 / 3).encode())
 
 
 @pytest.mark.parametrize(
@@ -346,5 +347,5 @@ def test_a_note_that_calls_the_position_a_diameter_is_a_doubt(note: str) -> None
 def test_the_diameter_of_the_ball_or_of_the_rod_is_no_doubt() -> None:
     header = "mass (g);r (cm);spin (rpm);turns;time (s)"
     note = "# ball diameter 101.6 mm, diameter of the rod 6 mm, r from the centre"
-    found = gyrodata.analyze(log(note, header=header).encode())
+    found = analyze_briefly(log(note, header=header).encode())
     assert "G240" not in {one.code for one in found.diagnostics}

@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from gyrodata import analyze
 from gyrodata.reporting.figure_data import list_looks
@@ -88,6 +89,14 @@ def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
     }
 
 
+@cache
+def width_of(text: str, size: float) -> float:
+    """Width of a text [point], by the advance of its letters."""
+    font = FontProperties(size=size)
+    width, *_ = text_to_path.get_text_width_height_descent(text, font, ismath=False)
+    return float(width)
+
+
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
     """Each text of a figure with its left, top, right and bottom end [point]."""
     found = []
@@ -99,7 +108,7 @@ def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
         place = re.search(r"(?:translate|rotate)\((.*?)\)", attributes)
         assert place
         *turn, x, y = map(float, place[1].split())
-        wide = TextPath((0, 0), text, size=float(size)).get_extents().width
+        wide = width_of(text, float(size))
         share = {"start": 0.0, "middle": 0.5, "end": 1.0}
         start = share[anchor[1] if anchor else "start"] * wide
         high = 0.7 * float(size)

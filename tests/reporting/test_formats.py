@@ -20,7 +20,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from pages import IN_ORDER, KINDS, Structure, known, make_page
+from pages import IN_ORDER, KINDS, Structure, analysis_of, known, make_page
 from PIL import Image
 from places import SAMPLES
 from typer.testing import CliRunner, Result
@@ -145,7 +145,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
     """On the page each of them is compared with its place in results.json."""
-    analysis = analyze(KINDS[kind].encode(), name="log.csv")
+    analysis = analysis_of(kind)
     # A note may contain any number.
     analysis = replace(
         analysis,

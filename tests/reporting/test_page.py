@@ -10,7 +10,16 @@ from itertools import pairwise
 
 import pytest
 from msgspec.structs import replace
-from pages import IN_ORDER, KINDS, LOG, Structure, find, known, make_page
+from pages import (
+    IN_ORDER,
+    KINDS,
+    LOG,
+    Structure,
+    analysis_of,
+    find,
+    known,
+    make_page,
+)
 
 from gyrodata import analyze
 from gyrodata.base.errors import InputError
@@ -103,7 +112,7 @@ def shows(text: str, shown: float) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> None:
-    analysis = analyze(KINDS[kind].encode(), name="log.csv")
+    analysis = analysis_of(kind)
     document = json.loads(json_text(analysis.to_dict()))
     page = Structure(make_page(analysis))
     assert len(page.numbers) > 40

@@ -15,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from forked import run_script
 from msgspec import Struct
 from places import ROOT
 
@@ -24,6 +25,10 @@ DOCUMENTS = [ROOT / "README.md", *PAGES]
 
 INSTALLS = ("python3 -m venv", "source .venv", "pipx ", "uv ", "hyperfine ")
 """What begins so sets a machine up, and is run by `.ci/run` or by nobody."""
+
+EXAMPLE = "python example.py"
+"""Runs an example of Python, which is the file `example.py` then. A page has up to
+fourteen of them, which load the same code: all but the first are run in a fork."""
 
 _BLOCK = re.compile(
     r"(?:<!-- (?P<mark>\w+): (?P<told>[^>]*) -->\n)?"
@@ -63,14 +68,18 @@ def cells(table: str) -> list[list[str]]:
     return [rows[0], *rows[2:]]
 
 
-def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def run(
+    command: str, folder: Path, *, in_fork: bool = False
+) -> subprocess.CompletedProcess[str]:
     """Run a line of shell with this environment's ``gyro`` and ``python`` first on the
-    path.
+    path; or, of Python, the example in a fork.
     """
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     # The examples run on the installed package.
     environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
+    if in_fork and hasattr(os, "fork"):
+        return run_script(folder / "example.py", folder, environment)
     if shutil.which("gyro", path=str(BIN)) is None:
         command = re.sub(
             r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command
@@ -114,6 +123,7 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")
     listed = blocks(text)
+    examples = 0
     for block, below in pairwise([*listed, None]):
         commands: list[tuple[str, str, str]] = []
         if block.mark == "file":
@@ -132,9 +142,11 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
             ]
         elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
-            commands = [("python example.py", block.body, below.body)]
+            commands = [(EXAMPLE, block.body, below.body)]
+            examples += 1
         for line, said, came in commands:
-            done = run(line, folder)
+            in_fork = line == EXAMPLE and examples > 1
+            done = run(line, folder, in_fork=in_fork)
             right = done.returncode == int(
                 (block.kind == "console" and block.told) or 0
             )

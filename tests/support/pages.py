@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from html.parser import HTMLParser
 from typing import Any
 
 from places import DATA
 
+from gyrodata import analyze
 from gyrodata.reporting.content import defaults_used
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.figure_data import list_looks
@@ -21,6 +23,14 @@ TOLD = tomllib.loads((DATA / "texts_of_the_page.toml").read_text(encoding="utf-8
 KINDS: dict[str, str] = TOLD["logs"]
 LOG = KINDS["ball and a slip"]
 IN_ORDER = ("period", "product", "torque", "residuals")
+
+
+@cache
+def analysis_of(kind: str) -> Analysis:
+    """Analyse a log of `KINDS`, once for all tests of a process."""
+    return analyze(KINDS[kind].encode(), name="log.csv")
+
+
 EMPTY = dict.fromkeys(FIGURES, b"<svg/>")
 WORDS = {name: f"what {name} shows" for name in FIGURES}
 

@@ -13,6 +13,7 @@ from contextlib import suppress
 from io import TextIOWrapper
 from pathlib import Path
 
+from analyzed_once import analyzed_once
 from places import DATA
 
 LINES = (DATA / "commands_and_formats.txt").read_text(encoding="utf-8").splitlines()
@@ -61,7 +62,8 @@ if __name__ == "__main__":
     coded, target = sys.stdout.encoding, Path(sys.argv[1])
     # Every fit of a self-check takes as long as the others.
     time.perf_counter = itertools.count().__next__
-    for i, one in enumerate(LINES):
-        with (target / f"{i}.file").open("wb") as file:
-            run(one, file.fileno(), coded)
-        (target / f"{i}.terminal").write_bytes(on_terminal(one, coded))
+    with analyzed_once():
+        for i, one in enumerate(LINES):
+            with (target / f"{i}.file").open("wb") as file:
+                run(one, file.fileno(), coded)
+            (target / f"{i}.terminal").write_bytes(on_terminal(one, coded))

@@ -39,7 +39,9 @@ pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_data" / "air_gyroscope.csv"
-TINY = replace(report.QUICK, labs=3, budgets={1: 2_500})
+TINY = replace(report.QUICK, labs=2, budgets={1: 2_500})
+SPARSE = replace(TINY, every=3)
+"""With fewer cells of each map, which are too few for a chart."""
 CHARTS = ["fits", "motion", "integrators", *(kind.name for kind in maps.KINDS)]
 
 
@@ -273,7 +275,7 @@ def test_each_chart_has_its_numbers_and_its_title(done: Benchmark) -> None:
     assert {*CHARTS} == {*tables}
     assert len(tables["fits"]) == 3 * len(programs.installed()) + 6
     for name in ("fits", "motion", "balance", "torques", "runs"):
-        assert {*tables[name]["labs"]} == {3}
+        assert {*tables[name]["labs"]} == {2}
 
 
 def test_the_title_of_the_fits_follows_from_the_coverage(done: Benchmark) -> None:
@@ -291,9 +293,9 @@ def test_the_title_of_the_fits_follows_from_the_coverage(done: Benchmark) -> Non
     assert "correct in 0 of 3 kinds of labs" in report.fits_title(wrong)
 
 
-def test_the_same_seed_gives_the_same_numbers(done: Benchmark) -> None:
-    again = report.run(TINY, 2)
-    for name, table in done.tables.items():
+def test_the_same_seed_gives_the_same_numbers() -> None:
+    first, again = report.run(SPARSE, 0), report.run(SPARSE, 2)
+    for name, table in first.tables.items():
         columns = [column for column in table if column not in ("seconds", "process")]
         pd.testing.assert_frame_equal(table[columns], again.tables[name][columns])
 
@@ -329,7 +331,7 @@ def test_the_command_writes_a_page_with_every_chart(
 
 
 def test_a_quick_picture_says_how_many_labs_it_has(done: Benchmark) -> None:
-    assert report.labs_text(done).startswith("Quick look: only 3 simulated labs")
+    assert report.labs_text(done).startswith("Quick look: only 2 simulated labs")
     full = replace(done, effort=report.FULL)
     assert report.labs_text(full).startswith("200 simulated labs")
     assert charts.draw("runs", "title", done) != charts.draw("runs", "title", full)

@@ -13,6 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 from places import SAMPLES
+from simulated_labs import analyze_briefly
 from typer.testing import CliRunner, Result
 
 import gyrodata
@@ -37,7 +38,7 @@ LAB = [setting(mass, rpm) for mass in (0.02, 0.04, 0.06) for rpm in (200, 400, 6
 
 
 def relative_u(log: str) -> float:
-    inertia = gyrodata.analyze(log.encode()).inertia
+    inertia = analyze_briefly(log.encode()).inertia
     return (inertia.u or 0.0) / inertia.value
 
 
@@ -56,7 +57,7 @@ def test_the_promised_u_is_reached(extra: tuple[float, ...], limits: Limits) -> 
     for seed in range(20):
         log = simulate(truth, Listed(runs=(*LAB, extra)), TYPICAL, seed).log
         before = log[: log[:-1].rindex("\n") + 1]
-        lab = gyrodata.analyze(before.encode()).lab
+        lab = analyze_briefly(before.encode()).lab
         choices = plan_log(lab, limits).choices
         [choice] = [one for one in choices if abs(one.mass - extra[0]) < 1e-3][:1]
         ratios.append(relative_u(log) / choice.u)
@@ -69,7 +70,7 @@ def test_the_first_choice_is_near_the_best_single_run() -> None:
         log = simulate(
             Truth(imbalance=6e-4), Listed(runs=tuple(LAB)), TYPICAL, seed
         ).log
-        plan = plan_log(gyrodata.analyze(log.encode()).lab, Limits())
+        plan = plan_log(analyze_briefly(log.encode()).lab, Limits())
         best = min(choice.u for choice in plan.choices)
         assert plan.choices[0].u < 1.1 * best
         assert plan.runs[0].mass == plan.choices[0].mass
@@ -77,7 +78,7 @@ def test_the_first_choice_is_near_the_best_single_run() -> None:
 
 @pytest.mark.parametrize("name", ["air_gyroscope", "heidelberg_ball"])
 def test_every_run_of_a_plan_reduces_u_and_the_time_is_kept(name: str) -> None:
-    lab = gyrodata.analyze(SAMPLES / f"{name}.csv").lab
+    lab = analyze_briefly(SAMPLES / f"{name}.csv").lab
     for minutes in (0.0, 5.0, 12.0):
         plan = plan_log(lab, Limits(minutes=minutes))
         assert plan.minutes <= minutes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from typing import Any, NamedTuple
@@ -13,6 +14,9 @@ import gyrodata
 from relations import RELATIONS
 from relations.log_tables import LogTable, Rewriting, bases
 
+Analyze = Callable[..., Any]
+"""A function that analyses a log, such as `gyrodata.analyze`."""
+
 
 class Outcome(NamedTuple):
     value: float
@@ -20,16 +24,17 @@ class Outcome(NamedTuple):
     failure: str = ""
 
 
-def outcome(log: Any, rewriting: Rewriting | None = None) -> Outcome:
+def outcome(
+    log: Any, rewriting: Rewriting | None = None, analyze: Analyze = gyrodata.analyze
+) -> Outcome:
     """Analyse a log; an error of gyro is a failure."""
-    settings, mapping = (
-        (rewriting.settings, rewriting.mapping) if rewriting else (None, None)
-    )
+    settings = (rewriting and rewriting.settings) or {}
+    mapping = (rewriting and rewriting.mapping) or {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gyrodata.GyroWarning)
         try:
             log = log.encode() if isinstance(log, str) else log
-            inertia = gyrodata.analyze(
+            inertia = analyze(
                 log, name="log", settings=settings, mapping=mapping
             ).inertia
         except gyrodata.GyroError as error:
@@ -39,8 +44,8 @@ def outcome(log: Any, rewriting: Rewriting | None = None) -> Outcome:
 
 
 @cache
-def outcome_of(table: LogTable) -> Outcome:
-    return outcome(table.text)
+def outcome_of(table: LogTable, analyze: Analyze) -> Outcome:
+    return outcome(table.text, analyze=analyze)
 
 
 def rewritings(relation: str) -> dict[str, Rewriting]:
@@ -51,11 +56,11 @@ def rewritings(relation: str) -> dict[str, Rewriting]:
     }
 
 
-def difference(relation: str, base: str, rewriting: Rewriting) -> str:
+def difference(relation: str, base: str, rewriting: Rewriting, analyze: Analyze) -> str:
     """Say how a rewritten log differs from its base; nothing if it does not."""
     before, after = (
-        outcome_of(rewriting.same_as or bases()[base]),
-        outcome(rewriting.log, rewriting),
+        outcome_of(rewriting.same_as or bases()[base], analyze),
+        outcome(rewriting.log, rewriting, analyze),
     )
     if before.failure or after.failure:
         return (
@@ -72,13 +77,17 @@ def difference(relation: str, base: str, rewriting: Rewriting) -> str:
     )
 
 
-def differences(relation: str, most: int = 99) -> list[str]:
+def differences(
+    relation: str, most: int = 99, analyze: Analyze = gyrodata.analyze
+) -> list[str]:
     """Compare logs to which a relation applies; each relation takes others first."""
     pairs = list(rewritings(relation).items())
     assert pairs, f"{relation} applies to no log"
     first = list(RELATIONS).index(relation) % len(pairs)
     chosen = [*pairs[first:], *pairs[:first]][:most]
-    return [difference(relation, base, rewriting) for base, rewriting in chosen]
+    return [
+        difference(relation, base, rewriting, analyze) for base, rewriting in chosen
+    ]
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:

@@ -382,9 +382,9 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
         measured = measure(readings)
         has_torque = measured.torque.any()
         lacking = what_lacks(readings, measured, None) if has_torque else []
-        return None, (*error.diagnostics, *lacking)
+        return None, (*error.diagnostics, *_in_own_files(lacking, readings))
     lacking = what_lacks(readings, analysis.measurements, analysis.lab)
-    return analysis, (*analysis.diagnostics, *lacking)
+    return analysis, (*analysis.diagnostics, *_in_own_files(lacking, readings))
 
 
 def _findings_of_other_runs(readings: Readings) -> list[Diagnostic]:

@@ -296,9 +296,7 @@ def _check_logs(
     name = " + ".join(name for _, name in named)
     try:
         logs = [
-            read_log(
-                **source_of(*each), **given, config=constants_of(each[0], config)
-            )
+            read_log(**source_of(*each), **given, config=constants_of(each[0], config))
             for each in named
         ]
         readings = logs[0] if len(logs) == 1 else read_together(logs)
@@ -309,10 +307,10 @@ def _check_logs(
         return Checked(name, (fault(error, name),), FAULT)
     has_doubts = analysis is not None and bool(analysis.doubts)
     code = int(has_doubts or _is_serious(findings, strict))
-    findings = sorted(findings, key=_place)
+    in_order = sorted(findings, key=_place)
     if readings.files:
-        findings.sort(key=lambda finding: finding.file)
-    return Checked(name, findings, code, readings, analysis)
+        in_order.sort(key=lambda finding: finding.file or "")
+    return Checked(name, in_order, code, readings, analysis)
 
 
 def _check_submission(paths: Sequence[str], strict: bool) -> Checked:

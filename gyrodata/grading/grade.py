@@ -30,13 +30,13 @@ from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
+from gyrodata.grading.stated import unusual_turns
 from gyrodata.grading.stations import (
     DayValue,
     class_references,
     day_values,
     each_log_once,
 )
-from gyrodata.grading.stated import unusual_turns
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.answers import Answers, partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending

@@ -55,10 +55,6 @@ class Robust(NamedTuple):
         """The standard deviation of a usual value [kg*m^2]."""
         return self.scatter * math.sqrt(len(self.values) / self.weights.sum())
 
-    def some(self, which: Floats) -> Robust:
-        """Return some of the values."""
-        return Robust(self.values[which], self.weights[which], self.scatter)
-
 
 def robust(values: Iterable[tuple[float, float]]) -> Robust:
     """Prepare values with their u [kg*m^2] for a mean or a line.
@@ -96,7 +92,7 @@ def depend(values: Floats, weights: Floats, *columns: Sequence[float]) -> Depend
     solution, _, rank, _ = np.linalg.lstsq(design, target, rcond=None)
     left = np.sum((target - design @ solution) ** 2)
     whole = weights @ (values - np.average(values, weights=weights)) ** 2
-    count = len(values)
+    count = np.count_nonzero(weights)
     # One value on each day leaves nothing that shows the scatter.
     dof = count - int(rank)
     if dof < 1 or not whole:
@@ -244,7 +240,10 @@ class StationFigures(Struct, frozen=True):
     def change(self) -> str:
         """Say how I_zz changes."""
         if self.slope is None or not self.slope_u:
-            days = [f"{each.day}: {inertia_text(each.inertia, each.u)}" for each in self.days]
+            days = [
+                f"{each.day}: {inertia_text(each.inertia, each.u)}"
+                for each in self.days
+            ]
             return f"differs between the days ({'; '.join(days)})"
         verb = "falls" if self.slope < 0 else "rises"
         return (
@@ -284,27 +283,19 @@ def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
         yield _figures(station, several[station], 2 * len(several))
 
 
-def _figures(
-    station: str, values: Sequence[DayValue], tests: int
-) -> StationFigures:
+def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFigures:
     """Compare the days of a station by a line, and with each other."""
-    combined = robust((each.inertia, each.u) for each in values)
-    used = combined.weights > 0
-    combined = combined.some(used)
-    days = [each.day for each, is_used in zip(values, used, strict=True) if is_used]
-    each_day = list(dict.fromkeys(days))
-    of_days = np.array(each_day)[:, None] == np.array(days)
-    means = [combined.some(of_day).mean for of_day in of_days]
+    by_day = grouped((day, (inertia, u)) for day, inertia, u in values)
     figures = [
-        DayFigures(day, int(of_day.sum()), *mean)
-        for day, of_day, mean in zip(each_day, of_days, means, strict=True)
+        DayFigures(day, len(some), *robust(some).mean) for day, some in by_day.items()
     ]
-    differences = depend(*combined[:2], *of_days[1:])
-    numbers = np.array([_number_of(day) for day in days])
-    numbers -= numbers.mean()
+    days = np.array([each.day for each in values])
+    combined = robust((inertia, u) for _, inertia, u in values)
+    differences = depend(*combined[:2], *(days == day for day in by_day))
+    numbers = np.array([_number_of(day) for day in days.tolist()])
     p, slope, slope_u = differences.p, None, None
     if np.ptp(numbers) <= YEAR:
-        line = depend(*combined[:2], numbers)
+        line = depend(*combined[:2], numbers - numbers.mean())
         if line.p <= p:
             inertia, _ = combined.mean
             p = line.p

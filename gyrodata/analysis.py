@@ -103,7 +103,7 @@ def analyze(
         read_log(each, name=name, settings=settings, mapping=mapping, config=config)
         for each in logs
     ]
-    readings = read[0] if len(read) == 1 else read_together(read)
+    readings = read_together(read)
     options = Options(
         set={key: value_text(settings[key]) for key in sorted(settings)},
         map={key: mapping[key] for key in sorted(mapping)},

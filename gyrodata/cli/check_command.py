@@ -219,39 +219,37 @@ def check(
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
     """
-    if hand_in and (settings or mapping or config or fix or together or "-" in logs):
+    of_log = settings, mapping, config, fix, together, "-" in logs
+    if hand_in and any(of_log):
         refuse("hand_in_as_it_is")
     if form == "json" and len(logs) > 1 and not (hand_in or together):
         refuse("json_for_one_log")
     if fix and "-" in logs:
         refuse("fix_of_standard_input")
-    given: dict[str, Any] = {
-        "settings": pairs(settings, "--set"),
-        "mapping": pairs(mapping, "--map"),
-    }
     worst = 0
     if hand_in:
         worst = _print(_check_submission(logs, strict), form)
         logs = []
+    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
     named = list(zip(logs, names_of(logs), strict=True))
-    for part in [named] if named and together else [[each] for each in named]:
+    for part in [named] if together else [[each] for each in named]:
         checked = _check_logs(part, given, config, strict)
-        code = _print(checked, form)
-        if fix and checked.readings is not None:
-            code = max(code, *_fixed(part, checked.readings, form))
-        worst = max(worst, code)
+        codes = [_print(checked, form), *(_fixed(part, checked, form) if fix else ())]
+        worst = max(worst, *codes)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
 def _fixed(
-    named: Sequence[tuple[str, str]], readings: Readings, form: CheckFormat
+    named: Sequence[tuple[str, str]], checked: Checked, form: CheckFormat
 ) -> Iterator[int]:
     """Write each checked log as it was understood; yield the exit codes."""
+    readings = checked.readings
+    if readings is None:
+        return
     files = [file for _, file in readings.files] or [readings]
     for (log, _), file in zip(named, files, strict=True):
         try:
             _fix(Path(log), file, form)
-            yield 0
         except InputError as error:
             complain(error.diagnostics)
             yield error.exit_code
@@ -299,7 +297,7 @@ def _check_logs(
             read_log(**source_of(*each), **given, config=constants_of(each[0], config))
             for each in named
         ]
-        readings = logs[0] if len(logs) == 1 else read_together(logs)
+        readings = read_together(logs)
         analysis, findings = check_log(readings)
     except GyroError as error:
         return Checked(name, error.diagnostics, error.exit_code)

@@ -665,23 +665,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def tally(self) -> str:
         """The number of grades with each status, in words."""
-        others = [
-            f"{self.count(one)} {one}"
-            for one in ("so far", "on hold", "excused")
-            if self.count(one)
-        ]
-        absent = (
-            [f"{len(self.roster.absent)} handed in nothing"]
-            if self.roster.absent
-            else []
-        )
+        counts = {one: self.count(one) for one in ("so far", "on hold", "excused")}
+        absent = {"handed in nothing": len(self.roster.absent)}
+        parts = {"graded": len(self.totals), **counts}
+        parts |= {"not": self.count("not graded"), **absent}
+        shown = ("graded", "not")
         return ", ".join(
-            [
-                f"{len(self.totals)} graded",
-                *others,
-                f"{self.count('not graded')} not",
-                *absent,
-            ]
+            f"{count} {name}" for name, count in parts.items() if count or name in shown
         )
 
     @cached_property

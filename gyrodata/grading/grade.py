@@ -702,15 +702,9 @@ def read_hand_in(
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
-    reported = answers.inertia or ReportedValue("inertia", "")
-    handed_in = HandIn(
-        text=reported.text or None,
-        inertia=reported.value,
-        u=reported.u,
-        file=answers.file or None,
-        line=reported.line,
-        station=station_of(readings),
-    )
+    answer: dict[str, Any] = {**dict.fromkeys(_REPORTED), **_reported(answers)}
+    answer["inertia"] = answer.pop("value")
+    handed_in = HandIn(**answer, station=station_of(readings))
     # The place of the answer is reported once.
     others = [
         note

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import ArrayLike
 
 from gyrodata import fitting
 from gyrodata.grading.yardsticks import Reference, by_station, grouped, in_order
@@ -75,31 +76,37 @@ def robust(values: Iterable[tuple[float, float]]) -> Robust:
 class Dependence(NamedTuple):
     """How n values depend on columns of numbers."""
 
-    p: float  # probability of such a dependence by chance
+    share: float  # of their variance that a line in the columns explains [1]
+    columns: int  # number of independent columns
+    dof: int  # degrees of freedom that are left
     slopes: Floats  # shape (number of columns,)
     u: Floats  # their standard uncertainties
 
+    @property
+    def p(self) -> float:
+        """The probability of such a share by chance, for normal values."""
+        # Its import takes longer than a class that is graded already.
+        from scipy.special import betainc
 
-def depend(values: Floats, weights: Floats, *columns: Sequence[float]) -> Dependence:
-    """Test by permutations whether values depend on columns of numbers.
+        # One value on each day leaves nothing that shows the scatter.
+        left = max(1 - self.share, 0.0) if self.dof > 0 else 1.0
+        return float(betainc(max(self.dof, 1) / 2, self.columns / 2, left))
 
-    If the n values are exchanged at random, the share of their variance that a line in
-    the columns explains, times n − 1, has the distribution of χ².
-    """
+
+def depend(values: Floats, weights: Floats, *columns: ArrayLike) -> Dependence:
+    """Fit a line in columns of numbers to values with weights."""
     root = np.sqrt(weights)
     design = root[:, None] * np.column_stack([np.ones(len(values)), *columns])
     target = root * values
     solution, _, rank, _ = np.linalg.lstsq(design, target, rcond=None)
-    left = np.sum((target - design @ solution) ** 2)
-    whole = weights @ (values - np.average(values, weights=weights)) ** 2
-    count = np.count_nonzero(weights)
-    # One value on each day leaves nothing that shows the scatter.
-    dof = count - int(rank)
-    if dof < 1 or not whole:
-        return Dependence(1.0, solution[1:], np.full(len(columns), math.inf))
-    p = fitting.chi2_tail((count - 1) * (1 - left / whole), int(rank) - 1)
-    variance = left / dof * np.linalg.pinv(design.T @ design).diagonal()
-    return Dependence(p, solution[1:], np.sqrt(variance[1:]))
+    left = float(np.sum((target - design @ solution) ** 2))
+    mean = np.average(values, weights=weights)
+    around_mean = float(weights @ (values - mean) ** 2)
+    whole = max(around_mean, left, 1e-300)
+    dof = int(np.count_nonzero(weights) - rank)
+    variance = left / max(dof, 1) * np.linalg.pinv(design.T @ design).diagonal()
+    u = np.sqrt(variance[1:].clip(0))
+    return Dependence(1 - left / whole, int(rank) - 1, dof, solution[1:], u)
 
 
 # --- the class as its own reference ---
@@ -156,8 +163,9 @@ def class_references(
 
 # --- a station on several days ---
 
-RARE = 0.01
-"""An honest class has a station with a note with this probability."""
+RARE = 0.005
+"""An honest class has a station with a note with this probability, if the students of
+a day have nothing in common; in simulated classes with one M0 a day it is larger."""
 
 YEAR = 366  # days; a longer time between logs of one class is a mistyped date
 

@@ -85,12 +85,12 @@ class Dependence(NamedTuple):
     @property
     def p(self) -> float:
         """The probability of such a share by chance, for normal values."""
+        if not self.columns or self.dof < 1:
+            return 1.0
         # Its import takes longer than a class that is graded already.
         from scipy.special import betainc
 
-        # One value on each day leaves nothing that shows the scatter.
-        left = max(1 - self.share, 0.0) if self.dof > 0 else 1.0
-        return float(betainc(max(self.dof, 1) / 2, self.columns / 2, left))
+        return float(betainc(self.dof / 2, self.columns / 2, max(1 - self.share, 0.0)))
 
 
 def depend(values: Floats, weights: Floats, *columns: ArrayLike) -> Dependence:
@@ -168,6 +168,8 @@ RARE = 0.005
 a day have nothing in common; in simulated classes with one M0 a day it is larger."""
 
 YEAR = 366  # days; a longer time between logs of one class is a mistyped date
+
+MOST_DAYS = 100  # of a station; nobody measures on more
 
 _FORMS = "%d.%m.%Y", "%d.%m.%y", "%Y/%m/%d", "%d %B %Y", "%d %b %Y", "%B %d, %Y"
 """Dates that mean one day only, besides those of ISO 8601."""
@@ -285,7 +287,7 @@ def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
     several = {
         station: sorted(some)
         for station, some in values.items()
-        if len(some) >= FEW and len({each.day for each in some}) > 1
+        if len(some) >= FEW and 1 < len({each.day for each in some}) <= MOST_DAYS
     }
     for station in sorted(several, key=in_order):
         yield _figures(station, several[station], 2 * len(several))

@@ -201,6 +201,23 @@ def test_figures_do_not_depend_on_order_scale_or_first_day() -> None:
         assert other.p == pytest.approx(first.p, rel=1e-6)
 
 
+def test_a_day_with_a_wrong_log_alone_is_no_drift() -> None:
+    logs = [replace(log, days=()) for log in drawn(1)[3:]]
+    logs += drawn(1)[:3]
+    logs += [log_of(99, "2026-03-09", 10 * TRUTH)]
+    station = figures(logs)
+    assert not station.differs
+    assert station.p == 1
+    # One log a day shows no scatter, and so no difference that is beyond it.
+    alone = [log_of(at, f"day {at}", log.inertia) for at, log in enumerate(drawn(1))]
+    assert figures(alone).p == 1
+
+
+def test_hundreds_of_days_are_not_compared() -> None:
+    logs = [log_of(at, f"day {at // 2}", TRUTH) for at in range(400)]
+    assert not list(station_figures(logs))
+
+
 def test_equal_logs_and_copies_count_once() -> None:
     logs = drawn(1, 0.012)
     equal = [replace(logs[0], student=f"t{at}") for at in range(9)]

@@ -93,8 +93,14 @@ class Dependence(NamedTuple):
         return float(betainc(self.dof / 2, self.columns / 2, max(1 - self.share, 0.0)))
 
 
-def depend(values: Floats, weights: Floats, *columns: ArrayLike) -> Dependence:
-    """Fit a line in columns of numbers to values with weights."""
+def depend(
+    values: Floats, weights: Floats, *columns: ArrayLike, shared: float = 0.0
+) -> Dependence:
+    """Fit a line in columns of numbers to values whose weights are 1/u².
+
+    `shared`: Variance of an error that all values of a group share, in u², times the
+    number of values in a group.
+    """
     root = np.sqrt(weights)
     design = root[:, None] * np.column_stack([np.ones(len(values)), *columns])
     target = root * values
@@ -105,8 +111,11 @@ def depend(values: Floats, weights: Floats, *columns: ArrayLike) -> Dependence:
     whole = max(around_mean, left, 1e-300)
     dof = int(np.count_nonzero(weights) - rank)
     variance = left / max(dof, 1) * np.linalg.pinv(design.T @ design).diagonal()
-    u = np.sqrt(variance[1:].clip(0))
-    return Dependence(1 - left / whole, int(rank) - 1, dof, solution[1:], u)
+    wider = 1 + shared * dof / max(left, 1e-300)
+    u = np.sqrt(wider * variance[1:].clip(0))
+    explained = (whole - left) / wider
+    share = explained / max(explained + left, 1e-300)
+    return Dependence(share, int(rank) - 1, dof, solution[1:], u)
 
 
 # --- the class as its own reference ---
@@ -163,9 +172,12 @@ def class_references(
 
 # --- a station on several days ---
 
-RARE = 0.005
-"""An honest class has a station with a note with this probability, if the students of
-a day have nothing in common; in simulated classes with one M0 a day it is larger."""
+RARE = 0.01
+"""An honest class has a station with a note with at most this probability."""
+
+OF_DAY = 0.3
+"""Standard deviation of an error that all logs of a day share, over the u of a log: the
+balance of the ball on this day. An M0 of 1 mN·m gives a quarter of u."""
 
 YEAR = 366  # days; a longer time between logs of one class is a mistyped date
 
@@ -301,11 +313,13 @@ def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFig
     ]
     days = np.array([each.day for each in values])
     combined = robust((inertia, u) for _, inertia, u in values)
-    differences = depend(*combined[:2], *(days == day for day in by_day))
+    shared = OF_DAY**2 * len(values) / len(by_day)
+    of_days = [days == day for day in by_day]
+    differences = depend(*combined[:2], *of_days, shared=shared)
     numbers = np.array([_number_of(day) for day in days.tolist()])
     p, slope, slope_u = differences.p, None, None
     if np.ptp(numbers) <= YEAR:
-        line = depend(*combined[:2], numbers - numbers.mean())
+        line = depend(*combined[:2], numbers - numbers.mean(), shared=shared)
         if line.p <= p:
             inertia, _ = combined.mean
             p = line.p

@@ -153,6 +153,19 @@ def test_classes_without_a_drift_have_no_note(wrong: float) -> None:
     assert noted <= 10
 
 
+def test_a_balance_that_all_students_of_a_day_share_is_no_drift() -> None:
+    noted = 0
+    for seed in range(200):
+        random = np.random.default_rng([5, seed])
+        days = random.normal(0, 0.25 * 0.013, 3)
+        logs = [
+            log_of(at, f"2026-03-0{2 + at % 3}", TRUTH * (1 + days[at % 3] + error))
+            for at, error in enumerate(random.normal(0, 0.01, 75))
+        ]
+        noted += figures(logs).differs
+    assert noted <= 4
+
+
 @pytest.mark.parametrize("wrong", [0.0, 0.05], ids=["honest", "wrong logs"])
 def test_a_drift_has_its_size_and_uncertainty(wrong: float) -> None:
     fall = 0.012
@@ -202,8 +215,7 @@ def test_figures_do_not_depend_on_order_scale_or_first_day() -> None:
 
 
 def test_a_day_with_a_wrong_log_alone_is_no_drift() -> None:
-    logs = [replace(log, days=()) for log in drawn(1)[3:]]
-    logs += drawn(1)[:3]
+    logs = [log_of(at, "2026-03-02", log.inertia) for at, log in enumerate(drawn(1))]
     logs += [log_of(99, "2026-03-09", 10 * TRUTH)]
     station = figures(logs)
     assert not station.differs

@@ -104,7 +104,7 @@ def analyze(
         read_log(each, name=name, settings=settings, mapping=mapping, config=config)
         for each in logs
     ]
-    readings = read[0] if len(read) == 1 else read_together(read)
+    readings = read_together(read)
     options = Options(
         set={key: value_text(settings[key]) for key in sorted(settings)},
         map={key: mapping[key] for key in sorted(mapping)},
@@ -393,9 +393,9 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
         measured = measure(readings)
         has_torque = measured.torque.any()
         lacking = what_lacks(readings, measured, None) if has_torque else []
-        return None, (*error.diagnostics, *lacking)
+        return None, (*error.diagnostics, *_in_own_files(lacking, readings))
     lacking = what_lacks(readings, analysis.measurements, analysis.lab)
-    return analysis, (*analysis.diagnostics, *lacking)
+    return analysis, (*analysis.diagnostics, *_in_own_files(lacking, readings))
 
 
 def _findings_of_other_runs(readings: Readings) -> list[Diagnostic]:

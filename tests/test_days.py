@@ -253,6 +253,42 @@ def test_the_command_writes_table_figure_and_json(tmp_path: Path) -> None:
     assert 0.01 < result["blocks_agreement"]["p"] <= 1
 
 
+def test_check_of_days_says_what_analyze_doubts(tmp_path: Path) -> None:
+    names = ["mon.csv", "fri.csv"]
+    paths = [str(tmp_path / name) for name in names]
+    for path, rows in zip(paths, two_days(inertia=1.08 * TRUTH).values(), strict=True):
+        Path(path).write_bytes(file(rows))
+    analysis = gyrodata.analyze(paths, together=True)
+    ask = ["check", *paths, "--together"]
+    done = CliRunner().invoke(app, [*ask, "--format", "json"])
+    document = json.loads(done.stdout)
+    assert done.exit_code == 1
+    assert document["input"]["rows"] == 18
+    words = [doubt["words"] for doubt in document["doubts"]]
+    assert words == [doubt.words for doubt in analysis.doubts]
+    assert "do not have the same I_zz" in words[0]
+    codes = {each["code"] for each in document["diagnostics"]}
+    assert {each.code for each in analysis.diagnostics} <= codes
+    shown = CliRunner().invoke(app, ask).stdout
+    assert "do not have the same I_zz" in shown
+    alone = CliRunner().invoke(app, ["check", *paths]).stdout
+    assert "do not have the same I_zz" not in alone
+    fixed = CliRunner().invoke(app, [*ask, "--fix", "--exit-zero"])
+    assert fixed.exit_code == 0
+    again = [str(tmp_path / name.replace(".", "-fixed.")) for name in names]
+    fitted_again = gyrodata.analyze(again, together=True).inertia
+    assert fitted_again.value == pytest.approx(analysis.inertia.value, rel=1e-9)
+
+
+def test_a_contradiction_of_logs_is_a_finding_of_check(tmp_path: Path) -> None:
+    paths = [tmp_path / "mon.csv", tmp_path / "fri.csv"]
+    for path, rows, g in zip(paths, two_days().values(), (9.80, 9.81), strict=True):
+        path.write_bytes(file(rows, f"# g: {g} m/s^2"))
+    done = CliRunner().invoke(app, ["check", *map(str, paths), "--together"])
+    assert done.exit_code == 1
+    assert "# g: 9.81 m/s^2" in done.stdout
+
+
 def test_days_of_rates_have_their_m0() -> None:
     rows = []
     for day, m0 in zip(("Mon", "Fri"), BALANCES, strict=True):

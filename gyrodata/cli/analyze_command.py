@@ -487,11 +487,12 @@ def _answer(
     request = requests[0]
     name = " + ".join(name for _, name in named)
     try:
-        read = [
-            of_log.read(**terminal.source_of(*each))
-            for each, of_log in zip(named, requests, strict=True)
-        ]
-        readings = read[0] if len(read) == 1 else read_together(read)
+        readings = read_together(
+            [
+                of_log.read(**terminal.source_of(*each))
+                for each, of_log in zip(named, requests, strict=True)
+            ]
+        )
         analysis = analyze_readings(readings, request.options)
         text = _formatted(analysis, request, below, has_report)
     except GyroError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -205,6 +205,7 @@ def check(
     logs: Annotated[list[str], typer.Argument(metavar="LOG")],
     hand_in: Annotated[bool, typer.Option("--hand-in")] = False,
     fix: Annotated[bool, typer.Option("--fix")] = False,
+    together: Annotated[bool, typer.Option("--together")] = False,
     form: Annotated[CheckFormat, typer.Option("--format", "-f")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
@@ -218,39 +219,40 @@ def check(
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
     """
-    if hand_in and (settings or mapping or config or fix or "-" in logs):
+    of_log = settings, mapping, config, fix, together, "-" in logs
+    if hand_in and any(of_log):
         refuse("hand_in_as_it_is")
-    if form == "json" and len(logs) > 1 and not hand_in:
+    if form == "json" and len(logs) > 1 and not (hand_in or together):
         refuse("json_for_one_log")
     if fix and "-" in logs:
         refuse("fix_of_standard_input")
-    given: dict[str, Any] = {
-        "settings": pairs(settings, "--set"),
-        "mapping": pairs(mapping, "--map"),
-    }
     worst = 0
     if hand_in:
         worst = _print(_check_submission(logs, strict), form)
         logs = []
-    for log, name in zip(logs, names_of(logs), strict=True):
-        given["config"] = constants_of(log, config)
-        checked = _check_log(log, name, given, strict)
-        code = _print(checked, form)
-        if fix and checked.readings is not None:
-            code = _fix_or_complain(log, checked, form)
-        worst = max(worst, code)
+    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
+    named = list(zip(logs, names_of(logs), strict=True))
+    for part in [named] if together else [[each] for each in named]:
+        checked = _check_logs(part, given, config, strict)
+        codes = [_print(checked, form), *(_fixed(part, checked, form) if fix else ())]
+        worst = max(worst, *codes)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
-def _fix_or_complain(log: str, checked: Checked, form: CheckFormat) -> int:
-    """Write a checked log as it was understood; return the exit code."""
-    assert checked.readings is not None
-    try:
-        _fix(Path(log), checked.readings, form)
-    except InputError as error:
-        complain(error.diagnostics)
-        return error.exit_code
-    return checked.code
+def _fixed(
+    named: Sequence[tuple[str, str]], checked: Checked, form: CheckFormat
+) -> Iterator[int]:
+    """Write each checked log as it was understood; yield the exit codes."""
+    readings = checked.readings
+    if readings is None:
+        return
+    files = [file for _, file in readings.files] or [readings]
+    for (log, _), file in zip(named, files, strict=True):
+        try:
+            _fix(Path(log), file, form)
+        except InputError as error:
+            complain(error.diagnostics)
+            yield error.exit_code
 
 
 def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
@@ -278,13 +280,24 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     )
 
 
-def _check_log(log: str, name: str, given: dict[str, Any], strict: bool) -> Checked:
-    """Read and analyse a log, and list what it lacks; an error is a finding."""
+def _check_logs(
+    named: Sequence[tuple[str, str]],
+    given: dict[str, Any],
+    config: Path | None,
+    strict: bool,
+) -> Checked:
+    """Read and analyse a log, or several together; an error is a finding."""
     from gyrodata.analysis import check_log
     from gyrodata.readings import read_log
+    from gyrodata.readings.together import read_together
 
+    name = " + ".join(name for _, name in named)
     try:
-        readings = read_log(**source_of(log, name), **given)
+        logs = [
+            read_log(**source_of(*each), **given, config=constants_of(each[0], config))
+            for each in named
+        ]
+        readings = read_together(logs)
         analysis, findings = check_log(readings)
     except GyroError as error:
         return Checked(name, error.diagnostics, error.exit_code)
@@ -292,8 +305,10 @@ def _check_log(log: str, name: str, given: dict[str, Any], strict: bool) -> Chec
         return Checked(name, (fault(error, name),), FAULT)
     has_doubts = analysis is not None and bool(analysis.doubts)
     code = int(has_doubts or _is_serious(findings, strict))
-    findings = tuple(sorted(findings, key=_place))
-    return Checked(name, findings, code, readings, analysis)
+    in_order = sorted(findings, key=_place)
+    if readings.files:
+        in_order.sort(key=lambda finding: finding.file or "")
+    return Checked(name, in_order, code, readings, analysis)
 
 
 def _check_submission(paths: Sequence[str], strict: bool) -> Checked:

@@ -50,6 +50,7 @@ from gyrodata.grading.roster import (
 )
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.sections import SectionFigures, section_figures
+from gyrodata.grading.stations import StationFigures, each_log_once, station_figures
 from gyrodata.grading.submissions import (
     Submission,
     Submissions,
@@ -188,7 +189,9 @@ def grade_class(
     entries = work.written(items)
     groups = [*partners.groups, *partners_by_log(items)]
     prints = work.prints
-    settled, references, scatters = _settled(items, entries, roster, work)
+    flags = _flags(prints, [*groups, *desk.partners], previous)
+    same_data = [*groups, *desk.partners, *desk.alike(flags)]
+    settled, references, scatters = _settled(items, entries, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     looked = [_with_look(one, looks.get(one.student)) for one in settled]
     grades = [
@@ -203,7 +206,8 @@ def grade_class(
         grades=tuple(grades),
         references=references,
         scatters=scatters,
-        flags=_flags(prints, [*groups, *desk.partners], previous),
+        flags=flags,
+        stations=tuple(station_figures(each_log_once(settled, same_data))),
         again=work.again,
         damaged=work.damaged,
         desk=desk,
@@ -254,6 +258,7 @@ def _settled(
     entries: Mapping[str, Entry],
     roster: Roster,
     work: _Work,
+    same_data: Iterable[Iterable[str]],
 ) -> tuple[list[Grade], References, Scatters]:
     """Compare the grades with the class, and look for mistakes in doubtful logs."""
     desk = work.desk
@@ -262,7 +267,7 @@ def _settled(
     for item in items:
         grade = replace(entries[item.student].grade, fingerprint=None)
         named.append(roster.named(grade, desk.value(item.student, "station")))
-    grades, references, scatters = settle(named, rubric)
+    grades, references, scatters = settle(named, rubric, same_data)
     doubts = [
         (grade, item, desk.value(item.student, "reported"))
         for grade, item in zip(grades, items, strict=True)
@@ -634,6 +639,8 @@ class ClassGrades(Struct, frozen=True, dict=True):
     ] = {}  # of the readings, by station, if the rubric asks for it
     prints: Mapping[str, Fingerprint] = {}
     """The rows of each log that can be analysed, by student."""
+    stations: tuple[StationFigures, ...] = ()
+    """Of the stations whose logs are of several days."""
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
@@ -658,23 +665,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def tally(self) -> str:
         """The number of grades with each status, in words."""
-        others = [
-            f"{self.count(one)} {one}"
-            for one in ("so far", "on hold", "excused")
-            if self.count(one)
-        ]
-        absent = (
-            [f"{len(self.roster.absent)} handed in nothing"]
-            if self.roster.absent
-            else []
-        )
+        counts = {one: self.count(one) for one in ("so far", "on hold", "excused")}
+        absent = {"handed in nothing": len(self.roster.absent)}
+        parts = {"graded": len(self.totals), **counts}
+        parts |= {"not": self.count("not graded"), **absent}
+        shown = ("graded", "not")
         return ", ".join(
-            [
-                f"{len(self.totals)} graded",
-                *others,
-                f"{self.count('not graded')} not",
-                *absent,
-            ]
+            f"{count} {name}" for name, count in parts.items() if count or name in shown
         )
 
     @cached_property

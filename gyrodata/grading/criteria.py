@@ -215,15 +215,10 @@ USUAL = "the usual uncertainties of such readings"
 
 def scatter_of(analysis: FittedLog) -> tuple[tuple[float, int], ...]:
     """Return χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
-    groups = [
-        group
-        for group in analysis.torques
-        if group.torque and group.product.spread is not None
-    ]
     return tuple(
         (group.product.chi2, group.runs - 1)
-        for group in groups
-        if group.product.chi2 is not None
+        for group in analysis.torques
+        if group.torque and group.product.chi2 is not None
     )
 
 

@@ -153,8 +153,6 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
         "spin": measured.spin,
         "time": measured.time,
         "turns": measured.turns,
-    }
-    rows |= {
         "spin_step": spin_step,
         "time_step": measured.time * _relative_step(timing),
     }

@@ -31,6 +31,12 @@ from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
 from gyrodata.grading.stated import unusual_turns
+from gyrodata.grading.stations import (
+    DayValue,
+    class_references,
+    day_values,
+    each_log_once,
+)
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.answers import Answers, partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
@@ -171,6 +177,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     """
     # the partners that the log names, and behind "~" all words that may be a name
     partner: str = ""
+    days: tuple[DayValue, ...] = ()  # I_zz on each day that the log names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -325,6 +332,7 @@ def _values_of(evidence: Evidence) -> dict[str, Any]:
         "matched": matched.name if matched else None,
         "d": evidence.d if matched else None,
         "scatters": () if times_stated(analysis.measurements) else scatters,
+        "days": day_values(analysis),
     }
 
 
@@ -348,19 +356,21 @@ Scatters = Mapping[str, yardsticks.BenchScatter]
 
 
 def settle(
-    grades: Sequence[Grade], rubric: Rubric
+    grades: Sequence[Grade],
+    rubric: Rubric,
+    same_data: Iterable[Iterable[str]] = (),
 ) -> tuple[tuple[Grade, ...], References, Scatters]:
     """Give the points that need the whole class, because the class is the reference.
 
     `grades`: All grades of the class, as `grade_submission` or an earlier `settle`
-    returned them. Returns the grades in the same order, and what they are compared
-    with. No grade depends on the order.
+    returned them. `same_data`: As for `each_log_once`. Returns the grades in the same
+    order, and what they are compared with. No grade depends on the order.
     """
-    logs = _each_log_once(grades)
+    logs = each_log_once(grades, same_data)
     references = rubric.references
     scatters = {}
     if rubric.class_reference:
-        references = yardsticks.class_references(
+        references = class_references(
             (one.station, one.inertia or 0.0, one.inertia_u or 0.0) for one in logs
         )
     checks = [criterion.check for criterion in rubric.criteria]
@@ -368,12 +378,6 @@ def settle(
         scatters = yardsticks.class_scatter((one.station, one.scatters) for one in logs)
     settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
     return tuple(settled), references, scatters
-
-
-def _each_log_once(grades: Iterable[Grade]) -> list[Grade]:
-    """Return a grade for each different log, however many students hand it in."""
-    logs = {(one.station, one.inertia, one.inertia_u): one for one in grades if one.own}
-    return list(logs.values())
 
 
 def _settle_one(
@@ -698,15 +702,9 @@ def read_hand_in(
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
-    reported = answers.inertia or ReportedValue("inertia", "")
-    handed_in = HandIn(
-        text=reported.text or None,
-        inertia=reported.value,
-        u=reported.u,
-        file=answers.file or None,
-        line=reported.line,
-        station=station_of(readings),
-    )
+    answer: dict[str, Any] = {**dict.fromkeys(_REPORTED), **_reported(answers)}
+    answer["inertia"] = answer.pop("value")
+    handed_in = HandIn(**answer, station=station_of(readings))
     # The place of the answer is reported once.
     others = [
         note

@@ -176,6 +176,14 @@ class Desk(Struct, frozen=True):
         ]
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
+    def alike(self, flags: Iterable[Flag]) -> list[tuple[str, ...]]:
+        """Return the students of each flag, unless their logs are alike by chance."""
+        return [
+            flag.students
+            for flag in flags
+            if self.settled.get(frozenset(flag.students)) != VERDICTS[2]
+        ]
+
     def partners_of(self, student: str) -> set[str]:
         """Return the students with whom a student hands in the same data."""
         groups = (group for group in self.partners if student in group)

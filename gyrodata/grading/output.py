@@ -117,8 +117,6 @@ def write_results(
         ledger.TODO: ledger.todo_csv(offers, found.names, files),
         TABLE: found.table,
         "class.html": page,
-    }
-    texts |= {
         "flags.csv": exports.flags_csv(found.flags),
         "grades.json": "".join(exports.grades_document(found)),
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submission, Submissions
 from gyrodata.grading.submissions.documents import SAYS
+from gyrodata.grading.submissions.names import different
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
@@ -234,11 +234,11 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             others.append(person)
     named = _find_by_name(others, people, submissions)
     people |= named.people
-    return Roster(
-        _with_different_names(people, named.absent),
-        tuple(sorted(named.absent)),
-        named.unclear,
-    )
+    absent = tuple(sorted(named.absent))
+    names = {key: person.name for key, person in people.items()}
+    shown = different(names, [person.name for person in absent])
+    people = {key: one._replace(name=shown[key]) for key, one in people.items()}
+    return Roster(people, absent, named.unclear)
 
 
 def _read_rows(data: bytes, name: str) -> list[dict[str, str]]:
@@ -332,16 +332,3 @@ def _find_by_name(
                 f'"identifier", with {student} in the right row'
             )
     return Roster(people, tuple(absent), unclear)
-
-
-def _with_different_names(
-    people: Mapping[str, Person], absent: Iterable[Person]
-) -> dict[str, Person]:
-    """Add the keys to names that several students have."""
-    counts = Counter(person.name for person in (*people.values(), *absent))
-    return {
-        key: person._replace(name=f"{person.name} ({key})")
-        if person.name and counts[person.name] > 1
-        else person
-        for key, person in people.items()
-    }

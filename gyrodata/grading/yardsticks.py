@@ -489,50 +489,7 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         return Reference(read.value, read.u, source)
 
 
-# --- the class as its own reference ---
-
-FEW = 5  # a station with fewer logs than this is compared with the whole class
-
-# standard uncertainty of a median over that of a mean, √(π/2), for normal values
-MEDIAN_TO_MEAN = 1.2533
-
-
-def class_references(
-    values: Iterable[tuple[str | None, float, float]],
-) -> dict[str, Reference]:
-    """Return the reference of each station with at least `FEW` logs.
-
-    The key "all" is for every other station.
-
-    `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order.
-    The u of a station is that of a median, from the median absolute deviation; for
-    "all" it is the scatter itself, because the gyroscopes may differ. Neither is
-    smaller than the u of the logs allow.
-    """
-    references = {}
-    for station, logs in _by_station(
-        ((station, (value, u)) for station, value, u in values), FEW
-    ).items():
-        whole = station == "all"
-        number = len(logs)
-        median = statistics.median(value for value, _ in logs)
-        scatter = fitting.MAD_TO_SD * statistics.median(
-            abs(value - median) for value, _ in logs
-        )
-        least = statistics.median(u for _, u in logs) / math.sqrt(number)
-        u = max(
-            scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least
-        )
-        words = (
-            f"all {number} logs" if whole else f"the {number} logs of station {station}"
-        )
-        references[station] = Reference(
-            median, u, f"the median of {words}" if number > 1 else "this log alone"
-        )
-    return references
-
-
-def _by_station(
+def by_station(
     logs: Iterable[tuple[str | None, Log]], enough: int
 ) -> dict[str, list[Log]]:
     """Group logs by stations with at least `enough` logs; "all" has every log."""
@@ -688,7 +645,7 @@ def class_scatter(
         for station, log in logs
         if log
     ]
-    groups = _by_station(
+    groups = by_station(
         ((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH
     )
     found = {}

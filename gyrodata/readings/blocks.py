@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from gyrodata.readings.lablog import BLANKS, Column
+from gyrodata.readings.lablog import BLANKS, Column, Readings
+from gyrodata.readings.names import known_roles
 from gyrodata.readings.roles import LOADS
 
 BLOCKS = ("day", "group")
@@ -34,6 +35,20 @@ def find_blocks(
         if role == "day" or not _are_weights(names, columns):
             return role, names
     return "", ()
+
+
+def only_day(texts: Sequence[str]) -> str:
+    """Return the day of a column in which all runs are of one day, or ""."""
+    names = {*_names(texts)}
+    return names.pop() if len(names) == 1 else ""
+
+
+def day_of(readings: Readings) -> str:
+    """Return the day that a line or a column gives for a whole log, or ""."""
+    for key, text in readings.metadata.items():
+        if "day" in known_roles(key.replace("_", " ")):
+            return _CLOCK.sub("", text).strip()
+    return ""
 
 
 def _names(texts: Sequence[str]) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import compared, layout, roles, sheet
 from gyrodata.readings import source as sources
-from gyrodata.readings.blocks import BLOCKS, NO_BLOCKS, find_blocks
+from gyrodata.readings.blocks import BLOCKS, NO_BLOCKS, find_blocks, only_day
 from gyrodata.readings.cells import (
     CellReader,
     DecimalSigns,
@@ -243,7 +243,7 @@ class TableReader:
         for role, given in self.settings.roles.items():
             self._use_constant(role, given, columns, rows)
         self._use_stated_turns(columns, runs)
-        role_of_blocks, blocks = self._blocks(rows, columns)
+        roles_of_blocks, blocks = self._blocks(rows, columns)
         sentences = self.table.statements
         origin_u = count_from_centre(columns, self.settings, sentences, self.faults)
         others = self._read_others(rows) if self.choice.others else []
@@ -261,7 +261,7 @@ class TableReader:
             others=tuple(others),
             position_from=self.settings.fields.get("position_from"),
             origin_u=origin_u,
-            unread=self._unread(columns, rows, {*BLOCKS} - {role_of_blocks}),
+            unread=self._unread(columns, rows, {*BLOCKS} - roles_of_blocks),
         )
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
@@ -624,14 +624,22 @@ class TableReader:
 
     def _blocks(
         self, rows: list[int], columns: Mapping[str, Column]
-    ) -> tuple[str, tuple[str, ...]]:
-        """Return the role of days or groups, and that of each run; note the others."""
+    ) -> tuple[set[str], tuple[str, ...]]:
+        """Return the roles of days and groups, and the block of each run.
+
+        A column that is not used is noted. If all runs are of one day, this is a
+        statement about the log.
+        """
         texts = {role: self._texts(role, rows) for role in BLOCKS}
         role, blocks = find_blocks(texts, columns)
-        for other in {*BLOCKS}.intersection(self.choice.used) - {role}:
+        read = {role}
+        if day := only_day(texts["day"]):
+            self.settings.metadata.setdefault("day", day)
+            read.add("day")
+        for other in {*BLOCKS}.intersection(self.choice.used) - read:
             cell = self.choice.used[other][0].cell
             self.faults.add("not_used", cell, why=f"is not used: {NO_BLOCKS}")
-        return role, blocks
+        return read, blocks
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
         """Return the label of each run.

@@ -45,7 +45,7 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     Parameters
     ----------
     logs : sequence of Readings
-        At least two, without errors.
+        A single one is returned as it is; several must be without errors.
 
     Returns
     -------
@@ -57,12 +57,9 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     LogError
         If a log has errors, or if two logs contradict each other.
     """
-    found = list(_joined(logs, "diagnostics"))
-    if not all(log.ok for log in logs):
-        raise LogError(found)
-    notes = _contradictions(logs)
-    if any(note.severity == "error" for note in notes):
-        raise LogError([*found, *notes])
+    if len(logs) == 1:
+        return logs[0]
+    diagnostics = _without_errors(logs)
     starts = [0, *accumulate(len(split_lines(log.source_text)) for log in logs)]
     files = tuple(zip(starts, logs, strict=False))
     blocks = _block_names(logs)
@@ -88,7 +85,7 @@ def read_together(logs: Sequence[Readings]) -> Readings:
         reported={},
         unmoved=None,
         unread=(),
-        diagnostics=(*found, *notes),
+        diagnostics=diagnostics,
         source_text="\n".join(_all(logs, "source_text")),
         sheets=tuple((start, log.name) for start, log in files),
         **{field: _same(logs, field) for field in _OF_BALANCE},
@@ -96,6 +93,17 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     still = _all(logs, "unmoved")
     # A balance that was seen in all blocks.
     return joined if None in still else _with_unmoved(joined, still)
+
+
+def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics of logs and of their contradictions; none is an error."""
+    found = _joined(logs, "diagnostics")
+    if not all(log.ok for log in logs):
+        raise LogError(found)
+    found = (*found, *_contradictions(logs))
+    if any(note.severity == "error" for note in found):
+        raise LogError(found)
+    return found
 
 
 def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:

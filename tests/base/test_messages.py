@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from grading.classes import find_submissions
 from places import SAMPLES
 from typer.testing import CliRunner
 
@@ -14,7 +15,6 @@ from gyrodata.analysis import check_log
 from gyrodata.base.errors import Diagnostic, GyroError, InputError
 from gyrodata.cli import app
 from gyrodata.grading.rubric import read_rubric
-from gyrodata.grading.submissions import find_submissions
 from gyrodata.trials.simulation import Decay, Design, Truth, simulate
 
 HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"

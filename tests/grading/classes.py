@@ -6,6 +6,11 @@ import io
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from gyrodata.grading.submissions import Submissions, choose, list_submissions
 
 LOG = (
     "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
@@ -42,3 +47,12 @@ def make_zip(path: Path, files: Mapping[str, str | bytes]) -> Path:
     """Write the same as a zip."""
     path.write_bytes(packed(files))
     return path
+
+
+def find_submissions(path: str | Path, **options: Any) -> Submissions:
+    """List the submissions of a class, and choose the log of each in this process."""
+    listed = list_submissions(path, **options)
+    chosen = [choose(item) for item in listed.items]
+    notes = [note for _, some in chosen for note in some]
+    items = tuple(item for item, _ in chosen)
+    return replace(listed, items=items, diagnostics=(*listed.diagnostics, *notes))

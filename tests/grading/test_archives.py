@@ -8,10 +8,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from grading.classes import LOG, make_folder, make_zip, packed
+from grading.classes import LOG, find_submissions, make_folder, make_zip, packed
 
 from gyrodata.base.errors import InputError
-from gyrodata.grading.submissions import find_submissions
 
 ENTRY = b"PK\x01\x02"
 

@@ -12,12 +12,11 @@ from pathlib import Path
 import openpyxl
 import pytest
 from classes.class_cells import gyro
-from grading.classes import LOG, make_folder, packed
+from grading.classes import LOG, find_submissions, make_folder, packed
 from grading.students_reports import a_log
 
 import gyrodata
 from gyrodata.grading.ledger import forms_of
-from gyrodata.grading.submissions import find_submissions
 from gyrodata.grading.submissions.answers import partners_in, read_answers
 from gyrodata.readings import read_log
 

@@ -18,8 +18,8 @@ from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import InputError
 from gyrodata.cli import schema
 from gyrodata.grading.rubric import default_rubric_text, judge_lateness, read_rubric
+from gyrodata.grading.stations import class_references
 from gyrodata.grading.submissions import Submission
-from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 TABLE = tomllib.loads((DATA / "lateness.toml").read_text(encoding="utf-8"))
@@ -154,13 +154,17 @@ def test_station_with_few_logs_has_the_class_as_reference() -> None:
         + [(None, 4.44e-3, 5e-5)]
     )
     found = class_references(logs)
-    assert {key: (one.source, one.inertia) for key, one in found.items()} == {
-        "a": ("the median of the 5 logs of station a", 4.47e-3),
-        "all": ("the median of all 10 logs", pytest.approx(4.415e-3)),
+    # No value is farther than two standard deviations from the median, so that equal
+    # u have equal weight; 1.4826 is the scatter of normal values over their median
+    # absolute deviation.
+    assert {key: one.source for key, one in found.items()} == {
+        "a": "the mean of the 5 logs of station a",
+        "all": "the mean of all 10 logs",
     }
-    # 1.4826 is the scatter of normal values over their median absolute deviation,
-    # 1.2533 as their median is worse.
-    assert found["a"].u == pytest.approx(
-        1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4
-    )
+    far = 2 * 1.4826 * 4e-5
+    mean = sum(min(value, 4.47e-3 + far) for value in values) / 5
+    assert found["a"].inertia == pytest.approx(mean)
+    assert found["a"].u == pytest.approx(1.4826 * 4e-5 / math.sqrt(5))
+    assert 4.2e-3 < found["all"].inertia < found["a"].inertia
+    assert found["all"].u > found["a"].u
     assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"

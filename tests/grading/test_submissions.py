@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from grading.classes import LOG, make_folder, make_zip
+from grading.classes import LOG, find_submissions, make_folder, make_zip
 from places import DATA
 
-from gyrodata.grading.submissions import Submission, find_submissions
+from gyrodata.grading.submissions import Submission
 
 Class = dict[str, Any]
 CLASSES: dict[str, Class] = tomllib.loads(

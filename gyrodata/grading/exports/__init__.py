@@ -19,6 +19,7 @@ from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
 from gyrodata.grading.sections import SectionFigures
+from gyrodata.grading.stations import StationFigures
 from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines, json_text
@@ -296,6 +297,8 @@ class GradesDocument(Struct, kw_only=True):
     criteria: tuple[CriterionFigures, ...]
     sections: tuple[SectionFigures, ...]
     """Of the sections and graders of a roster."""
+    stations: tuple[StationFigures, ...]
+    """Of the stations whose logs are of several days."""
     references: Mapping[str, Reference]
     scatters: Mapping[str, BenchScatter]
     absent: tuple[AbsentPerson, ...]
@@ -327,6 +330,7 @@ def grades_document(
         summary=ClassSummary(graded, count - graded, found.mean, found.median),
         criteria=tuple(found.criteria()),
         sections=tuple(found.sections),
+        stations=found.stations,
         references=dict(sorted(found.references.items())),
         scatters=dict(sorted(found.scatters.items())),
         absent=tuple(

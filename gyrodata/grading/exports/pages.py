@@ -54,26 +54,25 @@ if TYPE_CHECKING:
 def environment() -> Environment:
     """Return the environment of all templates, with its filters."""
     made = templates(Path(__file__).parents[1])
-    made.filters |= {
-        "distance": _distance_text,
-        "number": number_text,
-        "factor": factor_text,
-        "fit_words": fit_words,
-        "count": count_text,
-    }
-    made.filters |= {"address": address, "plain": lru_cache(512)(shown)}
-    made.globals |= {"version": __version__}
+    made.globals["version"] = __version__
     # Titles, rules and reasons are the same for many students, and numbers in the two
     # pages of one student.
-    made.filters |= {
-        "md": lru_cache(512)(_markdown_safe),
-        "sentence": lru_cache(512)(sentence),
+    filters: dict[str, Callable[..., Any]] = {
+        "address": address,
+        "columns": _columns,
+        "count": count_text,
+        "distance": _distance_text,
+        "factor": factor_text,
+        "fit_words": fit_words,
+        "inertia": inertia_text,
+        "md": _markdown_safe,
+        "number": number_text,
+        "plain": shown,
+        "points": points_text,
+        "sentence": sentence,
     }
-    made.filters |= {
-        "points": lru_cache(512)(points_text),
-        "listing": listing,
-    }
-    made.filters |= {"inertia": lru_cache(512)(inertia_text), "columns": _columns}
+    made.filters |= {name: lru_cache(512)(text) for name, text in filters.items()}
+    made.filters["listing"] = listing
     return made
 
 

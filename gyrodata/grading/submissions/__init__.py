@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -40,30 +39,10 @@ __all__ = [
     "Submission",
     "Submissions",
     "choose",
-    "find_submissions",
     "list_submissions",
     "submission_of",
     "unread",
 ]
-
-
-def find_submissions(
-    path: str | Path,
-    lms: str = "auto",
-    attempts: Attempts = "newest",
-) -> Submissions:
-    """Find the submissions of a class as `list_submissions` does.
-
-    The log of each submission is chosen in this process.
-    """
-    listed = list_submissions(path, lms, attempts)
-    chosen = [choose(item) for item in listed.items]
-    notes = [note for _, some in chosen for note in some]
-    return replace(
-        listed,
-        items=tuple(item for item, _ in chosen),
-        diagnostics=(*listed.diagnostics, *notes),
-    )
 
 
 def list_submissions(
@@ -272,13 +251,8 @@ def _with_different_names(items: list[Submission]) -> tuple[Submission, ...]:
 
     In anonymous submissions, all have the same name.
     """
-    counts = Counter(item.name for item in items)
-    return tuple(
-        replace(item, name=f"{item.name} ({item.student})")
-        if counts[item.name] > 1
-        else item
-        for item in items
-    )
+    named = names.different({item.student: item.name for item in items})
+    return tuple(replace(item, name=named[item.student]) for item in items)
 
 
 def submission_of(

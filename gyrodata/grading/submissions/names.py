@@ -17,7 +17,7 @@ from __future__ import annotations
 import base64
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -255,6 +255,18 @@ def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
         log_file=file,
         feedback_stem=student,
     )
+
+
+def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str, str]:
+    """Return names by keys; the key is added to a name that another one has too.
+
+    `others`: More names.
+    """
+    counts = Counter([*names.values(), *others])
+    return {
+        key: f"{name} ({key})" if name and counts[name] > 1 else name
+        for key, name in names.items()
+    }
 
 
 def _flat_key(name: str) -> str:

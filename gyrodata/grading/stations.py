@@ -1,0 +1,328 @@
+"""The gyroscope of each station: I_zz by the logs of a class, and whether it drifts.
+
+The logs of a station are not fitted together: with eight logs, this takes fifty times
+as long as their own fits, and a wrong log would change the result. Instead, the values
+of the logs are combined so that a wrong one changes little.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import ArrayLike
+
+from gyrodata import fitting
+from gyrodata.grading.yardsticks import Reference, by_station, grouped, in_order
+from gyrodata.physics import Floats
+from gyrodata.readings.blocks import day_of
+from gyrodata.reporting.values import count_text, inertia_text, p_text
+
+if TYPE_CHECKING:
+    from gyrodata.grading.grade import Grade
+    from gyrodata.results import FittedLog
+
+# --- values of which a few may be wrong ---
+
+PULL, GROSS = 2.0, 5.0
+"""A value that is farther from the median than the first [standard deviations of all]
+counts as if it were at this distance; beyond the second, it does not count."""
+
+LEAST_SCATTER = 0.5
+"""The scatter of a few values may be small by chance: it is at least this, over u."""
+
+
+class Robust(NamedTuple):
+    """The n values of I_zz of one station."""
+
+    values: Floats  # far ones moved towards the median [kg*m^2], shape (n,)
+    weights: Floats  # 0 for a gross error [1/(kg*m^2)²], shape (n,)
+    scatter: float  # over u [1]
+
+    @property
+    def mean(self) -> tuple[float, float]:
+        """The weighted mean and its standard uncertainty [kg*m^2]."""
+        total = self.weights.sum()
+        u = max(self.scatter, 1.0) / math.sqrt(total)
+        return float(self.weights @ self.values / total), u
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of a usual value [kg*m^2]."""
+        return self.scatter * math.sqrt(len(self.values) / self.weights.sum())
+
+
+def robust(values: Iterable[tuple[float, float]]) -> Robust:
+    """Prepare values with their u [kg*m^2] for a mean or a line.
+
+    No u counts as smaller than the median of all: a log that states a tiny uncertainty
+    does not decide alone.
+    """
+    value, u = np.array(list(values)).T
+    middle = np.median(value)
+    u = np.maximum(u, max(np.median(u), 1e-9 * abs(middle)))
+    away = (value - middle) / u
+    scatter = fitting.MAD_TO_SD * float(np.median(np.abs(away)))
+    scatter = max(scatter, LEAST_SCATTER)
+    moved = middle + u * np.clip(away, -PULL * scatter, PULL * scatter)
+    return Robust(moved, (np.abs(away) <= GROSS * scatter) / u**2, scatter)
+
+
+class Dependence(NamedTuple):
+    """How n values depend on columns of numbers."""
+
+    share: float  # of their variance that a line in the columns explains [1]
+    columns: int  # number of independent columns
+    dof: int  # degrees of freedom that are left
+    slopes: Floats  # shape (number of columns,)
+    u: Floats  # their standard uncertainties
+
+    @property
+    def p(self) -> float:
+        """The probability of such a share by chance, for normal values."""
+        if not self.columns or self.dof < 1:
+            return 1.0
+        # Its import takes longer than a class that is graded already.
+        from scipy.special import betainc
+
+        return float(betainc(self.dof / 2, self.columns / 2, max(1 - self.share, 0.0)))
+
+
+def depend(
+    values: Floats, weights: Floats, *columns: ArrayLike, shared: float = 0.0
+) -> Dependence:
+    """Fit a line in columns of numbers to values whose weights are 1/u².
+
+    `shared`: Variance of an error that all values of a group share, in u², times the
+    number of values in a group.
+    """
+    root = np.sqrt(weights)
+    design = root[:, None] * np.column_stack([np.ones(len(values)), *columns])
+    target = root * values
+    solution, _, rank, _ = np.linalg.lstsq(design, target, rcond=None)
+    left = float(np.sum((target - design @ solution) ** 2))
+    mean = np.average(values, weights=weights)
+    around_mean = float(weights @ (values - mean) ** 2)
+    whole = max(around_mean, left, 1e-300)
+    dof = int(np.count_nonzero(weights) - rank)
+    variance = left / max(dof, 1) * np.linalg.pinv(design.T @ design).diagonal()
+    wider = 1 + shared * dof / max(left, 1e-300)
+    u = np.sqrt(wider * variance[1:].clip(0))
+    explained = (whole - left) / wider
+    share = explained / max(explained + left, 1e-300)
+    return Dependence(share, int(rank) - 1, dof, solution[1:], u)
+
+
+# --- the class as its own reference ---
+
+FEW = 5  # a station with fewer logs than this is compared with the whole class
+
+
+def each_log_once(
+    grades: Iterable[Grade], same_data: Iterable[Iterable[str]] = ()
+) -> list[Grade]:
+    """Return a grade for each different log, however many students hand it in.
+
+    `same_data`: Groups of students with the same data: partners, and those whose logs
+    are flagged. The first student of each counts.
+    """
+    groups_of = grouped(
+        (student, number) for number, some in enumerate(same_data) for student in some
+    )
+    counted = set[int]()
+    logs = {}
+    for grade in grades:
+        groups = groups_of.get(grade.student, [])
+        if grade.own and counted.isdisjoint(groups):
+            counted.update(groups)
+            logs[grade.station, grade.inertia, grade.inertia_u] = grade
+    return list(logs.values())
+
+
+def class_references(
+    values: Iterable[tuple[str | None, float, float]],
+) -> dict[str, Reference]:
+    """Return the reference of each station with at least `FEW` logs.
+
+    The key "all" is for every other station.
+
+    `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order.
+    For "all", u is the scatter itself, because the gyroscopes may differ. It is never
+    smaller than the u of the logs allow.
+    """
+    references = {}
+    logs = ((station, (value, u)) for station, value, u in values)
+    for station, some in by_station(logs, FEW).items():
+        number = len(some)
+        combined = robust(sorted(some))
+        mean, u = combined.mean
+        words = f"the {number} logs of station {station}"
+        if station == "all":
+            words = f"all {number} logs"
+            u = max(u, combined.spread)
+        source = f"the mean of {words}" if number > 1 else "this log alone"
+        references[station] = Reference(mean, u, source)
+    return references
+
+
+# --- a station on several days ---
+
+RARE = 0.01
+"""An honest class has a station with a note with at most this probability."""
+
+OF_DAY = 0.3
+"""Standard deviation of an error that all logs of a day share, over the u of a log: the
+balance of the ball on this day. An M0 of 1 mN·m gives a quarter of u."""
+
+YEAR = 366  # days; a longer time between logs of one class is a mistyped date
+
+MOST_DAYS = 100  # of a station; nobody measures on more
+
+_FORMS = "%d.%m.%Y", "%d.%m.%y", "%Y/%m/%d", "%d %B %Y", "%d %b %Y", "%B %d, %Y"
+"""Dates that mean one day only, besides those of ISO 8601."""
+
+
+class DayValue(NamedTuple):
+    """I_zz that a log gives on one of its days."""
+
+    day: str  # an ISO date, or the words of the log in small letters
+    inertia: float  # [kg*m^2]
+    u: float  # [kg*m^2]
+
+
+def day_values(analysis: FittedLog) -> tuple[DayValue, ...]:
+    """Return I_zz of each day of a log; nothing if it names no day."""
+    values = {block.name: block.inertia for block in analysis.blocks}
+    day = day_of(analysis.readings)
+    if day:
+        values = {day: analysis.inertia}
+    return tuple(
+        DayValue(_name_of(day), each.value, each.u)
+        for day, each in values.items()
+        if each is not None and each.u
+    )
+
+
+def _name_of(day: str) -> str:
+    """Write a date in the form of ISO 8601, and other words in small letters."""
+    text = " ".join(day.split())
+    with suppress(ValueError):
+        return dt.date.fromisoformat(text).isoformat()
+    for form in _FORMS:
+        with suppress(ValueError):
+            return dt.datetime.strptime(text, form).date().isoformat()
+    return text.casefold()[:40]
+
+
+def _number_of(day: str) -> float:
+    """Return the number of a day, of which the zero does not matter, or NaN."""
+    with suppress(ValueError):
+        return float(dt.date.fromisoformat(day).toordinal())
+    return float(day) if day.isdecimal() else math.nan
+
+
+class DayFigures(Struct, frozen=True):
+    """The logs of one station on one day."""
+
+    day: str
+    """ISO 8601, if the logs have a date."""
+    logs: int
+    inertia: float
+    """The mean of their I_zz, in which a log far from the others counts little
+    [kg*m^2]."""
+    u: float
+    """[kg*m^2]"""
+
+
+class StationFigures(Struct, frozen=True):
+    """The gyroscope of one station on several days."""
+
+    station: str
+    days: tuple[DayFigures, ...]
+    slope: float | None
+    """Relative change of I_zz a day [1/day]; null if the days have no dates or numbers,
+    or if the days differ in another way."""
+    slope_u: float | None
+    """[1/day]"""
+    p: float
+    """Probability of such a change or of such differences by chance, times the number
+    of tests."""
+
+    @property
+    def differs(self) -> bool:
+        """Return whether chance alone hardly explains the change."""
+        return self.p < RARE
+
+    @property
+    def change(self) -> str:
+        """Say how I_zz changes."""
+        if self.slope is None or not self.slope_u:
+            days = [
+                f"{each.day}: {inertia_text(each.inertia, each.u)}"
+                for each in self.days
+            ]
+            return f"differs between the days ({'; '.join(days)})"
+        verb = "falls" if self.slope < 0 else "rises"
+        return (
+            f"{verb} by {100 * abs(self.slope):.2g} % a day "
+            f"(u {100 * self.slope_u:.2g} %)"
+        )
+
+    @property
+    def words(self) -> str:
+        """Say whether and how I_zz changes, and what to do."""
+        if self.differs:
+            return (
+                f"station {self.station}: I_zz {self.change}, {p_text(self.p)} by "
+                f"chance: look at the ball or its balance"
+            )
+        logs = count_text(sum(each.logs for each in self.days), "log")
+        return (
+            f"station {self.station}: the {logs} of {len(self.days)} days agree within "
+            f"chance ({p_text(self.p)})"
+        )
+
+
+def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
+    """Yield the figures of each station whose logs are of several days.
+
+    `logs`: A grade for each different log.
+    """
+    values = grouped(
+        (log.station, value) for log in logs if log.station for value in log.days
+    )
+    several = {
+        station: sorted(some)
+        for station, some in values.items()
+        if len(some) >= FEW and 1 < len({each.day for each in some}) <= MOST_DAYS
+    }
+    for station in sorted(several, key=in_order):
+        yield _figures(station, several[station], 2 * len(several))
+
+
+def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFigures:
+    """Compare the days of a station by a line, and with each other."""
+    by_day = grouped((day, (inertia, u)) for day, inertia, u in values)
+    figures = [
+        DayFigures(day, len(some), *robust(some).mean) for day, some in by_day.items()
+    ]
+    days = np.array([each.day for each in values])
+    combined = robust((inertia, u) for _, inertia, u in values)
+    shared = OF_DAY**2 * len(values) / len(by_day)
+    of_days = [days == day for day in by_day]
+    differences = depend(*combined[:2], *of_days, shared=shared)
+    numbers = np.array([_number_of(day) for day in days.tolist()])
+    p, slope, slope_u = differences.p, None, None
+    if np.ptp(numbers) <= YEAR:
+        line = depend(*combined[:2], numbers - numbers.mean(), shared=shared)
+        if line.p <= p:
+            inertia, _ = combined.mean
+            p = line.p
+            slope = float(line.slopes[0]) / inertia
+            slope_u = float(line.u[0]) / inertia
+    return StationFigures(station, tuple(figures), slope, slope_u, min(1.0, p * tests))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from gyrodata.readings.lablog import BLANKS, Column, Readings
-from gyrodata.readings.names import known_roles
+from gyrodata.readings.names import exact_roles
 from gyrodata.readings.roles import LOADS
 
 BLOCKS = ("day", "group")
@@ -46,7 +46,7 @@ def only_day(texts: Sequence[str]) -> str:
 def day_of(readings: Readings) -> str:
     """Return the day that a line or a column gives for a whole log, or ""."""
     for key, text in readings.metadata.items():
-        if "day" in known_roles(key.replace("_", " ")):
+        if "day" in exact_roles(key.replace("_", " ")):
             return _CLOCK.sub("", text).strip()
     return ""
 

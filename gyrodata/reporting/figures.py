@@ -759,17 +759,15 @@ def _draw(
 ) -> dict[Form, bytes]:
     """Draw one figure; return its files by their types."""
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     size = STYLES[style]
     height = size.height + size.second_panel * (len(ALL_FIGURES[name].panels) - 1)
-    figure = Figure((size.width, height), size.resolution, layout="constrained")
+    figure = Figure((size.width, height), size.resolution)
     _fill(figure, scene, name)
-    files = {}
-    for form in forms:
-        files[form] = save(figure, form)
-        # The places of the first file are right for the others.
-        figure.set_layout_engine("none")
-    return files
+    # A figure that has a layout engine is drawn twice for each file.
+    ConstrainedLayoutEngine().execute(figure)
+    return {form: save(figure, form) for form in forms}
 
 
 def load_matplotlib() -> ModuleType:

@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NamedTuple
 
 import typer
 
@@ -34,7 +34,7 @@ from gyrodata.cli.terminal import (
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.results import Analysis, HandIn
+    from gyrodata.results import Analysis, HandIn, Options
 
 
 CheckFormat = Literal["text", "json", "ndjson"]
@@ -53,6 +53,17 @@ class Checked(NamedTuple):
     """None if the log has no answer, or for a submission."""
     hand_in: HandIn | None = None
     """Of a submission: what a grader would read."""
+
+    @property
+    def rows(self) -> int | None:
+        """Number of runs, if the log was read."""
+        return len(self.readings.runs) if self.readings else None
+
+    def __str__(self) -> str:
+        from gyrodata.reporting.text import check_text
+
+        verdict = "with an answer" if self.hand_in else "complete"
+        return check_text(self.name, self.rows, self.findings, verdict, self.analysis)
 
 
 def template(
@@ -209,7 +220,6 @@ def check(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    strict: Annotated[bool, typer.Option("--strict")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
 ) -> None:
     """Check a log while you can still repeat or add runs.
@@ -230,11 +240,11 @@ def check(
     }
     worst = 0
     if hand_in:
-        worst = _print(_check_submission(logs, strict), form)
+        worst = _print(_check_submission(logs), form)
         logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
         given["config"] = constants_of(log, config)
-        checked = _check_log(log, name, given, strict)
+        checked = check_log(**source_of(log, name), **given)
         code = _print(checked, form)
         if fix and checked.readings is not None:
             code = _fix_or_complain(log, checked, form)
@@ -278,25 +288,33 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     )
 
 
-def _check_log(log: str, name: str, given: dict[str, Any], strict: bool) -> Checked:
-    """Read and analyse a log, and list what it lacks; an error is a finding."""
-    from gyrodata.analysis import check_log
+def check_log(
+    source: Path | bytes | BinaryIO,
+    name: str,
+    options: Options | None = None,
+    **given: Any,
+) -> Checked:
+    """Read and analyse a log, and list what it lacks; an error is a finding.
+
+    `given` are the settings, headers and constants for ``read_log``.
+    """
+    from gyrodata import analysis as story
     from gyrodata.readings import read_log
 
     try:
-        readings = read_log(**source_of(log, name), **given)
-        analysis, findings = check_log(readings)
+        readings = read_log(source, name=name, **given)
+        analysis, findings = story.check_log(readings, options)
     except GyroError as error:
         return Checked(name, error.diagnostics, error.exit_code)
     except Exception as error:
         return Checked(name, (fault(error, name),), FAULT)
     has_doubts = analysis is not None and bool(analysis.doubts)
-    code = int(has_doubts or _is_serious(findings, strict))
+    code = int(has_doubts or _is_serious(findings))
     findings = tuple(sorted(findings, key=_place))
     return Checked(name, findings, code, readings, analysis)
 
 
-def _check_submission(paths: Sequence[str], strict: bool) -> Checked:
+def _check_submission(paths: Sequence[str]) -> Checked:
     """Read a submission as a grader would; an error is a finding.
 
     Missing runs are not listed: they cannot be measured any more.
@@ -312,7 +330,7 @@ def _check_submission(paths: Sequence[str], strict: bool) -> Checked:
         return Checked(name, (fault(error, name),), FAULT)
     of_log = sorted(readings.diagnostics, key=_place)
     findings = (*of_log, *sorted(of_submission, key=_place))
-    code = int(_is_serious(findings, strict))
+    code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)
 
 
@@ -320,12 +338,12 @@ def _place(finding: Diagnostic) -> tuple[int, int]:
     return finding.line or 0, finding.column or 0
 
 
-def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
-    """Return whether a finding is more than a note, or than advice unless `strict`."""
+def _is_serious(findings: Sequence[Diagnostic]) -> bool:
+    """Return whether a finding is more than a note or advice."""
     from gyrodata.judging.procedure import ADVICE
 
     return any(
-        finding.severity != "note" and (strict or finding.code not in ADVICE)
+        finding.severity != "note" and finding.code not in ADVICE
         for finding in findings
     )
 
@@ -333,22 +351,16 @@ def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
 def _print(checked: Checked, form: CheckFormat) -> int:
     """Print what a check found, and return its exit code."""
     from gyrodata.reporting.data import json_text
-    from gyrodata.reporting.text import check_text
     from gyrodata.results import CheckDocument, Input, to_json
 
-    readings = checked.readings
-    rows = len(readings.runs) if readings else None
     if form == "text":
-        verdict = "with an answer" if checked.hand_in else "complete"
-        text = check_text(
-            checked.name, rows, checked.findings, verdict, checked.analysis
-        )
-        write_text(text)
+        write_text(str(checked))
         return checked.code
+    readings = checked.readings
     doubts = checked.analysis.doubts if checked.analysis else ()
     only_notes = all(finding.severity == "note" for finding in checked.findings)
     document = CheckDocument(
-        input=Input(checked.name, readings.sha256 if readings else None, rows),
+        input=Input(checked.name, readings.sha256 if readings else None, checked.rows),
         clean=not doubts and only_notes,
         doubts=doubts,
         diagnostics=tuple([finding.to_dict() for finding in checked.findings]),

@@ -402,9 +402,9 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
     return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
 
 
-def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
+def names_of(logs: Sequence[str]) -> list[str]:
     """Return the names of logs for messages and results."""
     return [
-        printable(stdin if path == Path("-") else path.as_posix())
+        printable(STDIN if path == Path("-") else path.as_posix())
         for path in short_paths(logs)
     ]

@@ -1,27 +1,15 @@
-"""Printed texts about an analysis, a lab in progress, and a check.
-
-They are the summary of the analysis, the state of the lab, and the findings of the
-check.
-"""
+"""Printed texts about an analysis and a check: the summary, and the findings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.base.diagnostics import (
-    OUTLIER,
-    SINGLE_TORQUE,
-    SPINS_TOO_CLOSE,
-    TOO_FEW_RUNS,
-)
 from gyrodata.base.errors import PICTURES, Diagnostic
-from gyrodata.judging.tables import Run
-from gyrodata.reporting import questions, values
-from gyrodata.reporting.content import FAR, report
+from gyrodata.reporting import values
+from gyrodata.reporting.content import report
 from gyrodata.reporting.elements import (
     NOTHING,
     Block,
-    Numbers,
     Picture,
     Report,
     Table,
@@ -30,13 +18,6 @@ from gyrodata.reporting.elements import (
 from gyrodata.results import NO_BALL, Analysis, is_wide
 
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
-
-_OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
-"""Codes of missing runs of a single weight."""
-
-_SAID_ELSEWHERE = {OUTLIER, SINGLE_TORQUE}
-"""Codes that repeat what is said of the runs of a weight, or of the number of torques.
-"""
 
 
 def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
@@ -105,137 +86,6 @@ def _block(block: Block) -> list[str]:
         ]
         return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
     return [plain(line) for line in block.sentences]
-
-
-# --- during the lab ---
-
-
-def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
-    """Describe the lab so far, and what to do before the weight is removed.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        Of the runs so far; the load of the last run is on the rod.
-    lacking : iterable of Diagnostic
-        What the log lacks.
-
-    Returns
-    -------
-    str
-        The answer, then what to do with this load, then the rest.
-    """
-    every = dict.fromkeys((*analysis.diagnostics, *lacking))
-    findings = [
-        finding
-        for finding in every
-        if finding.severity != "note" and finding.code not in _SAID_ELSEWHERE
-    ]
-    numbers = Numbers(analysis)
-    groups = analysis.measurements.by_torque
-    last = len(analysis.run_table) - 1
-    [load] = [k for k, members in enumerate(groups) if last in members]
-    loaded = [analysis.run_table[i] for i in groups[load]]
-    lines = {run.line for run in loaded}
-    here = [
-        finding
-        for finding in findings
-        if finding.code in _OF_ONE_LOAD and finding.line in lines
-    ]
-    later = [_advice(finding) for finding in findings if finding not in here]
-    still_open = [*_runs_to_repeat(numbers, loaded), *later]
-    blocks = [
-        _state(numbers),
-        _listed(
-            f"while {plain(numbers.load(load))} is on the rod:",
-            _with_this_load(analysis, loaded, here),
-        ),
-    ]
-    if still_open:
-        blocks.append(_listed("still to do:", still_open))
-    else:
-        blocks.append(["nothing else to do"])
-        if analysis.advice:
-            blocks.append(_listed("what would reduce u most:", analysis.advice[:3]))
-    return _joined(blocks)
-
-
-def _listed(title: str, lines: Iterable[str]) -> list[str]:
-    """Write a title, and lines below it."""
-    return [title, *_indented(lines)]
-
-
-def _state(numbers: Numbers) -> list[str]:
-    """List the doubts, the answer and M0 of the runs so far."""
-    analysis = numbers.analysis
-    whole = report(analysis)
-    inertia = analysis.inertia
-    answer = plain(whole.answer)
-    if inertia.u:
-        answer += f", u = {100 * inertia.u / abs(inertia.value):.2g} %"
-    doubts = map(plain, whole.doubts)
-    m0 = plain(questions.residual_torque(numbers))
-    return [*_first_lines(whole), *_indented([*doubts, answer, m0])]
-
-
-def _runs_to_repeat(numbers: Numbers, loaded: Sequence[Run]) -> Iterator[str]:
-    """Name the flagged runs of other loads."""
-    analysis = numbers.analysis
-    for load, members in enumerate(analysis.measurements.by_torque):
-        for i in members:
-            run = analysis.run_table[i]
-            if run.flagged and run not in loaded:
-                weight = plain(numbers.load(load))
-                yield f"repeat {_place(run)}, with {weight}: {run.reason}"
-
-
-def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
-    """Say why a log cannot be analysed yet, with all warnings: one may be the cause."""
-    said = [diagnostic for diagnostic in errors if diagnostic.severity != "note"]
-    found = "".join(f"{diagnostic}\n" for diagnostic in said)
-    return f"{name}: no answer yet\n\n{found}".translate(PICTURES)
-
-
-def _with_this_load(
-    analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]
-) -> list[str]:
-    """List what to do before this load is removed.
-
-    The list is about suspected outliers, runs that are far off, and missing runs.
-    """
-    todo = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
-    for run in loaded:
-        far = abs(run.studentized_residual or 0.0)
-        if not run.flagged and far > FAR:
-            todo.append(
-                f"repeat {_place(run)}: it is {far:.1f} u away from the other runs' prediction"
-            )
-    todo += map(_advice, here)
-    if todo:
-        return todo
-    done = f"{values.count_text(len(loaded), 'run')}, and nothing is missing"
-    heaviest = max(loaded, key=lambda run: abs(run.influence))
-    if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
-        return [done]
-    share = abs(heaviest.influence) / analysis.inertia.u
-    return [
-        (
-            f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz "
-            f"most, by {share:.1f} u"
-        )
-    ]
-
-
-def _place(run: Run) -> str:
-    return f"run {run.run} (line {run.line})"
-
-
-def _advice(found: Diagnostic) -> str:
-    return (
-        f"{found.message}; {found.hint}".replace("\n", "\n  ")
-        if found.hint
-        else found.message
-    )
 
 
 # --- what a check has found, and the table of codes ---

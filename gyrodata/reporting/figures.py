@@ -253,14 +253,8 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
-    steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
-    # There is space for about 30 letters.
-    step = next(
-        n
-        for n in steps
-        if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2)
-        <= 30 * n
-    )
+    # There is space for about 40 letters.
+    step = 1 + len("  ".join(scene.names)) // 40
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
     title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
@@ -555,45 +549,24 @@ def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
-    """Write names next to marks, where they cover the fewest marks and names."""
-    points = 72 / ax.figure.dpi
-    middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
-    halves = [np.array([4.0, 4.0])] * len(middles)
-    corners = ax.bbox.get_points() * points
-    for i, name in names.items():
-        half = np.array([2.4 * len(name) + 3, 5.0])
-        aside = (
-            np.clip(
-                middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1
-            )
-            - middles[i][0]
-        )
-        ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
-        offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
-        places = middles[i] + offsets
-        apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
-        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(
-            axis=1
-        )
-        # Covering a name is worse than covering a mark.
-        weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
-        best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
-        middles.append(places[best])
-        halves.append(half)
+    """Write names next to marks, on the side towards the middle of the axes."""
+    middle_x = np.mean(ax.get_xlim())
+    middle_y = np.mean(ax.get_ylim())
+    for rank, (i, name) in enumerate(names.items()):
+        side = 1 if x[i] < middle_x else -1
+        # Names of neighbours are at three heights.
+        away = 10 + 11 * (rank % 3)
         ax.annotate(
             name,
             (x[i], y[i]),
-            tuple(offsets[best]),
+            (5 * side, away if y[i] < middle_y else -away),
             textcoords="offset points",
-            ha="center",
+            ha="left" if side > 0 else "right",
             va="center",
             fontsize=7.5,
             zorder=5,
-            parse_math=False,
             bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
-            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5}
-            if abs(offsets[best][1]) > 11
-            else None,
+            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5},
         )
 
 

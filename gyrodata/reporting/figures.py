@@ -1,7 +1,7 @@
-"""The four figures of a log.
+"""The figures of a log.
 
-A figure consists of a function that draws on axes of matplotlib, a function that
-describes it in words, and an entry in `FIGURES`. The report, ``Analysis.plot`` and the
+A figure consists of a function that draws on axes of matplotlib, and an entry in
+`FIGURES`. The report, ``Analysis.plot`` and the
 feedback for students use this entry.
 """
 
@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from textwrap import shorten, wrap
+from textwrap import fill, shorten
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -120,33 +120,6 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
 
 
-def describe_period(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = []
-    for group in scene.groups:
-        members = sorted(
-            (i for i in group.members if not scene.hollow[i]),
-            key=lambda i: scene.spin[i],
-        )
-        ends = [
-            f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm"
-            for i in members
-        ]
-        if ends:
-            found.append(
-                f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}"
-            )
-    law = scene.analysis.exponent
-    grows = f", growing as the spin to the power {with_u(law)}" if law else ""
-    runs = count_text(len(scene.names), "run")
-    torques = count_text(len(scene.groups), "torque")
-    return (
-        f"Precession period against spin, {runs} at {torques}{grows}; a line through "
-        f"zero for each torque, steeper for "
-        f"a smaller torque. {_listed(found)}."
-    )
-
-
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
     right = 1.06 * float((scene.spin + scene.spin_u).max())
@@ -168,22 +141,6 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         scene.spin_u,
         scene.product_u,
         means=len(scene.groups) <= 6,
-    )
-
-
-def describe_product(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = [
-        f"{group.look.label}: {with_u(group.summary.product)} rad²/s²"
-        for group in scene.groups
-    ]
-    same = scene.analysis.constancy
-    level = (
-        f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
-    )
-    return (
-        f"Precession rate times spin, against spin: a level line for each "
-        f"torque{level}. {_listed(found)}."
     )
 
 
@@ -224,28 +181,6 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
 
 
-def describe_torque(scene: Scene) -> str:
-    """Describe the figure in words."""
-    low = float(scene.torque.min())
-    high = float(scene.torque.max())
-    reach = (
-        f"from {as_number(low)} to {as_number(high)}"
-        if high > low
-        else f"of {as_number(high)}"
-    )
-    far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
-    farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
-    return (
-        f"Torque {reach} {scene.unit} against precession rate times spin: a straight "
-        f"line of slope I_zz = "
-        f"{answer(scene.analysis.inertia)}, with its 95 % band; at zero product it is at "
-        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the "
-        f"line through the origin. Below, on "
-        "a larger scale: the torque of each run minus the line; "
-        f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."
-    )
-
-
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
@@ -265,18 +200,6 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
-
-
-def describe_residuals(scene: Scene) -> str:
-    """Describe the figure in words."""
-    kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
-    return (
-        f"Each run's time minus the prediction of the other runs, in the order of the "
-        f"log: {int(np.sum(kept <= 2))} of "
-        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard "
-        f"uncertainties; the largest deviation is "
-        f"{as_number(float(kept.max(initial=0.0)))}."
-    )
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
@@ -312,43 +235,25 @@ def draw_days(ax: Axes, scene: Scene) -> None:
             )
 
 
-def describe_days(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = []
-    for block in scene.analysis.blocks:
-        m0 = block.residual_torque
-        value = Estimate(
-            m0.value / scene.unit_size, (m0.u or 0.0) / scene.unit_size, scene.unit
-        )
-        found.append(f"{block.name}: M0 = {with_u(value)} {scene.unit}")
-    return (
-        "Torque minus I_zz φ̇ψ̇ of each run, in the colour of its day or group: the "
-        f"runs of each are near a level line at −M0. {_listed(found)}."
-    )
-
-
 class Kind(Struct, frozen=True):
     """One of the figures."""
 
     panels: tuple[Callable[[Axes, Scene], None], ...]
     """Functions that draw on axes; a second panel is below the first and has the same x
     axis."""
-    describe: Callable[[Scene], str]
-    """Description in words, for readers who cannot see the figure."""
     caption: str
+    """Its first sentence says what the figure shows."""
 
 
 FIGURES = {
     "period": Kind(
         (draw_period,),
-        describe_period,
         "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz "
         "ψ̇ / |M + M0|. "
         "Bars: one standard uncertainty.",
     ),
     "product": Kind(
         (draw_product,),
-        describe_product,
         (
             "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. "
             "Bars: one standard uncertainty."
@@ -356,14 +261,12 @@ FIGURES = {
     ),
     "torque": Kind(
         (draw_torque, draw_rest),
-        describe_torque,
         "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 "
         "% band; dashed: the line through "
         "the origin. Below: torque minus the recommended line. Bars: one standard uncertainty.",
     ),
     "residuals": Kind(
         (draw_residuals,),
-        describe_residuals,
         "Each run's time minus the prediction of the other runs, in standard "
         "uncertainties. About 95 % of good runs "
         "are in the band.",
@@ -374,7 +277,6 @@ FIGURES = {
 ALL_FIGURES = FIGURES | {
     "days": Kind(
         (draw_days,),
-        describe_days,
         "Torque M minus I_zz φ̇ψ̇, in the colour of each day or group. With one I_zz, the "
         "runs of each are on its line at −M0; bands and bars: one standard uncertainty.",
     ),
@@ -575,12 +477,6 @@ def _labelled(scene: Scene) -> int:
     return math.ceil(len(scene.groups) / MOST_LABELS)
 
 
-def _listed(items: Sequence[str], most: int = 4) -> str:
-    return "; ".join(items[:most]) + (
-        f"; and {len(items) - most} more" if len(items) > most else ""
-    )
-
-
 # --- figures and files ---
 
 
@@ -606,28 +502,31 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ncols=2,
         title=title,
     )
+    heading = "\n".join([fill(fact, MOST_LETTERS) for fact in _facts(scene)])
     colour = DOUBTED if scene.analysis.doubts else INK
-    figure.suptitle(_heading(scene), x=0.01, ha="left", fontsize="medium", color=colour)
+    figure.suptitle(heading, x=0.01, ha="left", fontsize="medium", color=colour)
     return axes[0]
 
 
-def _heading(scene: Scene) -> str:
-    """Say which log a figure shows, with which result, and how well the runs agree."""
+def _facts(scene: Scene) -> list[str]:
+    """List the log, its result, how well the runs agree, and a doubt if there is one."""
     analysis = scene.analysis
     fit = analysis.fit
     runs = count_text(len(scene.names), "run")
-    lines = [f"{short_name(analysis.name, 50)}, {runs}"]
-    lines.append(f"I_zz = {answer(analysis.inertia)}")
     u = (analysis.residual_torque.u or 0.0) / scene.unit_size
     m0 = Estimate(scene.imbalance / scene.unit_size, u, scene.unit)
     quality = "no degrees of freedom"
     if analysis.p is not None:
         quality = f"χ²/dof = {fit.chi2 / fit.dof:.2g}, {p_text(analysis.p)}"
-    lines.append(f"M0 = {with_u(m0)} {scene.unit}; {quality}")
+    facts = [
+        f"{short_name(analysis.name, 50)}, {runs}",
+        f"I_zz = {answer(analysis.inertia)}",
+        f"M0 = {with_u(m0)} {scene.unit}; {quality}",
+    ]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
-        lines += wrap(f"Do not rely on this answer: {reason}", MOST_LETTERS)
-    return "\n".join(lines)
+        facts.append(f"Do not rely on this answer: {reason}")
+    return facts
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
@@ -791,12 +690,15 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
 
 
 def alt_text(analysis: Analysis, name: str) -> str:
-    """Describe a figure, for readers who cannot see it."""
+    """Describe a figure, for readers who cannot see it.
+
+    The report has a table of its numbers next to it.
+    """
     scene = gather(analysis)
+    shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
-    return ALL_FIGURES[name].describe(scene) + (
-        f" Drawn hollow: {_listed(odd)}." if odd else ""
-    )
+    hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
+    return f"{shows}. {'; '.join(_facts(scene))}.{hollow}"

@@ -589,7 +589,7 @@ def _formatted(
 
         log = analysis.name if re.fullmatch(r"[\w./-]+", analysis.name) else "LOG"
         rest = f"More: gyro analyze {log} -v" + ", or open the HTML report" * written
-        return summary(analysis, request.verbose, rest) + after
+        return summary(analysis, request.verbose, rest, terminal.columns()) + after
     if form == "markdown":
         from urllib.parse import quote
 

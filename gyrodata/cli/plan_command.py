@@ -11,6 +11,7 @@ import typer
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli import options
 from gyrodata.cli.terminal import (
+    columns,
     names_of,
     refuse,
     source_of,
@@ -154,8 +155,6 @@ def _result(plan: Plan) -> list[str]:
 
 def _table(runs: Sequence[PlannedRun]) -> list[str]:
     """Write runs in columns."""
-    from gyrodata.reporting.values import in_columns
-
     heads = ["load", "spin [rpm]", "turns", "time [s]", "minutes", "u then"]
     rows = [
         [
@@ -168,7 +167,7 @@ def _table(runs: Sequence[PlannedRun]) -> list[str]:
         ]
         for run in runs
     ]
-    return [f"  {line}" for line in in_columns([heads, *rows])]
+    return [f"  {line}" for line in columns()([heads, *rows])]
 
 
 def _load(run: PlannedRun) -> str:

@@ -8,17 +8,19 @@ import re
 import shutil
 import sys
 import textwrap
-import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from io import TextIOBase, TextIOWrapper
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
 from gyrodata.base.errors import PICTURES, Diagnostic, GyroError, InputError, printable
+
+if TYPE_CHECKING:
+    from gyrodata.reporting.text import Columns
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""
@@ -353,21 +355,58 @@ def refuse(name: str, /, **values: object) -> NoReturn:
     raise InputError.named(name, **values)
 
 
-def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
-    """Show the progress of a long computation on a terminal, and the time left."""
+@contextmanager
+def progress_bar(whole: int, what: str) -> Iterator[Callable[[int], None] | None]:
+    """Show the progress of a long computation on a terminal, and the time left.
+
+    The context is a function that takes what is done; None without a terminal.
+    """
     if not sys.stderr.isatty():
-        return None
-    begun = time.perf_counter()
+        yield None
+        return
+    from rich import progress
+    from rich.console import Console
 
-    def show(done: int) -> None:
-        words = ""
-        if 0 < done < whole:
-            left = (time.perf_counter() - begun) * (whole / done - 1)
-            minutes, seconds = divmod(round(left), 60)
-            words = f"{what}{done} of {whole}, about {minutes}:{seconds:02d} min left"
-        typer.echo(f"\r{words}\033[K", err=True, nl=False)
+    columns = (
+        *progress.Progress.get_default_columns(),
+        progress.MofNCompleteColumn(),
+    )
+    # A thread that draws the bar could stop the processes that are forked.
+    bar = progress.Progress(
+        *columns, console=Console(stderr=True), transient=True, auto_refresh=False
+    )
+    with bar:
+        task = bar.add_task(what, total=whole)
+        yield lambda done: bar.update(task, completed=done, refresh=True)
 
-    return show
+
+def columns() -> Columns:
+    """Return what sets the cells of tables under each other on standard output."""
+    from gyrodata.reporting.values import in_columns
+
+    return _in_table if sys.stdout.isatty() else in_columns
+
+
+def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Set cells under each other; long ones are wrapped at the width of the terminal."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True
+    )
+    for head, *cells in zip(*rows, strict=True):
+        words = " ".join([head, *cells]).split()
+        table.add_column(head, min_width=max(map(len, words)))
+    for row in rows[1:]:
+        table.add_row(*row)
+    # Tables are indented by two blanks.
+    width = shutil.get_terminal_size().columns - 2
+    console = Console(width=width, color_system=None, markup=False, highlight=False)
+    with console.capture() as captured:
+        console.print(table, crop=False)
+    return [line.rstrip() for line in captured.get().splitlines()]
 
 
 STDIN = "<stdin>"

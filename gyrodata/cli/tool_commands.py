@@ -132,7 +132,9 @@ def selfcheck(
         **given,
         config=options.constants_of(log, config),
     )
-    done = simulate(analyze_readings(readings), labs, seed, progress_bar(labs))
+    analysis = analyze_readings(readings)
+    with progress_bar(labs, "simulated labs") as progress:
+        done = simulate(analysis, labs, seed, progress)
     if form == "json":
         write_out(json_text(done.to_dict()))
     else:
@@ -162,7 +164,8 @@ def benchmark(
         write_folder(out, {})
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
-    done = report.run(effort, workers, 1, own, progress_bar(100, "per cent: "))
+    with progress_bar(100, "per cent") as progress:
+        done = report.run(effort, workers, 1, own, progress)
     pictures = render(done, workers)
     files = {f"{name}.png": data for name, data in pictures.items()}
     for name, table in report.csv_tables(done).items():

@@ -692,13 +692,15 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
 def alt_text(analysis: Analysis, name: str) -> str:
     """Describe a figure, for readers who cannot see it.
 
-    The report has a table of its numbers next to it.
+    The report has a table of its numbers next to it. The text does not repeat the
+    answer, which a report states once.
     """
     scene = gather(analysis)
+    log, *_, quality = _facts(scene)
     shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
     hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
-    return f"{shows}. {'; '.join(_facts(scene))}.{hollow}"
+    return f"{shows}. {log}; {quality}.{hollow}"

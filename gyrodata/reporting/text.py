@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from gyrodata.base.errors import PICTURES, Diagnostic
 from gyrodata.reporting import values
@@ -17,10 +17,18 @@ from gyrodata.reporting.elements import (
 )
 from gyrodata.results import NO_BALL, Analysis, is_wide
 
+Columns = Callable[[Sequence[Sequence[str]]], Iterable[str]]
+"""What writes rows of cells, the first of heads, as lines."""
+
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
 
 
-def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
+def summary(
+    analysis: Analysis,
+    verbose: bool = True,
+    rest: str = MORE,
+    columns: Columns = values.in_columns,
+) -> str:
     """Write the answer and what a screen has room for, or the full report.
 
     Parameters
@@ -31,6 +39,8 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
         elsewhere, but no figures.
     rest : str
         Last line of the short form, which says where the rest is.
+    columns : callable
+        Sets the cells of tables under each other.
 
     Returns
     -------
@@ -42,18 +52,20 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     if not verbose:
         lines = [*top, *map(plain, whole.brief), rest]
         return _joined([_first_lines(whole), _indented(lines)])
-    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top)])]
+    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top, columns)])]
     for section in whole.sections:
         if section.anchor == "diagnostics":
             break
         if section.blocks:
-            blocks.append([section.title, *_indented(_lines_of(section.blocks))])
+            blocks.append(
+                [section.title, *_indented(_lines_of(section.blocks, columns))]
+            )
     return _joined(blocks)
 
 
-def _lines_of(blocks: Iterable[Block]) -> list[str]:
+def _lines_of(blocks: Iterable[Block], columns: Columns) -> list[str]:
     """Write blocks as lines."""
-    return [line for block in blocks for line in _block(block)]
+    return [line for block in blocks for line in _block(block, columns)]
 
 
 def _indented(lines: Iterable[str]) -> list[str]:
@@ -75,7 +87,7 @@ def _first_lines(whole: Report) -> list[str]:
     return [f"{whole.name}: {plain(whole.size)}", f"  {plain(whole.read_as)}"]
 
 
-def _block(block: Block) -> list[str]:
+def _block(block: Block, columns: Columns) -> list[str]:
     if isinstance(block, Picture):
         return []
     if isinstance(block, Table):
@@ -84,7 +96,7 @@ def _block(block: Block) -> list[str]:
             ["-" if row[i] == NOTHING else plain(row[i]) for i in used]
             for row in block.rows
         ]
-        return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
+        return list(columns([[str(block.heads[i]) for i in used], *rows]))
     return [plain(line) for line in block.sentences]
 
 

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 from places import SAMPLES
 from streams import on_terminal
+from typer.testing import CliRunner
+
+from gyrodata.cli import app
 
 LONG = "a note about this run that nobody can read in one line of a small terminal"
 HEAD = "# ball_mass: 5.2 kg\n# ball_diameter: 101.6 mm\n"
@@ -69,3 +72,17 @@ def test_the_answer_and_the_number_of_warnings_are_on_a_small_screen(
     assert f"{warnings} warnings above; I_zz = " in screen
     quiet = on_terminal("analyze sample.csv --no-report -q", "utf-8").decode()
     assert "above; " not in quiet
+
+
+@pytest.mark.slow
+def test_terminal_shows_tables_with_a_rule_and_progress(
+    lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm")
+    line = "plan sample.csv --minutes 10"
+    assert re.search(r"\n  ─+\n", on_terminal(line, "utf-8").decode())
+    assert "─" not in CliRunner().invoke(app, line.split()).output
+    line = "selfcheck sample.csv --labs 10"
+    assert "10/10" in on_terminal(line, "utf-8").decode()
+    assert "10/10" not in CliRunner().invoke(app, line.split()).output

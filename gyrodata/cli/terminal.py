@@ -398,6 +398,8 @@ def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
     )
     for head, *cells in zip(*rows, strict=True):
         words = " ".join([head, *cells]).split()
+        # A unit is below its quantity: columns of numbers stay narrow.
+        head = head.replace(" [", "\n[")
         table.add_column(head, min_width=max(map(len, words)))
     for row in rows[1:]:
         table.add_row(*row)

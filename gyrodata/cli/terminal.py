@@ -294,7 +294,9 @@ def wrapped(text: str, stream: Any) -> str:
 
 def _wrap_line(line: str, width: int) -> str:
     """Wrap a line; the last column of a table goes on below its first word."""
-    if len(line) <= width:
+    from gyrodata.reporting.values import display_width
+
+    if display_width(line) <= width:
         return line
     indent = len(line) - len(line.lstrip()) + 2
     starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]

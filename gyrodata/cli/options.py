@@ -6,11 +6,14 @@ import math
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.terminal import refuse, tell
+from gyrodata.cli.terminal import names_of, refuse, source_of, tell
+
+if TYPE_CHECKING:
+    from gyrodata.readings import Readings
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -84,6 +87,24 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
             )
         found[key] = value
     return found
+
+
+def read(
+    log: str,
+    settings: list[str] | None = None,
+    mapping: list[str] | None = None,
+    config: Path | None = None,
+) -> Readings:
+    """Read the log of a command with the values of its options."""
+    from gyrodata.readings import read_log
+
+    [name] = names_of([log])
+    return read_log(
+        **source_of(log, name),
+        settings=pairs(settings, "--set"),
+        mapping=pairs(mapping, "--map"),
+        config=constants_of(log, config),
+    )
 
 
 def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:

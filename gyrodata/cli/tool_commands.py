@@ -7,7 +7,7 @@ of the output.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -16,7 +16,6 @@ from gyrodata.cli import options
 from gyrodata.cli.terminal import (
     names_of,
     progress_bar,
-    source_of,
     tell,
     write_out,
     write_text,
@@ -119,20 +118,10 @@ def selfcheck(
     table shows labs with this scatter.
     """
     from gyrodata.analysis import analyze_readings
-    from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
     from gyrodata.trials.coverage import selfcheck as simulate
 
-    given: dict[str, Any] = {
-        "settings": options.pairs(settings, "--set"),
-        "mapping": options.pairs(mapping, "--map"),
-    }
-    readings = read_log(
-        **source_of(log, names_of([log])[0]),
-        **given,
-        config=options.constants_of(log, config),
-    )
-    analysis = analyze_readings(readings)
+    analysis = analyze_readings(options.read(log, settings, mapping, config))
     with progress_bar(labs, "simulated labs") as progress:
         done = simulate(analysis, labs, seed, progress)
     if form == "json":
@@ -181,11 +170,10 @@ def benchmark(
 def _scene_of(log: str) -> Scene:
     """Read a log for the benchmark."""
     from gyrodata.analysis import fit_log
-    from gyrodata.readings import read_log
     from gyrodata.results import Options
     from gyrodata.trials.benchmark.report import scene_of
 
-    return scene_of(fit_log(read_log(**source_of(log, names_of([log])[0])), Options()))
+    return scene_of(fit_log(options.read(log), Options()))
 
 
 SchemaName = Literal[

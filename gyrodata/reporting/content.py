@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec.structs import asdict
 
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
-from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
+from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
@@ -250,33 +250,37 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
-    far = [
-        i
-        for i, run in enumerate(runs)
-        if not run.flagged and abs(run.studentized_residual or 0.0) > FAR
-    ]
-    for i in odd[:FEW]:
-        fate = _fate(n.analysis, i)
-        reason = runs[i].reason
-        yield say(
-            "Suspected outlier: {}, {}: {}. Check it, or repeat the run.",
-            _run_place(n, i),
-            fate,
-            reason,
-        )
-    if len(odd) > FEW:
-        yield say(
-            f"{len(odd) - FEW} more suspected outliers are marked in the table of runs."
-        )
+    far = [i for i, run in enumerate(runs) if _is_far(run)]
+    yield from _outliers(n, odd)
     if far:
-        named = [part for i in far[:FEW] for part in say(", {}", _run_place(n, i))][1:]
-        them = "it is" if len(far) == 1 else "they are"
-        words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
-        yield say(words, tuple(named), them, f"{FAR:g}")
+        yield _worth_repeating(n, far)
     if not odd and not far:
-        yield say(
-            f"No suspected outliers{'.' if n.analysis.doubts else '; you need not repeat any run.'}"
-        )
+        end = "." if n.analysis.doubts else "; you need not repeat any run."
+        yield say(f"No suspected outliers{end}")
+
+
+def _is_far(run: Run) -> bool:
+    """Return whether a run that is no outlier is far from the others' prediction."""
+    return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
+
+
+def _outliers(n: Numbers, odd: Sequence[int]) -> Iterator[Sentence]:
+    words = "Suspected outlier: {}, {}: {}. Check it, or repeat the run."
+    for i in odd[:FEW]:
+        reason = n.analysis.run_table[i].reason
+        yield say(words, _run_place(n, i), _fate(n.analysis, i), reason)
+    rest = len(odd) - FEW
+    if rest > 0:
+        yield say(f"{rest} more suspected outliers are marked in the table of runs.")
+
+
+def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
+    names = [_run_place(n, i) for i in far[:FEW]]
+    first, *others = names
+    named = say("{}" + ", {}" * len(others), first, *others)
+    them = "it is" if len(far) == 1 else "they are"
+    words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
+    return say(words, named, them, f"{FAR:g}")
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:

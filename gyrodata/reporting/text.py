@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from gyrodata.base.errors import PICTURES, Diagnostic
@@ -129,28 +130,31 @@ def check_text(
     str
         The last line is the verdict.
     """
-    lines = []
-    parts = []
-    if analysis is not None:
-        whole = report(analysis)
-        lines = [
-            plain(whole.read_as),
-            *([NO_BALL] if analysis.ball is None else ()),
-            *map(plain, whole.doubts),
-        ]
-        parts = [values.count_text(len(whole.doubts), "doubt")] if whole.doubts else []
-    clean = not parts and all(d.severity == "note" for d in diagnostics)
-    for severity in ("error", "warning", "note"):
-        if count := sum(d.severity == severity for d in diagnostics):
-            parts.append(values.count_text(count, severity))
-    verdict = ", ".join(parts)
-    if clean:
+    lines = [] if analysis is None else _lines_above(report(analysis), analysis)
+    doubts = 0 if analysis is None else len(analysis.doubts)
+    counts = Counter({"doubt": doubts})
+    counts.update(finding.severity for finding in diagnostics)
+    found = [
+        values.count_text(counts[kind], kind)
+        for kind in ("doubt", "error", "warning", "note")
+        if counts[kind]
+    ]
+    verdict = ", ".join(found)
+    if counts["note"] == counts.total():
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
-    text = "".join(f"{name}: {line}\n" for line in lines) + "".join(
-        f"{diagnostic}\n" for diagnostic in diagnostics
-    )
-    return f"{text}{name}: {read}{verdict}\n".translate(PICTURES)
+    said = [f"{name}: {line}" for line in lines]
+    said += map(str, diagnostics)
+    said.append(f"{name}: {read}{verdict}\n")
+    return "\n".join(said).translate(PICTURES)
+
+
+def _lines_above(whole: Report, analysis: Analysis) -> list[str]:
+    """List what is above the findings: how a run was read, and the doubts."""
+    lines = [plain(whole.read_as)]
+    if analysis.ball is None:
+        lines.append(NO_BALL)
+    return lines + [plain(doubt) for doubt in whole.doubts]
 
 
 def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:

@@ -382,8 +382,7 @@ def check_log(
         analysis = analyze_readings(readings, options)
     except LogError as error:
         measured = measure(readings)
-        has_torque = measured.torque.any()
-        lacking = what_lacks(readings, measured, None) if has_torque else []
+        lacking = what_lacks(readings, measured, None) if measured.torque.any() else []
         return None, (*error.diagnostics, *lacking)
     lacking = what_lacks(readings, analysis.measurements, analysis.lab)
     return analysis, (*analysis.diagnostics, *lacking)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -108,7 +108,6 @@ def grade(
         journal=None if folder is None else folder / classroom.JOURNAL,
         keep=not dry_run,
     )
-    bar = nullcontext() if quiet else progress_bar(len(found.items), "graded")
     years = _earlier(previous or [])
     with ExitStack() as at_work:
         if folder is not None:
@@ -116,7 +115,7 @@ def grade(
         if target is not None:
             at_work.enter_context(alone_in(target, private=True))
         try:
-            with bar as progress:
+            with progress_bar(len(found.items), "graded", quiet) as progress:
                 options = replace(options, progress=progress)
                 grades = classroom.grade_class(
                     found, judged, options, years, desk, people

@@ -51,20 +51,6 @@ Bound = Literal[
 ]
 
 
-def examples_of(*lines: str) -> str:
-    """Write the end of a command's help, without wrapping its lines.
-
-    A line that does not begin with gyro goes on with the command of the line above.
-    """
-    text = f"\b\nExample:  {lines[0]}"
-    for line in lines[1:]:
-        if line.startswith("gyro "):
-            text += f"\n          {line}"
-        else:
-            text += f" \\\n            {line}"
-    return text
-
-
 def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; the last value of a key is used."""
     found: dict[str, str] = {}

@@ -358,26 +358,22 @@ def refuse(name: str, /, **values: object) -> NoReturn:
 
 
 @contextmanager
-def progress_bar(whole: int, what: str) -> Iterator[Callable[[int], None] | None]:
+def progress_bar(
+    whole: int, what: str, quiet: bool = False
+) -> Iterator[Callable[[int], None] | None]:
     """Show the progress of a long computation on a terminal, and the time left.
 
     The context is a function that takes what is done; None without a terminal.
     """
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield None
         return
-    from rich import progress
     from rich.console import Console
+    from rich.progress import Progress
 
-    columns = (
-        *progress.Progress.get_default_columns(),
-        progress.MofNCompleteColumn(),
-    )
+    console = Console(stderr=True)
     # A thread that draws the bar could stop the processes that are forked.
-    bar = progress.Progress(
-        *columns, console=Console(stderr=True), transient=True, auto_refresh=False
-    )
-    with bar:
+    with Progress(console=console, transient=True, auto_refresh=False) as bar:
         task = bar.add_task(what, total=whole)
         yield lambda done: bar.update(task, completed=done, refresh=True)
 

@@ -194,12 +194,11 @@ def schema(
     ] = "analysis",
 ) -> None:
     """Print the JSON Schema of an output or a rubric, or all diagnostics."""
-    from gyrodata.cli.schema import diagnostics_table, json_schema
+    from gyrodata.cli.schema import json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
 
-    write_out(
-        diagnostics_text(diagnostics_table())
-        if name == "diagnostics"
-        else json_text(json_schema(name))
-    )
+    if name == "diagnostics":
+        write_out(diagnostics_text())
+    else:
+        write_out(json_text(json_schema(name)))

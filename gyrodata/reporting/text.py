@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from textwrap import indent
 
+from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import PICTURES, Diagnostic
 from gyrodata.reporting import values
 from gyrodata.reporting.content import report
@@ -157,16 +159,12 @@ def _lines_above(whole: Report, analysis: Analysis) -> list[str]:
     return lines + [plain(doubt) for doubt in whole.doubts]
 
 
-def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
+def diagnostics_text() -> str:
     """Write the table of diagnostic codes, each with an example that raises it."""
     blocks = []
-    for row in table:
-        lines = row["example"].rstrip("\n").splitlines()
+    for code, entry in explanations().items():
+        head = f"{code}  {entry.severity:7}  {entry.title}"
         # A tab in an example stays a tab.
-        example = "\n".join(
-            f"      {line.translate({**PICTURES, 9: chr(9)})}" for line in lines
-        )
-        blocks.append(
-            f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n"
-        )
+        example = entry.example.rstrip("\n").translate({**PICTURES, 9: "\t"})
+        blocks.append(f"{head}\n{indent(example, '      ')}\n")
     return "\n".join(blocks)

@@ -228,28 +228,43 @@ def check(
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
     """
-    if hand_in and (settings or mapping or config or fix or "-" in logs):
-        refuse("hand_in_as_it_is")
-    if form == "json" and len(logs) > 1 and not hand_in:
+    if hand_in:
+        if settings or mapping or config or fix or "-" in logs:
+            refuse("hand_in_as_it_is")
+        worst = _print(_check_submission(logs), form)
+    else:
+        worst = _check_logs(
+            logs,
+            fix,
+            form,
+            config,
+            settings=pairs(settings, "--set"),
+            mapping=pairs(mapping, "--map"),
+        )
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _check_logs(
+    logs: Sequence[str],
+    fix: bool,
+    form: CheckFormat,
+    config: Path | None,
+    **given: Any,
+) -> int:
+    """Print what is found in each log; return the exit code."""
+    if form == "json" and len(logs) > 1:
         refuse("json_for_one_log")
     if fix and "-" in logs:
         refuse("fix_of_standard_input")
-    given: dict[str, Any] = {
-        "settings": pairs(settings, "--set"),
-        "mapping": pairs(mapping, "--map"),
-    }
     worst = 0
-    if hand_in:
-        worst = _print(_check_submission(logs), form)
-        logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
-        given["config"] = constants_of(log, config)
-        checked = check_log(**source_of(log, name), **given)
+        near = constants_of(log, config)
+        checked = check_log(**source_of(log, name), config=near, **given)
         code = _print(checked, form)
         if fix and checked.readings is not None:
             code = _fix_or_complain(log, checked, form)
         worst = max(worst, code)
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+    return worst
 
 
 def _fix_or_complain(log: str, checked: Checked, form: CheckFormat) -> int:

@@ -156,16 +156,7 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
         (i for i, torque in enumerate(torques) if torque.torque),
         key=lambda i: torques[i].torque,
     )
-    colours: Sequence[str] = COLOURS
-    if len(loaded) > len(COLOURS):
-        from matplotlib import colormaps
-        from matplotlib.colors import to_hex
-
-        # From dark blue to salmon, all with enough contrast to white (3 : 1).
-        colours = [
-            to_hex(shade)
-            for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))
-        ]
+    colours = _colours(len(loaded))
     looks = [UNLOADED] * len(torques)
     for rank, i in enumerate(loaded):
         looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
@@ -173,6 +164,19 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
     return tuple(
         Group(Look(label, *look), group, torque) for label, look, group, torque in parts
     )
+
+
+def _colours(count: int) -> Sequence[str]:
+    """Return colours for a number of torques."""
+    if count <= len(COLOURS):
+        return COLOURS
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    # From dark blue to salmon, all with enough contrast to white (3 : 1).
+    return [
+        to_hex(shade) for shade in colormaps["plasma"](np.linspace(0.0, 0.66, count))
+    ]
 
 
 def _label(measured: Measurements, i: int) -> str:

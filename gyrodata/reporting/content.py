@@ -260,7 +260,7 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
 
 
 def _is_far(run: Run) -> bool:
-    """Return whether a run that is no outlier is far from the others' prediction."""
+    """Return whether an ordinary run is far from the prediction of the others."""
     return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
 
 

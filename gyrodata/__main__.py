@@ -16,7 +16,7 @@ def main() -> None:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     # Objects from the start are never freed: searching them for garbage takes 5 % of a
     # run.
-    gc.set_threshold(100_000)
+    gc.set_threshold(1_000_000)
     from gyrodata.cli import app
 
     app()

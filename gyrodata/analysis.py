@@ -378,7 +378,9 @@ def _worthwhile_changes(lab: Lab) -> list[str]:
     return [text for *_, text in sorted(gains)]
 
 
-def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
+def check_log(
+    readings: Readings, options: Options | None = None
+) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
     """Analyse a log and list what is missing.
 
     Return the analysis, or None if the log has no answer, and all diagnostics. If the
@@ -388,7 +390,7 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
     if not readings.ok:
         return None, (*readings.diagnostics, *_findings_of_other_runs(readings))
     try:
-        analysis = analyze_readings(readings)
+        analysis = analyze_readings(readings, options)
     except LogError as error:
         measured = measure(readings)
         has_torque = measured.torque.any()

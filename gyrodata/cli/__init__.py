@@ -13,7 +13,6 @@ import typer
 from msgspec import Struct, convert
 
 from gyrodata.base.version import __version__
-from gyrodata.cli.options import examples_of
 from gyrodata.cli.terminal import Door, write_out
 
 
@@ -24,7 +23,7 @@ class _Kind(Struct, frozen=True):
     short: str = ""
     """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
-    """Commands; a line that does not begin with gyro belongs to the one above."""
+    """The lines of commands to copy."""
     also: str = ""
     """Words that users may type instead of its name."""
     options: dict[str, str] = {}
@@ -69,7 +68,9 @@ def _described(command: Any, name: str, kind: _Kind) -> Any:
     """Give a command, its options and its subcommands the texts of `commands.toml`."""
     command.name = name
     command.short_help = kind.short
-    command.epilog = examples_of(*kind.example) if kind.example else None
+    if kind.example:
+        # The lines are not wrapped after this sign.
+        command.epilog = "\b\nExample:  " + "\n          ".join(kind.example)
     for below, its_kind in kind.commands.items():
         _described(command.commands[below], below, its_kind)
     for param in command.params:

@@ -79,9 +79,6 @@ def analyze(
     config: ConfigOption = None,
     out: Annotated[Path | None, typer.Option("--out", "-o")] = None,
     table: Annotated[Table, typer.Option("--table")] = "runs",
-    stdin: Annotated[
-        str, typer.Option("--stdin-filename", metavar="NAME")
-    ] = terminal.STDIN,
     no_report: Annotated[bool, typer.Option("--no-report")] = False,
     figures: Annotated[Figures, typer.Option("--figures")] = "svg",
     style: Annotated[Style, typer.Option("--style")] = "screen",
@@ -101,7 +98,7 @@ def analyze(
     be read; 3 a fault of gyro, which affects that log only.
     """
     out = _place_of(out, form)
-    parts = _parts(logs, stdin, together)
+    parts = _parts(logs, together)
     several = len(parts) > 1
     _refuse_contradictions(several, form, table, out)
     from gyrodata.results import Options
@@ -140,11 +137,11 @@ def analyze(
 
 
 def _parts(
-    logs: Sequence[str], stdin: str, together: bool
+    logs: Sequence[str], together: bool
 ) -> list[tuple[list[tuple[str, str]], Path]]:
     """List what gets one answer: logs with their names, and the folder of the report."""
     folders = _folders(terminal.short_paths(logs))
-    named = list(zip(logs, terminal.names_of(logs, stdin), strict=True))
+    named = list(zip(logs, terminal.names_of(logs), strict=True))
     if together and len(logs) > 1:
         name = f"{Path(named[0][1]).stem}-together-report"
         return [(named, folders[0].with_name(name))]
@@ -336,16 +333,19 @@ class _Request(Struct, frozen=True):
             self.with_constants(constants_of(log, config, quiet)) for log, _ in named
         ]
 
+    def for_reading(self) -> dict[str, Any]:
+        """Return the constants and headers of the options."""
+        return {
+            "settings": self.options.set,
+            "mapping": self.options.map,
+            "config": self.config,
+        }
+
     def read(self, **source: Any) -> Readings:
         """Read a log with the constants and headers of the options."""
         from gyrodata.readings import read_log
 
-        return read_log(
-            **source,
-            settings=self.options.set,
-            mapping=self.options.map,
-            config=self.config,
-        )
+        return read_log(**source, **self.for_reading())
 
 
 # --- --watch: the answer again whenever the log is saved ---
@@ -412,21 +412,19 @@ def _content(path: Path, most: int) -> bytes:
 
 
 def _state(name: str, data: bytes, request: _Request) -> str:
-    """Describe the state of the lab, or explain why there is no answer yet."""
-    from gyrodata.analysis import analyze_readings
-    from gyrodata.judging.procedure import what_lacks
-    from gyrodata.reporting import text
+    """Write the answer so far, and what ``gyro check`` says of the log."""
+    from gyrodata.cli.check_command import check_log
+    from gyrodata.reporting.text import answer_line
 
-    try:
-        readings = request.read(source=data, name=name)
-        analysis = analyze_readings(readings, request.options)
-        return text.watch_text(
-            analysis, what_lacks(readings, analysis.measurements, analysis.lab)
-        )
-    except GyroError as error:
-        return text.unfinished_text(name, error.diagnostics)
-    except Exception as error:
-        return text.unfinished_text(name, [terminal.fault(error, name)])
+    def read() -> Readings:
+        from gyrodata.readings import read_log
+
+        return read_log(data, name=name, **request.for_reading())
+
+    checked = check_log(name, read, request.options)
+    if checked.analysis is None:
+        return str(checked)
+    return f"{checked}{answer_line(checked.analysis)}\n"
 
 
 # --- one log ---
@@ -597,7 +595,7 @@ def _formatted(
 
         log = analysis.name if re.fullmatch(r"[\w./-]+", analysis.name) else "LOG"
         rest = f"More: gyro analyze {log} -v" + ", or open the HTML report" * written
-        return summary(analysis, request.verbose, rest) + after
+        return summary(analysis, request.verbose, rest, terminal.columns()) + after
     if form == "markdown":
         from urllib.parse import quote
 

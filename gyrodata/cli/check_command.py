@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -34,7 +34,7 @@ from gyrodata.cli.terminal import (
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.results import Analysis, HandIn
+    from gyrodata.results import Analysis, HandIn, Options
 
 
 CheckFormat = Literal["text", "json", "ndjson"]
@@ -53,6 +53,17 @@ class Checked(NamedTuple):
     """None if the log has no answer, or for a submission."""
     hand_in: HandIn | None = None
     """Of a submission: what a grader would read."""
+
+    @property
+    def rows(self) -> int | None:
+        """Number of runs, if the log was read."""
+        return len(self.readings.runs) if self.readings else None
+
+    def __str__(self) -> str:
+        from gyrodata.reporting.text import check_text
+
+        verdict = "with an answer" if self.hand_in else "complete"
+        return check_text(self.name, self.rows, self.findings, verdict, self.analysis)
 
 
 def template(
@@ -210,7 +221,6 @@ def check(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    strict: Annotated[bool, typer.Option("--strict")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
 ) -> None:
     """Check a log while you can still repeat or add runs.
@@ -219,24 +229,51 @@ def check(
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
     """
-    of_log = settings, mapping, config, fix, together, "-" in logs
-    if hand_in and any(of_log):
+    if hand_in and any((settings, mapping, config, fix, together, "-" in logs)):
         refuse("hand_in_as_it_is")
-    if form == "json" and len(logs) > 1 and not (hand_in or together):
-        refuse("json_for_one_log")
-    if fix and "-" in logs:
-        refuse("fix_of_standard_input")
-    worst = 0
     if hand_in:
-        worst = _print(_check_submission(logs, strict), form)
-        logs = []
-    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
-    named = list(zip(logs, names_of(logs), strict=True))
-    for part in [named] if together else [[each] for each in named]:
-        checked = _check_logs(part, given, config, strict)
-        codes = [_print(checked, form), *(_fixed(part, checked, form) if fix else ())]
-        worst = max(worst, *codes)
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+        worst = _print(_check_submission(logs), form)
+    else:
+        named = list(zip(logs, names_of(logs), strict=True))
+        parts = [named] if together else [[each] for each in named]
+        if form == "json" and len(parts) > 1:
+            refuse("json_for_one_log")
+        given = {
+            "settings": pairs(settings, "--set"),
+            "mapping": pairs(mapping, "--map"),
+        }
+        codes = [_check_part(part, given, config, fix, form) for part in parts]
+        worst = max(codes)
+    raise typer.Exit(worst if worst != 1 else int(not exit_zero))
+
+
+def _check_part(
+    named: Sequence[tuple[str, str]],
+    given: dict[str, Any],
+    config: Path | None,
+    fix: bool,
+    form: CheckFormat,
+) -> int:
+    """Print what is found in a log, or in several together; return the exit code."""
+    if fix and "-" in [log for log, _ in named]:
+        refuse("fix_of_standard_input")
+
+    def read() -> Readings:
+        from gyrodata.readings import read_log
+        from gyrodata.readings.together import read_together
+
+        return read_together(
+            [
+                read_log(
+                    **source_of(*each), **given, config=constants_of(each[0], config)
+                )
+                for each in named
+            ]
+        )
+
+    checked = check_log(" + ".join(name for _, name in named), read)
+    worst = _print(checked, form)
+    return max([worst, *_fixed(named, checked, form)]) if fix else worst
 
 
 def _fixed(
@@ -280,38 +317,28 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     )
 
 
-def _check_logs(
-    named: Sequence[tuple[str, str]],
-    given: dict[str, Any],
-    config: Path | None,
-    strict: bool,
+def check_log(
+    name: str, read: Callable[[], Readings], options: Options | None = None
 ) -> Checked:
-    """Read and analyse a log, or several together; an error is a finding."""
-    from gyrodata.analysis import check_log
-    from gyrodata.readings import read_log
-    from gyrodata.readings.together import read_together
+    """Read and analyse a log, and list what it lacks; an error is a finding."""
+    from gyrodata import analysis as story
 
-    name = " + ".join(name for _, name in named)
     try:
-        logs = [
-            read_log(**source_of(*each), **given, config=constants_of(each[0], config))
-            for each in named
-        ]
-        readings = read_together(logs)
-        analysis, findings = check_log(readings)
+        readings = read()
+        analysis, findings = story.check_log(readings, options)
     except GyroError as error:
         return Checked(name, error.diagnostics, error.exit_code)
     except Exception as error:
         return Checked(name, (fault(error, name),), FAULT)
     has_doubts = analysis is not None and bool(analysis.doubts)
-    code = int(has_doubts or _is_serious(findings, strict))
+    code = int(has_doubts or _is_serious(findings))
     in_order = sorted(findings, key=_place)
     if readings.files:
         in_order.sort(key=lambda finding: finding.file or "")
     return Checked(name, in_order, code, readings, analysis)
 
 
-def _check_submission(paths: Sequence[str], strict: bool) -> Checked:
+def _check_submission(paths: Sequence[str]) -> Checked:
     """Read a submission as a grader would; an error is a finding.
 
     Missing runs are not listed: they cannot be measured any more.
@@ -327,7 +354,7 @@ def _check_submission(paths: Sequence[str], strict: bool) -> Checked:
         return Checked(name, (fault(error, name),), FAULT)
     of_log = sorted(readings.diagnostics, key=_place)
     findings = (*of_log, *sorted(of_submission, key=_place))
-    code = int(_is_serious(findings, strict))
+    code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)
 
 
@@ -335,12 +362,12 @@ def _place(finding: Diagnostic) -> tuple[int, int]:
     return finding.line or 0, finding.column or 0
 
 
-def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
-    """Return whether a finding is more than a note, or than advice unless `strict`."""
+def _is_serious(findings: Sequence[Diagnostic]) -> bool:
+    """Return whether a finding is more than a note or advice."""
     from gyrodata.judging.procedure import ADVICE
 
     return any(
-        finding.severity != "note" and (strict or finding.code not in ADVICE)
+        finding.severity != "note" and finding.code not in ADVICE
         for finding in findings
     )
 
@@ -348,22 +375,16 @@ def _is_serious(findings: Sequence[Diagnostic], strict: bool) -> bool:
 def _print(checked: Checked, form: CheckFormat) -> int:
     """Print what a check found, and return its exit code."""
     from gyrodata.reporting.data import json_text
-    from gyrodata.reporting.text import check_text
     from gyrodata.results import CheckDocument, Input, to_json
 
-    readings = checked.readings
-    rows = len(readings.runs) if readings else None
     if form == "text":
-        verdict = "with an answer" if checked.hand_in else "complete"
-        text = check_text(
-            checked.name, rows, checked.findings, verdict, checked.analysis
-        )
-        write_text(text)
+        write_text(str(checked))
         return checked.code
+    readings = checked.readings
     doubts = checked.analysis.doubts if checked.analysis else ()
     only_notes = all(finding.severity == "note" for finding in checked.findings)
     document = CheckDocument(
-        input=Input(checked.name, readings.sha256 if readings else None, rows),
+        input=Input(checked.name, readings.sha256 if readings else None, checked.rows),
         clean=not doubts and only_notes,
         doubts=doubts,
         diagnostics=tuple([finding.to_dict() for finding in checked.findings]),

@@ -58,11 +58,11 @@ def explain(
     if not topics:
         write_text(_contents())
         return
-    write_text("\n".join([_text_about(topic) for topic in topics]))
-
-
-def _text_about(topic: str) -> str:
-    return _settings() if topic.lower() == "settings" else _explanation(topic)
+    texts = [
+        _settings() if topic.lower() == "settings" else _explanation(topic)
+        for topic in topics
+    ]
+    write_text("\n".join(texts))
 
 
 def _glossary() -> dict[str, dict[str, str]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
+from msgspec.structs import replace
 from typer import Argument, Option
 
 from gyrodata.base.disk import alone_in, telling, write_whole
@@ -106,7 +107,6 @@ def grade(
         cluster=_executor_of(cluster) if cluster else None,
         journal=None if folder is None else folder / classroom.JOURNAL,
         keep=not dry_run,
-        progress=None if quiet else progress_bar(len(found.items), "graded "),
     )
     years = _earlier(previous or [])
     with ExitStack() as at_work:
@@ -115,7 +115,11 @@ def grade(
         if target is not None:
             at_work.enter_context(alone_in(target, private=True))
         try:
-            grades = classroom.grade_class(found, judged, options, years, desk, people)
+            with progress_bar(len(found.items), "graded", quiet) as progress:
+                options = replace(options, progress=progress)
+                grades = classroom.grade_class(
+                    found, judged, options, years, desk, people
+                )
             complain(grades.submissions.diagnostics[len(found.diagnostics) :], quiet)
             changes = _changes(grades, folder)
             filled = None if book is None else book.filled(grades, folder, desk)
@@ -128,7 +132,7 @@ def grade(
             kept = "nothing is kept"
             if target:
                 kept = "what was done is kept, and the same command goes on from there"
-            tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
+            tell(f"stopped; {kept}")
             raise typer.Exit(130) from None
     _print(grades, changes if dry_run else None, form)
     raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)

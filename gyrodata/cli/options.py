@@ -6,11 +6,14 @@ import math
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from gyrodata.cli.terminal import refuse, tell
+from gyrodata.cli.terminal import names_of, refuse, source_of, tell
+
+if TYPE_CHECKING:
+    from gyrodata.readings import Readings
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -48,20 +51,6 @@ Bound = Literal[
 ]
 
 
-def examples_of(*lines: str) -> str:
-    """Write the end of a command's help, without wrapping its lines.
-
-    A line that does not begin with gyro goes on with the command of the line above.
-    """
-    text = f"\b\nExample:  {lines[0]}"
-    for line in lines[1:]:
-        if line.startswith("gyro "):
-            text += f"\n          {line}"
-        else:
-            text += f" \\\n            {line}"
-    return text
-
-
 def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; the last value of a key is used."""
     found: dict[str, str] = {}
@@ -84,6 +73,24 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
             )
         found[key] = value
     return found
+
+
+def read(
+    log: str,
+    settings: list[str] | None = None,
+    mapping: list[str] | None = None,
+    config: Path | None = None,
+) -> Readings:
+    """Read the log of a command with the values of its options."""
+    from gyrodata.readings import read_log
+
+    [name] = names_of([log])
+    return read_log(
+        **source_of(log, name),
+        settings=pairs(settings, "--set"),
+        mapping=pairs(mapping, "--map"),
+        config=constants_of(log, config),
+    )
 
 
 def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:

@@ -11,15 +11,15 @@ import typer
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli import options
 from gyrodata.cli.terminal import (
-    names_of,
+    columns,
     refuse,
-    source_of,
     tell,
     write_out,
     write_text,
 )
 
 if TYPE_CHECKING:
+    from gyrodata.readings import Readings
     from gyrodata.trials.plan import Limits, Plan, PlannedRun
 
 HEADER = "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense,note"
@@ -63,7 +63,7 @@ def plan(
     if log is None:
         planned = planning.plan_lab(limits)
     else:
-        planned = _plan_log(log, limits, settings, mapping, config)
+        planned = _plan_log(options.read(log, settings, mapping, config), limits)
     if form == "json":
         write_out(json_text(planned.to_dict()))
     else:
@@ -87,28 +87,14 @@ def _goal(text: str | None) -> float | None:
     return options.quantity("--goal", percent, "number", "above zero") / 100
 
 
-def _plan_log(
-    log: str,
-    limits: Limits,
-    settings: list[str] | None,
-    mapping: list[str] | None,
-    config: Path | None,
-) -> Plan:
-    """Plan the next runs of a log, if its answer is not doubted."""
+def _plan_log(readings: Readings, limits: Limits) -> Plan:
+    """Plan the next runs of a log, and name the doubts about its answer."""
     from gyrodata.analysis import analyze_readings
-    from gyrodata.readings import read_log
     from gyrodata.trials.plan import plan_log
 
-    name = names_of([log])[0]
-    readings = read_log(
-        **source_of(log, name),
-        settings=options.pairs(settings, "--set"),
-        mapping=options.pairs(mapping, "--map"),
-        config=options.constants_of(log, config),
-    )
     analysis = analyze_readings(readings)
     for doubt in analysis.doubts:
-        tell(f"{name}: first find the cause of this: {doubt.words}")
+        tell(f"{analysis.name}: first find the cause of this: {doubt.words}")
     return plan_log(analysis.lab, limits)
 
 
@@ -154,8 +140,6 @@ def _result(plan: Plan) -> list[str]:
 
 def _table(runs: Sequence[PlannedRun]) -> list[str]:
     """Write runs in columns."""
-    from gyrodata.reporting.values import in_columns
-
     heads = ["load", "spin [rpm]", "turns", "time [s]", "minutes", "u then"]
     rows = [
         [
@@ -168,7 +152,7 @@ def _table(runs: Sequence[PlannedRun]) -> list[str]:
         ]
         for run in runs
     ]
-    return [f"  {line}" for line in in_columns([heads, *rows])]
+    return [f"  {line}" for line in columns()([heads, *rows])]
 
 
 def _load(run: PlannedRun) -> str:

@@ -9,15 +9,8 @@ import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.cli.options import Bound, FormatOption, constants_of, quantity
-from gyrodata.cli.terminal import (
-    Door,
-    names_of,
-    refuse,
-    source_of,
-    write_out,
-    write_text,
-)
+from gyrodata.cli.options import Bound, FormatOption, quantity, read
+from gyrodata.cli.terminal import Door, refuse, write_out, write_text
 
 if TYPE_CHECKING:
     from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
@@ -39,6 +32,18 @@ LogOption = Annotated[str | None, typer.Option("--log", metavar="LOG")]
 Hours = Annotated[float, typer.Option(metavar="HOURS", min=0.1, max=1000)]
 
 
+USUAL = {
+    "--inertia": ("inertia", "4.44e-3 kg m^2"),
+    "--transverse": ("inertia", ""),
+    "--spin": ("rate", "400 rpm"),
+    "--mass": ("mass", "60 g"),
+    "--position": ("length", "15 cm"),
+    "--g": ("acceleration", "9.80665 m/s^2"),
+    "--latitude": ("angle", "42.5 deg"),
+}
+"""Kind and default value of each number that a log can give."""
+
+
 class _Numbers(Struct):
     """The numbers of a prediction.
 
@@ -53,11 +58,13 @@ class _Numbers(Struct):
     """Where each number comes from that no option gives."""
 
     def get(
-        self, option: str, text: str | None, kind: str, usual: str, bound: Bound = ""
+        self, option: str, text: str | None, bound: Bound = "", usual: str = ""
     ) -> float:
         """Return the value of an option, of the log, or the usual one [SI unit]."""
         from gyrodata.quantities.units import DISPLAY, from_si
 
+        kind, default = USUAL[option]
+        usual = usual or default
         if text is not None:
             return quantity(option, text, kind, bound)
         if option not in self.of_log:
@@ -75,7 +82,7 @@ class _Numbers(Struct):
         from gyrodata.fitting import DEFAULT_TRANSVERSE_RATIO
 
         usual = f"{DEFAULT_TRANSVERSE_RATIO * inertia + load:.9g} kg m^2"
-        across = self.get("--transverse", text, "inertia", usual, "above zero")
+        across = self.get("--transverse", text, "above zero", usual)
         if across < inertia / 2:
             refuse("transverse_impossible", across=across)
         return across
@@ -85,12 +92,9 @@ def _read(log: str | None) -> _Numbers:
     """Analyse the log, if there is one; a log that is refused ends the command."""
     if log is None:
         return _Numbers("", {}, [])
-    from gyrodata.analysis import analyze
+    from gyrodata.analysis import analyze_readings
 
-    [name] = names_of([log])
-    found = analyze(
-        source_of(log, name)["source"], name=name, config=constants_of(log, None)
-    )
+    found = analyze_readings(read(log))
     measured = found.measurements
     runs = found.run_table
     fastest = sorted(
@@ -120,7 +124,9 @@ def _read(log: str | None) -> _Numbers:
                 values["--transverse"] = float(measured.transverse_inertia[i])
             break
     return _Numbers(
-        name, values, [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts]
+        found.name,
+        values,
+        [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts],
     )
 
 
@@ -150,14 +156,12 @@ def precession(
         # The log has this inertia for its own weight.
         numbers.of_log.pop("--transverse", None)
     values = {
-        "inertia": numbers.get(
-            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
-        ),
-        "spin": numbers.get("--spin", spin, "rate", "400 rpm"),
+        "inertia": numbers.get("--inertia", inertia, "above zero"),
+        "spin": numbers.get("--spin", spin),
         "pitch": quantity("--pitch", pitch, "angle", "below 90 degrees"),
-        "mass": numbers.get("--mass", mass, "mass", "60 g", "zero or above"),
-        "position": numbers.get("--position", position, "length", "15 cm"),
-        "g": numbers.get("--g", g, "acceleration", "9.80665 m/s^2", "above zero"),
+        "mass": numbers.get("--mass", mass, "zero or above"),
+        "position": numbers.get("--position", position),
+        "g": numbers.get("--g", g, "above zero"),
     }
     values["torque"] = float(
         physics.torque(values["mass"], values["position"], values["g"])
@@ -190,14 +194,10 @@ def earth(
 
     numbers = _read(log)
     values = {
-        "latitude": numbers.get(
-            "--latitude", latitude, "angle", "42.5 deg", "from -90 to 90 degrees"
-        ),
+        "latitude": numbers.get("--latitude", latitude, "from -90 to 90 degrees"),
         "hours": hours,
-        "inertia": numbers.get(
-            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
-        ),
-        "spin": numbers.get("--spin", spin, "rate", "400 rpm", "other than zero"),
+        "inertia": numbers.get("--inertia", inertia, "above zero"),
+        "spin": numbers.get("--spin", spin, "other than zero"),
     }
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]
@@ -283,10 +283,8 @@ def tip(
     values = {
         "force": quantity("--force", force, "force", "above zero"),
         "length": quantity("--length", length, "length", "above zero"),
-        "inertia": numbers.get(
-            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
-        ),
-        "spin": numbers.get("--spin", spin, "rate", "400 rpm"),
+        "inertia": numbers.get("--inertia", inertia, "above zero"),
+        "spin": numbers.get("--spin", spin),
     }
     numbers.of_log.pop("--transverse", None)
     values["transverse_inertia"] = numbers.transverse(transverse, values["inertia"])

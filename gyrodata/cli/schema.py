@@ -1,4 +1,4 @@
-"""The JSON Schema of each output and of a rubric, and the table of diagnostics.
+"""The JSON Schema of each output and of a rubric.
 
 Each schema is made from the records of the output: their annotations are the types, and
 the text below an attribute is its description.
@@ -14,7 +14,6 @@ from typing import Any, get_args, get_type_hints
 import msgspec
 from msgspec import Struct
 
-from gyrodata.base.diagnostics import explanations
 from gyrodata.grading.exports import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
 from gyrodata.physics import models
@@ -70,19 +69,6 @@ def json_schema(name: str) -> dict[str, Any]:
             table["properties"]["model"] = {"enum": MODELS_OF[record.__name__]()}
     one_of = shapes[0] if len(shapes) == 1 else {"oneOf": list(shapes)}
     return {"$schema": dialect, "title": title, **one_of, "$defs": tables}
-
-
-def diagnostics_table() -> list[dict[str, str]]:
-    """List every diagnostic in the order of the codes, as records for JSON."""
-    return [
-        {
-            "code": code,
-            "severity": entry.severity,
-            "title": entry.title,
-            "example": entry.example,
-        }
-        for code, entry in explanations().items()
-    ]
 
 
 def _records(kind: Any) -> Iterator[type]:

@@ -8,17 +8,19 @@ import re
 import shutil
 import sys
 import textwrap
-import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from io import TextIOBase, TextIOWrapper
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
 
 from gyrodata.base.errors import PICTURES, Diagnostic, GyroError, InputError, printable
+
+if TYPE_CHECKING:
+    from gyrodata.reporting.text import Columns
 
 FAULT = 3
 """Exit code of a fault of gyro itself."""
@@ -292,7 +294,9 @@ def wrapped(text: str, stream: Any) -> str:
 
 def _wrap_line(line: str, width: int) -> str:
     """Wrap a line; the last column of a table goes on below its first word."""
-    if len(line) <= width:
+    from gyrodata.reporting.values import display_width
+
+    if display_width(line) <= width:
         return line
     indent = len(line) - len(line.lstrip()) + 2
     starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]
@@ -353,21 +357,56 @@ def refuse(name: str, /, **values: object) -> NoReturn:
     raise InputError.named(name, **values)
 
 
-def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
-    """Show the progress of a long computation on a terminal, and the time left."""
-    if not sys.stderr.isatty():
-        return None
-    begun = time.perf_counter()
+@contextmanager
+def progress_bar(
+    whole: int, what: str, quiet: bool = False
+) -> Iterator[Callable[[int], None] | None]:
+    """Show the progress of a long computation on a terminal, and the time left.
 
-    def show(done: int) -> None:
-        words = ""
-        if 0 < done < whole:
-            left = (time.perf_counter() - begun) * (whole / done - 1)
-            minutes, seconds = divmod(round(left), 60)
-            words = f"{what}{done} of {whole}, about {minutes}:{seconds:02d} min left"
-        typer.echo(f"\r{words}\033[K", err=True, nl=False)
+    The context is a function that takes what is done; None without a terminal.
+    """
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
 
-    return show
+    console = Console(stderr=True)
+    # A thread that draws the bar could stop the processes that are forked.
+    with Progress(console=console, transient=True, auto_refresh=False) as bar:
+        task = bar.add_task(what, total=whole)
+        yield lambda done: bar.update(task, completed=done, refresh=True)
+
+
+def columns() -> Columns:
+    """Return what sets the cells of tables under each other on standard output."""
+    from gyrodata.reporting.values import in_columns
+
+    return _in_table if sys.stdout.isatty() else in_columns
+
+
+def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Set cells under each other; long ones are wrapped at the width of the terminal."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True
+    )
+    for head, *cells in zip(*rows, strict=True):
+        words = " ".join([head, *cells]).split()
+        # A unit is below its quantity: columns of numbers stay narrow.
+        head = head.replace(" [", "\n[")
+        table.add_column(head, min_width=max(map(len, words)))
+    for row in rows[1:]:
+        table.add_row(*row)
+    # Tables are indented by two blanks.
+    width = shutil.get_terminal_size().columns - 2
+    console = Console(width=width, color_system=None, markup=False, highlight=False)
+    with console.capture() as captured:
+        console.print(table, crop=False)
+    return [line.rstrip() for line in captured.get().splitlines()]
 
 
 STDIN = "<stdin>"
@@ -402,9 +441,9 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
     return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
 
 
-def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
+def names_of(logs: Sequence[str]) -> list[str]:
     """Return the names of logs for messages and results."""
     return [
-        printable(stdin if path == Path("-") else path.as_posix())
+        printable(STDIN if path == Path("-") else path.as_posix())
         for path in short_paths(logs)
     ]

@@ -7,7 +7,7 @@ of the output.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -16,7 +16,6 @@ from gyrodata.cli import options
 from gyrodata.cli.terminal import (
     names_of,
     progress_bar,
-    source_of,
     tell,
     write_out,
     write_text,
@@ -119,20 +118,12 @@ def selfcheck(
     table shows labs with this scatter.
     """
     from gyrodata.analysis import analyze_readings
-    from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
     from gyrodata.trials.coverage import selfcheck as simulate
 
-    given: dict[str, Any] = {
-        "settings": options.pairs(settings, "--set"),
-        "mapping": options.pairs(mapping, "--map"),
-    }
-    readings = read_log(
-        **source_of(log, names_of([log])[0]),
-        **given,
-        config=options.constants_of(log, config),
-    )
-    done = simulate(analyze_readings(readings), labs, seed, progress_bar(labs))
+    analysis = analyze_readings(options.read(log, settings, mapping, config))
+    with progress_bar(labs, "simulated labs") as progress:
+        done = simulate(analysis, labs, seed, progress)
     if form == "json":
         write_out(json_text(done.to_dict()))
     else:
@@ -162,7 +153,8 @@ def benchmark(
         write_folder(out, {})
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
-    done = report.run(effort, workers, 1, own, progress_bar(100, "per cent: "))
+    with progress_bar(100, "per cent") as progress:
+        done = report.run(effort, workers, 1, own, progress)
     pictures = render(done, workers)
     files = {f"{name}.png": data for name, data in pictures.items()}
     for name, table in report.csv_tables(done).items():
@@ -178,11 +170,10 @@ def benchmark(
 def _scene_of(log: str) -> Scene:
     """Read a log for the benchmark."""
     from gyrodata.analysis import fit_log
-    from gyrodata.readings import read_log
     from gyrodata.results import Options
     from gyrodata.trials.benchmark.report import scene_of
 
-    return scene_of(fit_log(read_log(**source_of(log, names_of([log])[0])), Options()))
+    return scene_of(fit_log(options.read(log), Options()))
 
 
 SchemaName = Literal[
@@ -203,12 +194,11 @@ def schema(
     ] = "analysis",
 ) -> None:
     """Print the JSON Schema of an output or a rubric, or all diagnostics."""
-    from gyrodata.cli.schema import diagnostics_table, json_schema
+    from gyrodata.cli.schema import json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
 
-    write_out(
-        diagnostics_text(diagnostics_table())
-        if name == "diagnostics"
-        else json_text(json_schema(name))
-    )
+    if name == "diagnostics":
+        write_out(diagnostics_text())
+    else:
+        write_out(json_text(json_schema(name)))

@@ -97,18 +97,19 @@ def refusal(
         f"{load_words(measured, group[0])}: {value:.2g}"
         for group, value in zip(groups, middle, strict=True)
     ]
-    clock = ""
-    if measured.timed and (np.diff(measured.time) > 0).all():
-        clock = (
-            "each time is longer than the one before it: if the clock was not set to zero "
-            "between the runs, write the differences; "
-        )
+    is_growing = measured.timed and bool((np.diff(measured.time) > 0).all())
     return readings.say(
         "no_inertia_fits",
         why=why,
-        clock=clock,
+        clock=RUNNING_CLOCK * is_growing,
         each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
     )
+
+
+RUNNING_CLOCK = (
+    "each time is longer than the one before it: if the clock was not set to zero "
+    "between the runs, write the differences; "
+)
 
 
 def not_measured(

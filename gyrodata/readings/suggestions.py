@@ -111,19 +111,13 @@ def _guess(lack: Lack) -> str:
     rates = lack.choice.used.get("precession_rate")
     if lack.role == "spin" and rates:
         return _may_be_spin(rates[0].text)
-    if lack.role == "time" and (clock := _start_and_stop(lack)):
-        return clock
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
-        return ""
+        return _start_and_stop(lack)
     [column] = lack.likely
     if lack.role == "turns":
         return _what_it_counts(column)
     if words := _timed_turns(lack):
-        return (
-            f'"{column.text}" contains "{words}": if it is the time of a part of a turn, '
-            f'or of several turns, write "time for 1/2 turn [s]" above it, with the '
-            f"number of its turns"
-        )
+        return _time_of_turns(column.text, words)
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
     meaning = roles.BY_NAME[lack.role].meaning
@@ -144,6 +138,15 @@ def _may_be_spin(header: str) -> str:
     )
 
 
+def _time_of_turns(header: str, words: str) -> str:
+    """Say how the header of a time states its turns."""
+    return (
+        f'"{header}" contains "{words}": if it is the time of a part of a turn, or of '
+        'several turns, write "time for 1/2 turn [s]" above it, with the number of its '
+        "turns"
+    )
+
+
 def _timed_turns(lack: Lack) -> str:
     """Return the number in the header of a time that gyro does not understand; else ""."""
     headers = [column.header for column in lack.likely if lack.role == "time"]
@@ -157,7 +160,7 @@ def _start_and_stop(lack: Lack) -> str:
         for column in lack.choice.unplaced
         if "time" in column.kinds and column.header.moment
     }
-    if len(moments) < 2:
+    if lack.role != "time" or len(moments) < 2:
         return ""
     return (
         f'write "{moments["end"]}" minus "{moments["start"]}" in a column '

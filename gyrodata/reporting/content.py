@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec.structs import asdict
 
 from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
-from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
+from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
@@ -250,33 +250,37 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
-    far = [
-        i
-        for i, run in enumerate(runs)
-        if not run.flagged and abs(run.studentized_residual or 0.0) > FAR
-    ]
-    for i in odd[:FEW]:
-        fate = _fate(n.analysis, i)
-        reason = runs[i].reason
-        yield say(
-            "Suspected outlier: {}, {}: {}. Check it, or repeat the run.",
-            _run_place(n, i),
-            fate,
-            reason,
-        )
-    if len(odd) > FEW:
-        yield say(
-            f"{len(odd) - FEW} more suspected outliers are marked in the table of runs."
-        )
+    far = [i for i, run in enumerate(runs) if _is_far(run)]
+    yield from _outliers(n, odd)
     if far:
-        named = [part for i in far[:FEW] for part in say(", {}", _run_place(n, i))][1:]
-        them = "it is" if len(far) == 1 else "they are"
-        words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
-        yield say(words, tuple(named), them, f"{FAR:g}")
+        yield _worth_repeating(n, far)
     if not odd and not far:
-        yield say(
-            f"No suspected outliers{'.' if n.analysis.doubts else '; you need not repeat any run.'}"
-        )
+        end = "." if n.analysis.doubts else "; you need not repeat any run."
+        yield say(f"No suspected outliers{end}")
+
+
+def _is_far(run: Run) -> bool:
+    """Return whether an ordinary run is far from the prediction of the others."""
+    return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
+
+
+def _outliers(n: Numbers, odd: Sequence[int]) -> Iterator[Sentence]:
+    words = "Suspected outlier: {}, {}: {}. Check it, or repeat the run."
+    for i in odd[:FEW]:
+        reason = n.analysis.run_table[i].reason
+        yield say(words, _run_place(n, i), _fate(n.analysis, i), reason)
+    rest = len(odd) - FEW
+    if rest > 0:
+        yield say(f"{rest} more suspected outliers are marked in the table of runs.")
+
+
+def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
+    names = [_run_place(n, i) for i in far[:FEW]]
+    first, *others = names
+    named = say("{}" + ", {}" * len(others), first, *others)
+    them = "it is" if len(far) == 1 else "they are"
+    words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
+    return say(words, named, them, f"{FAR:g}")
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
@@ -330,40 +334,38 @@ def _agreement(n: Numbers) -> Sentence:
 
 def _largest_part(n: Numbers) -> Sentence:
     """Name the largest uncertainty component, and an undetermined balance."""
-    said: Sentence = (".",)
+    sentence: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
         part = n.number(f"budget.{i}.share", f"{100 * share.share:.0f}", values.PERCENT)
-        if share.source == "residual_torque" and (
-            i == 0 or share.share > UNSEEN_BALANCE
-        ):
+        is_balance = share.source == "residual_torque"
+        if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
             words = (
                 "{} These runs cannot show how well the ball is balanced. This "
                 "uncertainty is {}{} of the variance."
             )
-            said = say(words, said, largest, part)
+            sentence = say(words, sentence, largest, part)
         elif i == 0:
-            name = source_words(share.source)
-            shares = {one.source: one.share for one in n.analysis.budget}
-            if (
-                share.source in ("time", "unexplained_scatter")
-                and {"time", "unexplained_scatter"} <= shares.keys()
-            ):
-                # The scatter above the stated uncertainties is most likely that of the
-                # hand.
-                name = "stopwatch readings with their unexplained scatter"
-                both = 100 * (shares["time"] + shares["unexplained_scatter"])
-                said = say(
-                    f". Largest uncertainty: the {name} ({both:.0f} % of the variance)."
-                )
-                continue
-            # In a sentence, a clause needs its pronoun.
-            name = name.replace(", differs", ", which differs")
-            the = "" if name == "g" or name.startswith("each") else "the "
-            said = say(
-                ". Largest uncertainty: {}{} ({} of the variance).", the, name, part
-            )
-    return said
+            sentence = _largest(n, part)
+    return sentence
+
+
+def _largest(n: Numbers, part: elements.Number) -> Sentence:
+    """Name the largest component; `part` is its share of the variance."""
+    source = n.analysis.budget[0].source
+    shares = {share.source: share.share for share in n.analysis.budget}
+    of_hand = {"time", "unexplained_scatter"}
+    if source in of_hand and of_hand <= shares.keys():
+        # The scatter above the stated uncertainties is most likely that of the hand.
+        both = 100 * (shares["time"] + shares["unexplained_scatter"])
+        return say(
+            ". Largest uncertainty: the stopwatch readings with their unexplained "
+            f"scatter ({both:.0f} % of the variance)."
+        )
+    # In a sentence, a clause needs its pronoun.
+    name = source_words(source).replace(", differs", ", which differs")
+    the = "" if name == "g" or name.startswith("each") else "the "
+    return say(". Largest uncertainty: {}{} ({} of the variance).", the, name, part)
 
 
 def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
@@ -420,17 +422,9 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
         zip(analysis.run_table, analysis.readings.notes, strict=True)
     ):
         at = f"runs.{i}"
-        remark = (
-            say("{}: {}", Styled(_fate(analysis, i), "strong"), run.reason)
-            if run.flagged
-            else ()
-        )
-        if note:
-            remark = say(
-                "{}note: {}",
-                say("{}; ", remark) if remark else (),
-                Styled(note, "quote"),
-            )
+        shift = None
+        if run.studentized_residual is not None:
+            shift = n.shift(f"{at}.studentized_residual")
         rows.append(
             (
                 (n.number(f"{at}.run"),),
@@ -441,10 +435,8 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
                 n.number(f"{at}.turns", turn_words(run.turns).split(" ")[0]),
                 n.value(f"{at}.period", second),
                 n.value(f"{at}.product", values.PRODUCT),
-                None
-                if run.studentized_residual is None
-                else n.shift(f"{at}.studentized_residual"),
-                remark or None,
+                shift,
+                _remark(n, i, note) or None,
             )
         )
     number = values.NUMBER
@@ -461,6 +453,18 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     )
     caption = "The residual is the time minus the time that the other runs predict, in units of u"
     yield table(heads, rows, caption, odd=odd)
+
+
+def _remark(n: Numbers, i: int, note: str) -> Sentence:
+    """Explain why a run is an outlier, and quote its note."""
+    run = n.analysis.run_table[i]
+    parts: list[Sentence] = []
+    if run.flagged:
+        fate = Styled(_fate(n.analysis, i), "strong")
+        parts.append(say("{}: {}", fate, run.reason))
+    if note:
+        parts.append(say("note: {}", Styled(note, "quote")))
+    return say("; ".join(["{}"] * len(parts)), *parts)
 
 
 def _budget(n: Numbers) -> Iterator[elements.Block]:
@@ -647,18 +651,16 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             text = f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
             text = "< 0.01" if effect.size and text == "0.00" else text
             size = n.number(f"effects.{i}.size", text, values.IN_U)
-        if effect.kept:
-            verdict = "in the model"
-        elif effect.in_u:
-            verdict = "in u"
-        elif (effect.size or 0.0) > changes.DROP_ONE:
-            verdict = "left out, and not small"
-        else:
-            verdict = "left out"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
         name = changes.effect_words(effect.effect)
         rows.append(
-            (say("{}", name), change, size, say(verdict), say("{}", effect.reason))
+            (
+                say("{}", name),
+                change,
+                size,
+                say(_verdict(effect)),
+                say("{}", effect.reason),
+            )
         )
     heads = (
         Head("effect", wrap=0.2),
@@ -681,6 +683,17 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             "Change of I_zz if the effect is ignored, in % and in units of u",
         ),
     )
+
+
+def _verdict(effect: changes.Effect) -> str:
+    """Say what the fit does with an effect."""
+    if effect.kept:
+        return "in the model"
+    if effect.in_u:
+        return "in u"
+    if (effect.size or 0.0) > changes.DROP_ONE:
+        return "left out, and not small"
+    return "left out"
 
 
 def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:

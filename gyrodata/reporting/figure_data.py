@@ -14,7 +14,7 @@ from gyrodata.fitting import Estimate
 from gyrodata.judging.tables import Torque
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities.numerals import as_read
+from gyrodata.reporting import values
 from gyrodata.results import Analysis, Result, is_wide
 
 # Okabe and Ito's three dark colours, and three others with contrast that colour-blind
@@ -82,7 +82,8 @@ def gather(analysis: Analysis) -> Scene:
     """Collect the data of the figures from an analysis, in the units of the axes."""
     measured = analysis.measurements
     runs = analysis.run_table
-    unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
+    torque_scale = values.torque_scale(float(np.abs(measured.torque).max()))
+    unit_size = torque_scale.size
     period = measured.time / measured.turns
     product = measured.product
     time_u = _relative(measured, "time", "turns")
@@ -107,7 +108,7 @@ def gather(analysis: Analysis) -> Scene:
         period_u=period * time_u,
         product=product,
         product_u=product_u,
-        unit=unit,
+        unit=torque_scale.unit,
         unit_size=unit_size,
         torque=measured.torque / unit_size,
         torque_u=torque_u / unit_size,
@@ -155,16 +156,7 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
         (i for i, torque in enumerate(torques) if torque.torque),
         key=lambda i: torques[i].torque,
     )
-    colours: Sequence[str] = COLOURS
-    if len(loaded) > len(COLOURS):
-        from matplotlib import colormaps
-        from matplotlib.colors import to_hex
-
-        # From dark blue to salmon, all with enough contrast to white (3 : 1).
-        colours = [
-            to_hex(shade)
-            for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))
-        ]
+    colours = _colours(len(loaded))
     looks = [UNLOADED] * len(torques)
     for rank, i in enumerate(loaded):
         looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
@@ -174,24 +166,34 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
     )
 
 
+def _colours(count: int) -> Sequence[str]:
+    """Return colours for a number of torques."""
+    if count <= len(COLOURS):
+        return COLOURS
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    # From dark blue to salmon, all with enough contrast to white (3 : 1).
+    return [
+        to_hex(shade) for shade in colormaps["plasma"](np.linspace(0.0, 0.66, count))
+    ]
+
+
 def _label(measured: Measurements, i: int) -> str:
     """Describe the load of a run: "20.00 g at 15.0 cm"."""
     if not measured.torque[i]:
         return "no weight"
     at = f" at {as_number(100 * measured.position[i], 100 * measured.position_step[i])} cm"
     mass = measured.mass[i]
-    step = measured.mass_step[i]
     force = measured.force[i]
     if not math.isnan(mass):
-        return (
-            f"{as_number(1e3 * mass, 1e3 * step)} g"
-            if mass < 10
-            else f"{as_number(mass, step)} kg"
-        ) + at
+        scale = values.mass_scale(mass)
+        step = measured.mass_step[i] / scale.size
+        return f"{as_number(mass / scale.size, step)} {scale.unit}{at}"
     if not math.isnan(force):
         return f"{as_number(force)} N{at}"
-    unit, size = torque_unit(abs(float(measured.torque[i])))
-    return f"{as_number(measured.torque[i] / size)} {unit}"
+    scale = values.torque_scale(abs(float(measured.torque[i])))
+    return f"{as_number(measured.torque[i] / scale.size)} {scale.unit}"
 
 
 # --- numbers as text ---
@@ -202,38 +204,21 @@ def as_number(value: float, step: float = 0.0) -> str:
 
     The minus sign is typographic.
     """
-    return (
-        f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)
-    ).replace("-", "−")
+    return values.reading_text(value, step=step).replace("-", "−")
 
 
 def with_u(result: Estimate) -> str:
-    """Write a value with two digits of its u: "(4.44 ± 0.06) × 10⁻³"."""
-    if not result.u or not math.isfinite(result.u):
-        return as_number(result.value)
-    from uncertainties import ufloat
-
-    form = ".2uP" if 0.1 <= abs(result.value) < 1e4 else ".2ueP"
-    return (
-        f"{ufloat(result.value, result.u):{form}}".replace("±", " ± ")
-        .replace("×", " × ")
-        .replace("-", "−")
-    )
+    """Write a value with two digits of its u: "4.44 ± 0.06"."""
+    return values.number_text(result.value, result.u).replace("-", "−")
 
 
 def answer(inertia: Result) -> str:
     """Write I_zz [kg*m^2] with u, or its 95 % interval if that is wider."""
     if inertia.interval_95 is None or not is_wide(inertia):
-        return f"{with_u(inertia)} kg·m²"
-    ends = [as_number(float(f"{end:.2g}")) for end in inertia.interval_95]
-    return f"{' to '.join(ends)} kg·m² (95 % interval)"
-
-
-def torque_unit(largest: float) -> tuple[str, float]:
-    """Choose a unit for the largest torque: its name and its size [N*m]."""
-    if largest >= 10:
-        return "N·m", 1.0
-    return ("mN·m", 1e-3) if largest >= 1e-4 else ("µN·m", 1e-6)
+        return values.inertia_text(inertia.value, inertia.u)
+    scale = values.inertia_scale(inertia.value, inertia.u)
+    ends = values.interval_ends(*inertia.interval_95, scale.size)
+    return f"{values.with_unit(' to '.join(ends), scale)} (95 % interval)"
 
 
 def short_name(name: str, most: int) -> str:

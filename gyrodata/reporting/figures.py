@@ -1,7 +1,7 @@
-"""The four figures of a log.
+"""The figures of a log.
 
-A figure consists of a function that draws on axes of matplotlib, a function that
-describes it in words, and an entry in `FIGURES`. The report, ``Analysis.plot`` and the
+A figure consists of a function that draws on axes of matplotlib, and an entry in
+`FIGURES`. The report, ``Analysis.plot`` and the
 feedback for students use this entry.
 """
 
@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from textwrap import shorten, wrap
+from textwrap import fill, shorten
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -120,33 +120,6 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
 
 
-def describe_period(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = []
-    for group in scene.groups:
-        members = sorted(
-            (i for i in group.members if not scene.hollow[i]),
-            key=lambda i: scene.spin[i],
-        )
-        ends = [
-            f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm"
-            for i in members
-        ]
-        if ends:
-            found.append(
-                f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}"
-            )
-    law = scene.analysis.exponent
-    grows = f", growing as the spin to the power {with_u(law)}" if law else ""
-    runs = count_text(len(scene.names), "run")
-    torques = count_text(len(scene.groups), "torque")
-    return (
-        f"Precession period against spin, {runs} at {torques}{grows}; a line through "
-        f"zero for each torque, steeper for "
-        f"a smaller torque. {_listed(found)}."
-    )
-
-
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
     right = 1.06 * float((scene.spin + scene.spin_u).max())
@@ -168,22 +141,6 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         scene.spin_u,
         scene.product_u,
         means=len(scene.groups) <= 6,
-    )
-
-
-def describe_product(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = [
-        f"{group.look.label}: {with_u(group.summary.product)} rad²/s²"
-        for group in scene.groups
-    ]
-    same = scene.analysis.constancy
-    level = (
-        f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
-    )
-    return (
-        f"Precession rate times spin, against spin: a level line for each "
-        f"torque{level}. {_listed(found)}."
     )
 
 
@@ -224,28 +181,6 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
 
 
-def describe_torque(scene: Scene) -> str:
-    """Describe the figure in words."""
-    low = float(scene.torque.min())
-    high = float(scene.torque.max())
-    reach = (
-        f"from {as_number(low)} to {as_number(high)}"
-        if high > low
-        else f"of {as_number(high)}"
-    )
-    far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
-    farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
-    return (
-        f"Torque {reach} {scene.unit} against precession rate times spin: a straight "
-        f"line of slope I_zz = "
-        f"{answer(scene.analysis.inertia)}, with its 95 % band; at zero product it is at "
-        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the "
-        f"line through the origin. Below, on "
-        "a larger scale: the torque of each run minus the line; "
-        f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."
-    )
-
-
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
@@ -253,14 +188,8 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
-    steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
-    # There is space for about 30 letters.
-    step = next(
-        n
-        for n in steps
-        if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2)
-        <= 30 * n
-    )
+    # There is space for about 40 letters.
+    step = 1 + len("  ".join(scene.names)) // 40
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
     title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
@@ -271,18 +200,6 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
-
-
-def describe_residuals(scene: Scene) -> str:
-    """Describe the figure in words."""
-    kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
-    return (
-        f"Each run's time minus the prediction of the other runs, in the order of the "
-        f"log: {int(np.sum(kept <= 2))} of "
-        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard "
-        f"uncertainties; the largest deviation is "
-        f"{as_number(float(kept.max(initial=0.0)))}."
-    )
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
@@ -318,43 +235,25 @@ def draw_days(ax: Axes, scene: Scene) -> None:
             )
 
 
-def describe_days(scene: Scene) -> str:
-    """Describe the figure in words."""
-    found = []
-    for block in scene.analysis.blocks:
-        m0 = block.residual_torque
-        value = Estimate(
-            m0.value / scene.unit_size, (m0.u or 0.0) / scene.unit_size, scene.unit
-        )
-        found.append(f"{block.name}: M0 = {with_u(value)} {scene.unit}")
-    return (
-        "Torque minus I_zz φ̇ψ̇ of each run, in the colour of its day or group: the "
-        f"runs of each are near a level line at −M0. {_listed(found)}."
-    )
-
-
 class Kind(Struct, frozen=True):
     """One of the figures."""
 
     panels: tuple[Callable[[Axes, Scene], None], ...]
     """Functions that draw on axes; a second panel is below the first and has the same x
     axis."""
-    describe: Callable[[Scene], str]
-    """Description in words, for readers who cannot see the figure."""
     caption: str
+    """Its first sentence says what the figure shows."""
 
 
 FIGURES = {
     "period": Kind(
         (draw_period,),
-        describe_period,
         "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz "
         "ψ̇ / |M + M0|. "
         "Bars: one standard uncertainty.",
     ),
     "product": Kind(
         (draw_product,),
-        describe_product,
         (
             "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. "
             "Bars: one standard uncertainty."
@@ -362,14 +261,12 @@ FIGURES = {
     ),
     "torque": Kind(
         (draw_torque, draw_rest),
-        describe_torque,
         "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 "
         "% band; dashed: the line through "
         "the origin. Below: torque minus the recommended line. Bars: one standard uncertainty.",
     ),
     "residuals": Kind(
         (draw_residuals,),
-        describe_residuals,
         "Each run's time minus the prediction of the other runs, in standard "
         "uncertainties. About 95 % of good runs "
         "are in the band.",
@@ -380,7 +277,6 @@ FIGURES = {
 ALL_FIGURES = FIGURES | {
     "days": Kind(
         (draw_days,),
-        describe_days,
         "Torque M minus I_zz φ̇ψ̇, in the colour of each day or group. With one I_zz, the "
         "runs of each are on its line at −M0; bands and bars: one standard uncertainty.",
     ),
@@ -555,57 +451,30 @@ def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
-    """Write names next to marks, where they cover the fewest marks and names."""
-    points = 72 / ax.figure.dpi
-    middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
-    halves = [np.array([4.0, 4.0])] * len(middles)
-    corners = ax.bbox.get_points() * points
-    for i, name in names.items():
-        half = np.array([2.4 * len(name) + 3, 5.0])
-        aside = (
-            np.clip(
-                middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1
-            )
-            - middles[i][0]
-        )
-        ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
-        offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
-        places = middles[i] + offsets
-        apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
-        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(
-            axis=1
-        )
-        # Covering a name is worse than covering a mark.
-        weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
-        best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
-        middles.append(places[best])
-        halves.append(half)
+    """Write names next to marks, on the side towards the middle of the axes."""
+    middle_x = np.mean(ax.get_xlim())
+    middle_y = np.mean(ax.get_ylim())
+    for rank, (i, name) in enumerate(names.items()):
+        side = 1 if x[i] < middle_x else -1
+        # Names of neighbours are at three heights.
+        away = 10 + 11 * (rank % 3)
         ax.annotate(
             name,
             (x[i], y[i]),
-            tuple(offsets[best]),
+            (5 * side, away if y[i] < middle_y else -away),
             textcoords="offset points",
-            ha="center",
+            ha="left" if side > 0 else "right",
             va="center",
             fontsize=7.5,
             zorder=5,
-            parse_math=False,
             bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
-            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5}
-            if abs(offsets[best][1]) > 11
-            else None,
+            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5},
         )
 
 
 def _labelled(scene: Scene) -> int:
     """Return n if one in n torques is in the legend."""
     return math.ceil(len(scene.groups) / MOST_LABELS)
-
-
-def _listed(items: Sequence[str], most: int = 4) -> str:
-    return "; ".join(items[:most]) + (
-        f"; and {len(items) - most} more" if len(items) > most else ""
-    )
 
 
 # --- figures and files ---
@@ -633,28 +502,31 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ncols=2,
         title=title,
     )
+    heading = "\n".join([fill(fact, MOST_LETTERS) for fact in _facts(scene)])
     colour = DOUBTED if scene.analysis.doubts else INK
-    figure.suptitle(_heading(scene), x=0.01, ha="left", fontsize="medium", color=colour)
+    figure.suptitle(heading, x=0.01, ha="left", fontsize="medium", color=colour)
     return axes[0]
 
 
-def _heading(scene: Scene) -> str:
-    """Say which log a figure shows, with which result, and how well the runs agree."""
+def _facts(scene: Scene) -> list[str]:
+    """List the log, its result, how well the runs agree, and a doubt if there is one."""
     analysis = scene.analysis
     fit = analysis.fit
     runs = count_text(len(scene.names), "run")
-    lines = [f"{short_name(analysis.name, 50)}, {runs}"]
-    lines.append(f"I_zz = {answer(analysis.inertia)}")
     u = (analysis.residual_torque.u or 0.0) / scene.unit_size
     m0 = Estimate(scene.imbalance / scene.unit_size, u, scene.unit)
     quality = "no degrees of freedom"
     if analysis.p is not None:
         quality = f"χ²/dof = {fit.chi2 / fit.dof:.2g}, {p_text(analysis.p)}"
-    lines.append(f"M0 = {with_u(m0)} {scene.unit}; {quality}")
+    facts = [
+        f"{short_name(analysis.name, 50)}, {runs}",
+        f"I_zz = {answer(analysis.inertia)}",
+        f"M0 = {with_u(m0)} {scene.unit}; {quality}",
+    ]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
-        lines += wrap(f"Do not rely on this answer: {reason}", MOST_LETTERS)
-    return "\n".join(lines)
+        facts.append(f"Do not rely on this answer: {reason}")
+    return facts
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
@@ -759,17 +631,15 @@ def _draw(
 ) -> dict[Form, bytes]:
     """Draw one figure; return its files by their types."""
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     size = STYLES[style]
     height = size.height + size.second_panel * (len(ALL_FIGURES[name].panels) - 1)
-    figure = Figure((size.width, height), size.resolution, layout="constrained")
+    figure = Figure((size.width, height), size.resolution)
     _fill(figure, scene, name)
-    files = {}
-    for form in forms:
-        files[form] = save(figure, form)
-        # The places of the first file are right for the others.
-        figure.set_layout_engine("none")
-    return files
+    # A figure that has a layout engine is drawn twice for each file.
+    ConstrainedLayoutEngine().execute(figure)
+    return {form: save(figure, form) for form in forms}
 
 
 def load_matplotlib() -> ModuleType:
@@ -820,12 +690,17 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
 
 
 def alt_text(analysis: Analysis, name: str) -> str:
-    """Describe a figure, for readers who cannot see it."""
+    """Describe a figure, for readers who cannot see it.
+
+    The report has a table of its numbers next to it. The text does not repeat the
+    answer, which a report states once.
+    """
     scene = gather(analysis)
+    log, *_, quality = _facts(scene)
+    shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
-    return ALL_FIGURES[name].describe(scene) + (
-        f" Drawn hollow: {_listed(odd)}." if odd else ""
-    )
+    hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
+    return f"{shows}. {log}; {quality}.{hollow}"

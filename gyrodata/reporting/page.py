@@ -8,6 +8,7 @@ value of a displayed 1.
 from __future__ import annotations
 
 import base64
+import math
 import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -166,50 +167,34 @@ def _draw(head: Head) -> list[Markup]:
         return [
             bar.format(100 * value[0]) if value else Markup() for value in head.dots
         ]
-    ends = [
-        *head.band,
-        *(
-            value[0] + sign * value[1]
-            for value in head.dots
-            if value
-            for sign in (-1, 1)
-        ),
-    ]
-    low = min(ends)
-    high = max(ends)
-    reach = FARTHEST * (head.band[1] - head.band[0])
-    if reach:
-        low = max(low, head.band[0] - reach)
-        high = min(high, head.band[1] + reach)
+    start, end = head.band
+    ends = [start, end]
+    for value, u in filter(None, head.dots):
+        ends += [value - u, value + u]
+    reach = FARTHEST * (end - start) or math.inf
+    low = max(min(ends), start - reach)
+    high = min(max(ends), end + reach)
     space = 0.05 * (high - low) or 1.0
 
-    def percent(value: float) -> float:
-        return min(
-            max(100 * (value - low + space) / (high - low + 2 * space), 0.0), 100.0
-        )
+    def percent(place: float) -> float:
+        part = (place - low + space) / (high - low + 2 * space)
+        return 100 * min(max(part, 0.0), 1.0)
 
-    mark = Markup('<i class="{}" style="left:{:.1f}%"></i>')
-    bar = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
-    left, right = map(percent, head.band)
-    behind = (
-        bar.format("ref", left, right - left) if reach else mark.format("line", left)
-    )
+    def box(kind: str, left: float, right: float) -> Markup:
+        style = '<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>'
+        begin = percent(left)
+        return Markup(style).format(kind, begin, percent(right) - begin)
+
     drawn = []
-    for value in head.dots:
-        found = behind
-        if value:
-            start = percent(value[0] - value[1])
-            end = percent(value[0] + value[1])
-            if value[0] < low - space:
-                kind = "off left"
-            elif value[0] > high + space:
-                kind = "off right"
-            else:
-                kind = "dot"
-            found += bar.format("bar", start, end - start) + mark.format(
-                kind, percent(value[0])
-            )
-        drawn.append(found if value else behind)
+    behind = box("ref" if end > start else "line", start, end)
+    for dot in head.dots:
+        boxes = behind
+        if dot:
+            value, u = dot
+            boxes += box("bar", value - u, value + u)
+            if low <= value <= high:
+                boxes += box("dot", value, value)
+        drawn.append(boxes)
     return drawn
 
 

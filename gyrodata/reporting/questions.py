@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from gyrodata.judging.tables import UNLIKELY, turn_words
+from gyrodata.judging.tables import UNLIKELY, Ball, turn_words
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import (
     Head,
@@ -366,6 +366,11 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     yield paragraph(
         "At the fastest spin, {}, L = I_zz ψ̇ = {}.", spin, momentum, kind="result"
     )
+    yield from _ball(n)
+
+
+def _ball(n: Numbers) -> Iterator[elements.Block]:
+    """Compare I_zz with what the dimensions of the ball give."""
     ball = n.analysis.ball
     if ball is None:
         ask = (
@@ -379,30 +384,7 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
         )
         yield paragraph(ask, *lines, kind="small")
         return
-    exact = (
-        " (assumed exact: the log gives no uncertainty)"
-        if ball.inertia_u is None
-        else ""
-    )
-    whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
-    described = say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
-    if ball.mass is not None:
-        parts = (
-            ("its bore", ball.bore),
-            ("its rod", ball.rod),
-            ("the disk", ball.disk),
-        )
-        added = " and ".join(name for name, part in parts if part)
-        described = say(
-            (
-                f"A ball of {{}} and {{}} has 2/5 m "
-                f"r²{' with ' if added else ''}{added} = {{}}{exact}."
-            ),
-            n.value("ball.mass", values.mass_scale(ball.mass)),
-            n.value("ball.diameter", values.CENTIMETRE),
-            whole,
-        )
-    yield Text((described,))
+    yield Text((_described(n, ball),))
     yield conclude(n, "ball", compare_with_ball(n))
     names = {
         "solid": "solid ball",
@@ -417,6 +399,33 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
             for key in found
         ]
         yield Text(tuple(items), "list")
+
+
+def _described(n: Numbers, ball: Ball) -> Sentence:
+    """Write what the dimensions of the ball or disk give."""
+    exact = (
+        " (assumed exact: the log gives no uncertainty)"
+        if ball.inertia_u is None
+        else ""
+    )
+    whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
+    if ball.mass is None:
+        return say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
+    parts = (
+        ("its bore", ball.bore),
+        ("its rod", ball.rod),
+        ("the disk", ball.disk),
+    )
+    added = " and ".join(name for name, part in parts if part)
+    return say(
+        (
+            f"A ball of {{}} and {{}} has 2/5 m "
+            f"r²{' with ' if added else ''}{added} = {{}}{exact}."
+        ),
+        n.value("ball.mass", values.mass_scale(ball.mass)),
+        n.value("ball.diameter", values.CENTIMETRE),
+        whole,
+    )
 
 
 def compare_with_ball(n: Numbers) -> Sentence:

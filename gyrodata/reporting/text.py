@@ -1,27 +1,18 @@
-"""Printed texts about an analysis, a lab in progress, and a check.
-
-They are the summary of the analysis, the state of the lab, and the findings of the
-check.
-"""
+"""Printed texts about an analysis and a check: the summary, and the findings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from textwrap import indent
 
-from gyrodata.base.diagnostics import (
-    OUTLIER,
-    SINGLE_TORQUE,
-    SPINS_TOO_CLOSE,
-    TOO_FEW_RUNS,
-)
+from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import PICTURES, Diagnostic
-from gyrodata.judging.tables import Run
-from gyrodata.reporting import questions, values
-from gyrodata.reporting.content import FAR, report
+from gyrodata.reporting import values
+from gyrodata.reporting.content import report
 from gyrodata.reporting.elements import (
     NOTHING,
     Block,
-    Numbers,
     Picture,
     Report,
     Table,
@@ -29,17 +20,18 @@ from gyrodata.reporting.elements import (
 )
 from gyrodata.results import NO_BALL, Analysis, is_wide
 
+Columns = Callable[[Sequence[Sequence[str]]], Iterable[str]]
+"""What writes rows of cells, the first of heads, as lines."""
+
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
 
-_OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
-"""Codes of missing runs of a single weight."""
 
-_SAID_ELSEWHERE = {OUTLIER, SINGLE_TORQUE}
-"""Codes that repeat what is said of the runs of a weight, or of the number of torques.
-"""
-
-
-def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
+def summary(
+    analysis: Analysis,
+    verbose: bool = True,
+    rest: str = MORE,
+    columns: Columns = values.in_columns,
+) -> str:
     """Write the answer and what a screen has room for, or the full report.
 
     Parameters
@@ -50,6 +42,8 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
         elsewhere, but no figures.
     rest : str
         Last line of the short form, which says where the rest is.
+    columns : callable
+        Sets the cells of tables under each other.
 
     Returns
     -------
@@ -61,18 +55,20 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     if not verbose:
         lines = [*top, *map(plain, whole.brief), rest]
         return _joined([_first_lines(whole), _indented(lines)])
-    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top)])]
+    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top, columns)])]
     for section in whole.sections:
         if section.anchor == "diagnostics":
             break
         if section.blocks:
-            blocks.append([section.title, *_indented(_lines_of(section.blocks))])
+            blocks.append(
+                [section.title, *_indented(_lines_of(section.blocks, columns))]
+            )
     return _joined(blocks)
 
 
-def _lines_of(blocks: Iterable[Block]) -> list[str]:
+def _lines_of(blocks: Iterable[Block], columns: Columns) -> list[str]:
     """Write blocks as lines."""
-    return [line for block in blocks for line in _block(block)]
+    return [line for block in blocks for line in _block(block, columns)]
 
 
 def _indented(lines: Iterable[str]) -> list[str]:
@@ -94,7 +90,7 @@ def _first_lines(whole: Report) -> list[str]:
     return [f"{whole.name}: {plain(whole.size)}", f"  {plain(whole.read_as)}"]
 
 
-def _block(block: Block) -> list[str]:
+def _block(block: Block, columns: Columns) -> list[str]:
     if isinstance(block, Picture):
         return []
     if isinstance(block, Table):
@@ -103,139 +99,8 @@ def _block(block: Block) -> list[str]:
             ["-" if row[i] == NOTHING else plain(row[i]) for i in used]
             for row in block.rows
         ]
-        return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
+        return list(columns([[str(block.heads[i]) for i in used], *rows]))
     return [plain(line) for line in block.sentences]
-
-
-# --- during the lab ---
-
-
-def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
-    """Describe the lab so far, and what to do before the weight is removed.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        Of the runs so far; the load of the last run is on the rod.
-    lacking : iterable of Diagnostic
-        What the log lacks.
-
-    Returns
-    -------
-    str
-        The answer, then what to do with this load, then the rest.
-    """
-    every = dict.fromkeys((*analysis.diagnostics, *lacking))
-    findings = [
-        finding
-        for finding in every
-        if finding.severity != "note" and finding.code not in _SAID_ELSEWHERE
-    ]
-    numbers = Numbers(analysis)
-    groups = analysis.measurements.by_torque
-    last = len(analysis.run_table) - 1
-    [load] = [k for k, members in enumerate(groups) if last in members]
-    loaded = [analysis.run_table[i] for i in groups[load]]
-    lines = {run.line for run in loaded}
-    here = [
-        finding
-        for finding in findings
-        if finding.code in _OF_ONE_LOAD and finding.line in lines
-    ]
-    later = [_advice(finding) for finding in findings if finding not in here]
-    still_open = [*_runs_to_repeat(numbers, loaded), *later]
-    blocks = [
-        _state(numbers),
-        _listed(
-            f"while {plain(numbers.load(load))} is on the rod:",
-            _with_this_load(analysis, loaded, here),
-        ),
-    ]
-    if still_open:
-        blocks.append(_listed("still to do:", still_open))
-    else:
-        blocks.append(["nothing else to do"])
-        if analysis.advice:
-            blocks.append(_listed("what would reduce u most:", analysis.advice[:3]))
-    return _joined(blocks)
-
-
-def _listed(title: str, lines: Iterable[str]) -> list[str]:
-    """Write a title, and lines below it."""
-    return [title, *_indented(lines)]
-
-
-def _state(numbers: Numbers) -> list[str]:
-    """List the doubts, the answer and M0 of the runs so far."""
-    analysis = numbers.analysis
-    whole = report(analysis)
-    inertia = analysis.inertia
-    answer = plain(whole.answer)
-    if inertia.u:
-        answer += f", u = {100 * inertia.u / abs(inertia.value):.2g} %"
-    doubts = map(plain, whole.doubts)
-    m0 = plain(questions.residual_torque(numbers))
-    return [*_first_lines(whole), *_indented([*doubts, answer, m0])]
-
-
-def _runs_to_repeat(numbers: Numbers, loaded: Sequence[Run]) -> Iterator[str]:
-    """Name the flagged runs of other loads."""
-    analysis = numbers.analysis
-    for load, members in enumerate(analysis.measurements.by_torque):
-        for i in members:
-            run = analysis.run_table[i]
-            if run.flagged and run not in loaded:
-                weight = plain(numbers.load(load))
-                yield f"repeat {_place(run)}, with {weight}: {run.reason}"
-
-
-def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
-    """Say why a log cannot be analysed yet, with all warnings: one may be the cause."""
-    said = [diagnostic for diagnostic in errors if diagnostic.severity != "note"]
-    found = "".join(f"{diagnostic}\n" for diagnostic in said)
-    return f"{name}: no answer yet\n\n{found}".translate(PICTURES)
-
-
-def _with_this_load(
-    analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]
-) -> list[str]:
-    """List what to do before this load is removed.
-
-    The list is about suspected outliers, runs that are far off, and missing runs.
-    """
-    todo = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
-    for run in loaded:
-        far = abs(run.studentized_residual or 0.0)
-        if not run.flagged and far > FAR:
-            todo.append(
-                f"repeat {_place(run)}: it is {far:.1f} u away from the other runs' prediction"
-            )
-    todo += map(_advice, here)
-    if todo:
-        return todo
-    done = f"{values.count_text(len(loaded), 'run')}, and nothing is missing"
-    heaviest = max(loaded, key=lambda run: abs(run.influence))
-    if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
-        return [done]
-    share = abs(heaviest.influence) / analysis.inertia.u
-    return [
-        (
-            f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz "
-            f"most, by {share:.1f} u"
-        )
-    ]
-
-
-def _place(run: Run) -> str:
-    return f"run {run.run} (line {run.line})"
-
-
-def _advice(found: Diagnostic) -> str:
-    return (
-        f"{found.message}; {found.hint}".replace("\n", "\n  ")
-        if found.hint
-        else found.message
-    )
 
 
 # --- what a check has found, and the table of codes ---
@@ -267,40 +132,39 @@ def check_text(
     str
         The last line is the verdict.
     """
-    lines = []
-    parts = []
-    if analysis is not None:
-        whole = report(analysis)
-        lines = [
-            plain(whole.read_as),
-            *([NO_BALL] if analysis.ball is None else ()),
-            *map(plain, whole.doubts),
-        ]
-        parts = [values.count_text(len(whole.doubts), "doubt")] if whole.doubts else []
-    clean = not parts and all(d.severity == "note" for d in diagnostics)
-    for severity in ("error", "warning", "note"):
-        if count := sum(d.severity == severity for d in diagnostics):
-            parts.append(values.count_text(count, severity))
-    verdict = ", ".join(parts)
-    if clean:
+    lines = [] if analysis is None else _lines_above(report(analysis), analysis)
+    doubts = 0 if analysis is None else len(analysis.doubts)
+    counts = Counter({"doubt": doubts})
+    counts.update(finding.severity for finding in diagnostics)
+    found = [
+        values.count_text(counts[kind], kind)
+        for kind in ("doubt", "error", "warning", "note")
+        if counts[kind]
+    ]
+    verdict = ", ".join(found)
+    if counts["note"] == counts.total():
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
-    text = "".join(f"{name}: {line}\n" for line in lines) + "".join(
-        f"{diagnostic}\n" for diagnostic in diagnostics
-    )
-    return f"{text}{name}: {read}{verdict}\n".translate(PICTURES)
+    said = [f"{name}: {line}" for line in lines]
+    said += map(str, diagnostics)
+    said.append(f"{name}: {read}{verdict}\n")
+    return "\n".join(said).translate(PICTURES)
 
 
-def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
+def _lines_above(whole: Report, analysis: Analysis) -> list[str]:
+    """List what is above the findings: how a run was read, and the doubts."""
+    lines = [plain(whole.read_as)]
+    if analysis.ball is None:
+        lines.append(NO_BALL)
+    return lines + [plain(doubt) for doubt in whole.doubts]
+
+
+def diagnostics_text() -> str:
     """Write the table of diagnostic codes, each with an example that raises it."""
     blocks = []
-    for row in table:
-        lines = row["example"].rstrip("\n").splitlines()
+    for code, entry in explanations().items():
+        head = f"{code}  {entry.severity:7}  {entry.title}"
         # A tab in an example stays a tab.
-        example = "\n".join(
-            f"      {line.translate({**PICTURES, 9: chr(9)})}" for line in lines
-        )
-        blocks.append(
-            f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n"
-        )
+        example = entry.example.rstrip("\n").translate({**PICTURES, 9: "\t"})
+        blocks.append(f"{head}\n{indent(example, '      ')}\n")
     return "\n".join(blocks)

@@ -228,10 +228,10 @@ def in_columns(
 
     Columns of numbers, by their place, end at the right.
     """
-    widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         blanks = [
-            " " * (width - _width(cell))
+            " " * (width - display_width(cell))
             for cell, width in zip(row, widths, strict=True)
         ]
         cells = (
@@ -241,7 +241,7 @@ def in_columns(
         yield "  ".join(cells).rstrip()
 
 
-def _width(text: str) -> int:
+def display_width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a combining mark."""
     if text.isascii():
         return len(text)

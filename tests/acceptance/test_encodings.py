@@ -101,10 +101,12 @@ def test_every_number_is_the_same_in_every_locale_in_a_file_and_on_a_terminal(
     for line, *found in zip(LINES, *told.values(), strict=True):
         kept, shown = found[0]
         assert kept.count("\n") > 0, line
-        # A terminal has pages laid out, and shows how far a long computation is.
-        assert kept == shown or line.startswith(("explain ", "grade ", "selfcheck ")), (
-            line
-        )
+        # A terminal has pages and tables laid out, and shows how far a long
+        # computation is.
+        if line.startswith("plan ") or line.endswith(" -v"):
+            assert sorted(numbers(kept)) == sorted(numbers(shown)), line
+        elif not line.startswith(("explain ", "grade ", "selfcheck ")):
+            assert kept == shown, line
         for name, (kept_there, shown_there) in zip(LOCALES, found, strict=True):
             assert kept_there == kept, (name, line)
             assert numbers(shown_there) == numbers(shown), (name, line)

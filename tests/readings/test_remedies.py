@@ -22,7 +22,6 @@ from typer.testing import CliRunner
 import gyrodata
 from gyrodata import LogError
 from gyrodata.cli import app
-from gyrodata.reporting.text import unfinished_text
 
 
 @pytest.mark.parametrize(
@@ -166,14 +165,6 @@ def test_findings_of_other_runs_are_shown_next_to_an_unreadable_cell(
     shown = CliRunner().invoke(app, ["check", str(path)]).output
     assert "log.csv:3:11: error" in shown
     assert f"time {time} s would fit" in shown
-
-
-def test_watch_shows_the_warnings_that_check_shows() -> None:
-    rows = "20.1,15.4,206,18.90,1\n20.1,15.4,407,25.32,2/3\n20.1,15.4,606,1881,1/3\n"
-    with pytest.raises(LogError) as raised:
-        gyrodata.analyze(f"{START},turns\n{rows}")
-    shown = unfinished_text("log.csv", raised.value.diagnostics)
-    assert "time 1881 s is outside" in shown
 
 
 @pytest.mark.parametrize(

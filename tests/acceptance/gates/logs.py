@@ -23,7 +23,7 @@ import gyrodata
 from gates import stored
 from gates.drawn_logs import Bench, draw, write
 from gates.stored import Found, line_of
-from gyrodata.cli.schema import diagnostics_table
+from gyrodata.base.diagnostics import explanations
 
 MASS, POSITION, SPIN, TIME, TURNS = (
     "mass [g]",
@@ -116,8 +116,8 @@ def every_log() -> dict[str, Log]:
         ]
         text = "\n".join([*good[:3], *map(",".join, [head, *rows])]) + "\n"
         logs[f"slip: {column} x {factor:.6g} as {header}"] = Log(text.encode())
-    for record in diagnostics_table():
-        code, example = record["code"], record["example"]
+    for code, entry in explanations().items():
+        example = entry.example
         if example.startswith(("analyze log.csv --set", "analyze log.csv --map")):
             logs[code] = given(
                 usual("", "").data, example.removeprefix("analyze log.csv ")

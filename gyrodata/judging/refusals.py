@@ -97,11 +97,10 @@ def refusal(
         f"{load_words(measured, group[0])}: {value:.2g}"
         for group, value in zip(groups, middle, strict=True)
     ]
-    is_growing = measured.timed and bool((np.diff(measured.time) > 0).all())
     return readings.say(
         "no_inertia_fits",
         why=why,
-        clock=RUNNING_CLOCK * is_growing,
+        clock=RUNNING_CLOCK * _times_grow(measured),
         each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
     )
 
@@ -110,6 +109,11 @@ RUNNING_CLOCK = (
     "each time is longer than the one before it: if the clock was not set to zero "
     "between the runs, write the differences; "
 )
+
+
+def _times_grow(measured: Measurements) -> bool:
+    """Return whether each time is longer than the one before it."""
+    return measured.timed and bool((np.diff(measured.time) > 0).all())
 
 
 def not_measured(

@@ -265,8 +265,8 @@ def check_fit(fitted: FittedLog) -> FittedLog:
     """
     assumed = changes.assumed_effects(fitted.lab)
     fitted = replace(fitted, effects=changes.list_effects(fitted.lab, assumed))
-    found = _findings(fitted, findings.OF_FIT, None)
-    return replace(fitted, diagnostics=(*fitted.diagnostics, *found))
+    of_fit = _findings(fitted, findings.OF_FIT, None)
+    return replace(fitted, diagnostics=(*fitted.diagnostics, *of_fit))
 
 
 def _findings(
@@ -275,8 +275,8 @@ def _findings(
     exponent: tables.Exponent | None,
 ) -> list[Diagnostic]:
     """List what some checks find in a fit."""
-    # A `Seen` is a `Lab` with more fields.
-    seen = findings.Seen(
+    # A `JudgedLab` is a `Lab` with more fields.
+    judged = findings.JudgedLab(
         **asdict(fitted.lab),
         outliers=fitted.outliers,
         without_outliers=fitted.without_outliers,
@@ -289,10 +289,10 @@ def _findings(
         ball=_ball(fitted),
         unusual_sizes=fitted.unusual_sizes,
     )
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for check in selected:
-        found.extend(check(seen))
-    return found
+        diagnostics.extend(check(judged))
+    return diagnostics
 
 
 def _kept_runs(fit: fitting.FitResult) -> list[int]:

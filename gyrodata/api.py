@@ -277,20 +277,20 @@ def _with_warnings(
 
 
 def _for_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    return tuple(PythonDiagnostic(*astuple(one)) for one in diagnostics)
+    return tuple(PythonDiagnostic(*astuple(diagnostic)) for diagnostic in diagnostics)
 
 
 def _as_analysis(
-    found: results.Analysis, diagnostics: tuple[Diagnostic, ...]
+    analysis: results.Analysis, diagnostics: tuple[Diagnostic, ...]
 ) -> Analysis:
-    fields = {name: getattr(found, name) for name in found.__struct_fields__}
+    fields = {name: getattr(analysis, name) for name in analysis.__struct_fields__}
     return Analysis(**fields | {"diagnostics": diagnostics})
 
 
 def _as_readings(
-    found: readings.Readings, diagnostics: tuple[Diagnostic, ...]
+    log: readings.Readings, diagnostics: tuple[Diagnostic, ...]
 ) -> readings.Readings:
-    return replace(found, diagnostics=diagnostics)
+    return replace(log, diagnostics=diagnostics)
 
 
 analyze = _with_warnings(analysis.analyze, _as_analysis)

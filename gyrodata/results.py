@@ -424,8 +424,8 @@ class Analysis(FittedLog, frozen=True, eq=False, kw_only=True):
         return hash((self.name, self.sha256))
 
     def __repr__(self) -> str:
-        found = f"{len(self.run_table)} runs, {len(self.diagnostics)} diagnostics"
-        return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {found}>"
+        counts = f"{len(self.run_table)} runs, {len(self.diagnostics)} diagnostics"
+        return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {counts}>"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of the JSON, with the schema "gyro.analysis/2".

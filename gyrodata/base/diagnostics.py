@@ -74,13 +74,13 @@ def messages() -> dict[str, Message]:
 def explanations() -> dict[str, Message]:
     """Return the message that explains each code, in the order of the codes."""
     explained = {
-        one.code: replace(
-            one,
-            example=one.example.replace("{header}", HEADER),
-            remedy=one.remedy or f"{one.hint[0].upper()}{one.hint[1:]}\n",
+        message.code: replace(
+            message,
+            example=message.example.replace("{header}", HEADER),
+            remedy=message.remedy or f"{message.hint[0].upper()}{message.hint[1:]}\n",
         )
-        for one in messages().values()
-        if one.title
+        for message in messages().values()
+        if message.title
     }
     return dict(sorted(explained.items()))
 

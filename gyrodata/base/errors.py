@@ -45,9 +45,9 @@ def shown(text: object) -> str:
         return line
     # Some scripts need the two joiners.
     kept = (
-        one
-        for one in line
-        if one in "\u200c\u200d" or unicodedata.category(one) not in ("Cc", "Cf")
+        letter
+        for letter in line
+        if letter in "\u200c\u200d" or unicodedata.category(letter) not in ("Cc", "Cf")
     )
     return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 

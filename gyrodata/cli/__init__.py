@@ -54,14 +54,14 @@ _MEANT = {
 def _load(name: str) -> Any:
     """Import the module of a command, and return the command."""
     kind = _COMMANDS[name]
-    found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
-    if not isinstance(found, typer.Typer):
+    command = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
+    if not isinstance(command, typer.Typer):
         alone = typer.Typer(
             add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
         )
-        alone.command(name, hidden=not kind.short)(found)
-        found = alone
-    return _described(typer.main.get_command(found), name, kind)
+        alone.command(name, hidden=not kind.short)(command)
+        command = alone
+    return _described(typer.main.get_command(command), name, kind)
 
 
 def _described(command: Any, name: str, kind: _Kind) -> Any:

@@ -553,7 +553,7 @@ def _without_answer(
     readings: Readings | None,
     request: _Request,
     code: int,
-    found: Sequence[Diagnostic],
+    diagnostics: Sequence[Diagnostic],
 ) -> _Outcome:
     """Describe a log without an answer; programs get an object or a row for it too."""
     from gyrodata.reporting.data import json_text, log_row
@@ -561,21 +561,21 @@ def _without_answer(
 
     text = ""
     if request.form == "csv" and request.table == "logs":
-        text = log_row(name, {}, found)
+        text = log_row(name, {}, diagnostics)
     elif request.form in ("json", "ndjson"):
         log = (
             Input(name, readings.sha256, len(readings.runs))
             if readings
             else Input(name, None, None)
         )
-        told = tuple(one.to_dict() for one in found)
+        rows = tuple(diagnostic.to_dict() for diagnostic in diagnostics)
         document = AnalysisDocument(
-            input=log, options=request.options, result=None, diagnostics=told
+            input=log, options=request.options, result=None, diagnostics=rows
         )
         text = json_text(
             to_json(document), indent=2 if request.form == "json" else None
         )
-    return _Outcome(code, text, found)
+    return _Outcome(code, text, diagnostics)
 
 
 def _formatted(

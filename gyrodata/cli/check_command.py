@@ -238,18 +238,18 @@ def check(
         parts = [named] if together else [[each] for each in named]
         if form == "json" and len(parts) > 1:
             refuse("json_for_one_log")
-        given = {
+        options = {
             "settings": pairs(settings, "--set"),
             "mapping": pairs(mapping, "--map"),
         }
-        codes = [_check_part(part, given, config, fix, form) for part in parts]
+        codes = [_check_part(part, options, config, fix, form) for part in parts]
         worst = max(codes)
     raise typer.Exit(worst if worst != 1 else int(not exit_zero))
 
 
 def _check_part(
     named: Sequence[tuple[str, str]],
-    given: dict[str, Any],
+    options: dict[str, Any],
     config: Path | None,
     fix: bool,
     form: CheckFormat,
@@ -265,7 +265,7 @@ def _check_part(
         return read_together(
             [
                 read_log(
-                    **source_of(*each), **given, config=constants_of(each[0], config)
+                    **source_of(*each), **options, config=constants_of(each[0], config)
                 )
                 for each in named
             ]

@@ -127,15 +127,15 @@ def _explanation(asked: str) -> str:
         elif pages:
             refuse("page_of_word", asked=asked, pages=", ".join(pages))
         refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
-    found = known[name]
-    if found in documentation.PAGES:
-        page = documentation.page_text(found)
+    topic = known[name]
+    if topic in documentation.PAGES:
+        page = documentation.page_text(topic)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if found in diagnostics.explanations():
-        return _about_code(found)
-    told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
-    told += _about_key(found) if found in KEYS else ""
-    return f"{words.get(found, found)}:\n{indent(told, '  ')}"
+    if topic in diagnostics.explanations():
+        return _about_code(topic)
+    text = texts[words[topic]].rstrip("\n") + "\n" if topic in words else ""
+    text += _about_key(topic) if topic in KEYS else ""
+    return f"{words.get(topic, topic)}:\n{indent(text, '  ')}"
 
 
 def _settings() -> str:
@@ -201,13 +201,13 @@ def _about_code(code: str) -> str:
         "Example": example,
         "gyro says about this log": str(raised or ""),
     }
-    told = [
+    lines = [
         f"{head}:\n{indent(text.rstrip(), '  ')}"
         for head, text in blocks.items()
         if text
     ]
     title = f"{code}, {entry.severity}: {entry.title}"
-    return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
+    return "\n\n".join([title, *lines]).translate(PICTURES) + "\n"
 
 
 def _wrapped(line: str) -> str:
@@ -234,7 +234,7 @@ def _raised(code: str) -> Diagnostic | None:
     )
     try:
         readings = read_log(example.encode(encoding), name="log.csv")
-        found = (*readings.diagnostics, *check_log(readings)[1])
+        raised = (*readings.diagnostics, *check_log(readings)[1])
     except GyroError as error:
-        found = error.diagnostics
-    return next((one for one in found if one.code == code), None)
+        raised = error.diagnostics
+    return next((diagnostic for diagnostic in raised if diagnostic.code == code), None)

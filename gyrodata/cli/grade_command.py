@@ -93,13 +93,13 @@ def grade(
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
 
     judged = read_rubric(*_rubric(rubric))
-    found = submissions.list_submissions(path.absolute(), lms, attempts)
-    book = _read_gradebook(gradebook, assignment, found, judged)
-    people = _read_roster(roster or gradebook, found)
+    listed = submissions.list_submissions(path.absolute(), lms, attempts)
+    book = _read_gradebook(gradebook, assignment, listed, judged)
+    people = _read_roster(roster or gradebook, listed)
     # Decisions are used too if the grades are only printed.
     home = folder or _usual_folder(path.resolve())
-    desk = _read_desk(home, people.who_is_meant(found), judged)
-    complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
+    desk = _read_desk(home, people.who_is_meant(listed), judged)
+    complain((*listed.diagnostics, *unknown_exceptions(judged, listed)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
@@ -115,12 +115,12 @@ def grade(
         if target is not None:
             at_work.enter_context(alone_in(target, private=True))
         try:
-            with progress_bar(len(found.items), "graded", quiet) as progress:
+            with progress_bar(len(listed.items), "graded", quiet) as progress:
                 options = replace(options, progress=progress)
                 grades = classroom.grade_class(
-                    found, judged, options, years, desk, people
+                    listed, judged, options, years, desk, people
                 )
-            complain(grades.submissions.diagnostics[len(found.diagnostics) :], quiet)
+            complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
             changes = _changes(grades, folder)
             filled = None if book is None else book.filled(grades, folder, desk)
             if not quiet:
@@ -158,7 +158,7 @@ class _Gradebook(NamedTuple):
 
 
 def _read_gradebook(
-    path: Path | None, assignment: str | None, found: Submissions, rubric: Rubric
+    path: Path | None, assignment: str | None, listed: Submissions, rubric: Rubric
 ) -> _Gradebook | None:
     """Read a gradebook; one that cannot be filled stops gyro before it grades."""
     if path is None:
@@ -170,16 +170,16 @@ def _read_gradebook(
     fill_book(
         book.data,
         book.name,
-        [not_graded(found.items[0], rubric, "not yet")],
+        [not_graded(listed.items[0], rubric, "not yet")],
         assignment,
     )
     return book
 
 
-def _read_roster(path: Path | None, found: Submissions) -> Roster:
+def _read_roster(path: Path | None, listed: Submissions) -> Roster:
     from gyrodata.grading.roster import Roster, read_roster
 
-    return Roster() if path is None else read_roster(_read(path), path.name, found)
+    return Roster() if path is None else read_roster(_read(path), path.name, listed)
 
 
 def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
@@ -293,20 +293,20 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
     """Read the logs of earlier years from the journals next to their grades."""
     from gyrodata.grading.classroom import JOURNAL, read_journal
 
-    found: dict[str, Fingerprint] = {}
+    fingerprints: dict[str, Fingerprint] = {}
     for year in years:
         path = year / JOURNAL
         name = year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
         kept = {
-            f"{name}/{student}": one.grade.fingerprint
-            for student, one in entries
-            if one.grade.fingerprint
+            f"{name}/{student}": fingerprint.grade.fingerprint
+            for student, fingerprint in entries
+            if fingerprint.grade.fingerprint
         }
         if not kept:
             refuse("previous_without_logs", year=year, journal=JOURNAL)
-        found |= kept
-    return found
+        fingerprints |= kept
+    return fingerprints
 
 
 def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
@@ -332,8 +332,8 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
         f"feedback is shown"
     )
     yield from (
-        f'in Gradescope: {one.points:g} points for "{one.title}" are given by hand'
-        for one in by_hand
+        f'in Gradescope: {judged.points:g} points for "{judged.title}" are given by hand'
+        for judged in by_hand
     )
 
 

@@ -51,12 +51,12 @@ Bound = Literal[
 ]
 
 
-def pairs(given: list[str] | None, option: str) -> dict[str, str]:
+def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; the last value of a key is used."""
-    found: dict[str, str] = {}
-    if given is None:
-        return found
-    for item in given:
+    values: dict[str, str] = {}
+    if texts is None:
+        return values
+    for item in texts:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
             example, form = (
@@ -71,8 +71,8 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
                 form=form,
                 example=example,
             )
-        found[key] = value
-    return found
+        values[key] = value
+    return values
 
 
 def read(

@@ -94,15 +94,15 @@ def _read(log: str | None) -> _Numbers:
         return _Numbers("", {}, [])
     from gyrodata.analysis import analyze_readings
 
-    found = analyze_readings(read(log))
-    measured = found.measurements
-    runs = found.run_table
+    analysis = analyze_readings(read(log))
+    measured = analysis.measurements
+    runs = analysis.run_table
     fastest = sorted(
         (i for i, run in enumerate(runs) if not run.left_out),
         key=lambda i: -abs(measured.spin[i]),
     )
     values = {
-        "--inertia": found.inertia.value,
+        "--inertia": analysis.inertia.value,
         "--spin": float(measured.spin[fastest[0]]),
         "--g": measured.g,
     }
@@ -124,9 +124,9 @@ def _read(log: str | None) -> _Numbers:
                 values["--transverse"] = float(measured.transverse_inertia[i])
             break
     return _Numbers(
-        found.name,
+        analysis.name,
         values,
-        [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts],
+        [f"do not rely on I_zz: {doubt.words}" for doubt in analysis.doubts],
     )
 
 

@@ -54,7 +54,7 @@ def json_schema(name: str) -> dict[str, Any]:
     shapes, tables = msgspec.json.schema_components(
         records, ref_template="#/$defs/{name}"
     )
-    for record in {part for one in records for part in _records(one)}:
+    for record in {part for record_type in records for part in _records(record_type)}:
         table = tables[record.__name__]
         texts = _descriptions(record)
         table["description"] = " ".join((getdoc(record) or "").split("\n\n")[0].split())
@@ -84,9 +84,9 @@ def _records(kind: Any) -> Iterator[type]:
 def _descriptions(record: type) -> dict[str, str]:
     """Read the text below each attribute of a record."""
     source = "".join(
-        getsource(one)
-        for one in record.__mro__
-        if one.__module__.startswith("gyrodata")
+        getsource(record_type)
+        for record_type in record.__mro__
+        if record_type.__module__.startswith("gyrodata")
     )
     texts = re.findall(
         r'^    (\w+): [^\n]*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL

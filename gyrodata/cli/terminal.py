@@ -46,10 +46,10 @@ class Door(TyperGroup):
             code = _report(error.diagnostics, error.exit_code)
         except OSError as error:
             # Commands explain errors of the files that they open.
-            found = Diagnostic.named(
+            diagnostic = Diagnostic.named(
                 "cannot_continue", why=error.strerror or type(error).__name__
             )
-            code = _report([found], InputError.exit_code)
+            code = _report([diagnostic], InputError.exit_code)
         except Exception as error:
             # Errors of the command line itself have this method; typer does not export
             # their class.
@@ -125,8 +125,8 @@ def _example_or_help(context: Any, message: str) -> str:
     return f"see: {context.command_path} --help"
 
 
-def _report(found: Sequence[Diagnostic], code: int) -> int:
-    complain(found)
+def _report(diagnostics: Sequence[Diagnostic], code: int) -> int:
+    complain(diagnostics)
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -200,11 +200,11 @@ def readable(text: str, encoding: str) -> str:
     except UnicodeEncodeError:
         text = re.sub(
             " ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
-            lambda found: "e" + found[1].translate(_RAISED),
+            lambda match: "e" + match[1].translate(_RAISED),
             text,
         )
         text = re.sub(
-            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: "^" + found[0].translate(_RAISED), text
+            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), text
         )
         text = "".join(map(_plain, text))
     return text
@@ -273,10 +273,10 @@ def coloured(text: str, stream: Any) -> str:
     if os.environ.get("NO_COLOR") or (plain and not os.environ.get("FORCE_COLOR")):
         return text
 
-    def paint(found: re.Match[str]) -> str:
-        colour = "1" if found["answer"] else _COLOURS[found["severity"] or "error"]
-        words = found["told"] or found["doubt"] or found["answer"]
-        return f"{found['place'] or ''}\033[{colour}m{words}\033[0m"
+    def paint(match: re.Match[str]) -> str:
+        colour = "1" if match["answer"] else _COLOURS[match["severity"] or "error"]
+        words = match["told"] or match["doubt"] or match["answer"]
+        return f"{match['place'] or ''}\033[{colour}m{words}\033[0m"
 
     return re.sub(_COLOURED, paint, text)
 
@@ -337,16 +337,24 @@ def tell(*lines: str) -> None:
             _throw_away(sys.stderr)
 
 
-def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
+def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error; errors come last, where users see them."""
     order = {"note": 0, "warning": 1, "error": 2}
-    shown = [one for one in found if not quiet or one.severity == "error"]
+    shown = [
+        diagnostic
+        for diagnostic in diagnostics
+        if not quiet or diagnostic.severity == "error"
+    ]
     tell(
         *map(
             str,
             sorted(
                 shown,
-                key=lambda one: (order[one.severity], one.line or 0, one.column or 0),
+                key=lambda diagnostic: (
+                    order[diagnostic.severity],
+                    diagnostic.line or 0,
+                    diagnostic.column or 0,
+                ),
             ),
         )
     )

@@ -295,8 +295,8 @@ def transverse_inertia(measured: Measurements) -> Floats:
         return measured.transverse_inertia
     load = np.nan_to_num(measured.mass * measured.position**2)
     if measured.nutation_ratio is not None:
-        found = measured.nutation_ratio * rough_inertia(measured)
-        return np.where(np.isnan(found), np.nanmedian(found - load) + load, found)
+        inertia = measured.nutation_ratio * rough_inertia(measured)
+        return np.where(np.isnan(inertia), np.nanmedian(inertia - load) + load, inertia)
     return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
 
 

@@ -369,7 +369,7 @@ def _fits_at_widths(
 def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
     """Integrate over the widths, from the fits at the stated ones."""
     kept = begun[0].adjusted.kept
-    found = []
+    answers = []
     for result in begun:
         # Integrate over the widths, adjust the runs at the typical ones, and integrate
         # there again.
@@ -384,13 +384,13 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
                 adjusted, result.sense, Widths(scatter, width, level), result.chi2
             )
             answer = integrate_at(result)
-        found.append((answer.evidence, result, answer))
-    found.sort(key=itemgetter(0), reverse=True)
-    evidence, first, answer = found[0]
-    if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
+        answers.append((answer.evidence, result, answer))
+    answers.sort(key=itemgetter(0), reverse=True)
+    evidence, first, answer = answers[0]
+    if len(answers) > 1 and answers[1][0] > evidence + math.log(ONE_SIGN):
         # The other sign of M0 is possible too.
         first = replace(first, two_signs=True)
-        answer = posterior.mixed([answer, found[1][2]])
+        answer = posterior.mixed([answer, answers[1][2]])
     stated = min(begun, key=attrgetter("chi2"))
     first = replace(first, as_stated=stated)
     return replace(first, posterior=answer)
@@ -655,10 +655,10 @@ def _transverse_u(measured: Measurements) -> float:
             return float(source.relative.max())
     # A log without a pitch and without the word "released" has no source for I, though
     # it may state I.
-    given = (
+    is_stated = (
         measured.transverse_inertia is not None or measured.nutation_ratio is not None
     )
-    return SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
+    return SOURCES["transverse_inertia"].default.relative if is_stated else TRANSVERSE_U
 
 
 def _total_spin_read(measured: Measurements) -> Floats | None:
@@ -760,7 +760,7 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = tuple([one for one in measured.sources if not one.of_motion])
+    sources = tuple([source for source in measured.sources if not source.of_motion])
     bare = runs = replace(measured, slowing=None, sources=sources)
     if not chosen.is_corrected(timed_runs(bare)):
         return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
@@ -776,14 +776,14 @@ def fit_model(
     return runs, fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
 
 
-def _correct_alike(one: Measurements, other: Measurements, result: FitResult) -> bool:
+def _correct_alike(runs: Measurements, other: Measurements, result: FitResult) -> bool:
     """Return whether two corrections of the same runs give the same I_zz.
 
     They do if they differ by a small part of u of I_zz.
     """
-    assert one.slowing is not None
+    assert runs.slowing is not None
     assert other.slowing is not None
-    differ = np.abs(one.slowing - other.slowing)
+    differ = np.abs(runs.slowing - other.slowing)
     # A run without a steady precession has no correction.
     worst = float(np.max(differ[np.isfinite(differ)], initial=0.0))
     return worst <= ALIKE * relative_u(result.inertia)

@@ -270,15 +270,19 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     left = left[:, :rank]
     sizes = sizes[:rank]
     right = right[:rank]
-    seen = across.T @ distance
-    parts = left.T @ seen
+    distance_across = across.T @ distance
+    parts = left.T @ distance_across
     errors = right.T @ (parts / sizes)
     change = np.linalg.solve(r[:unknowns], along.T @ (distance - pull @ errors))
     # The effect of errors on the answer, except of those that the fit removes.
     through = along.T @ pull
     spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
     return _Step(
-        change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts))
+        change,
+        errors,
+        spread,
+        rank,
+        float(np.linalg.norm(distance_across - left @ parts)),
     )
 
 

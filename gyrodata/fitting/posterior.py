@@ -371,13 +371,13 @@ def _rotate(
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     """Combine the posteriors of several models of a log, weighted by evidence."""
-    evidence = np.array([float(one.evidence) for one in posteriors])
+    evidence = np.array([float(part.evidence) for part in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
     shares = zip(chance, posteriors, strict=True)
     parts = [
-        [share * one.weight, one.mean, one.u, one.factor, one.width, one.level]
-        for share, one in shares
+        [share * part.weight, part.mean, part.u, part.factor, part.width, part.level]
+        for share, part in shares
     ]
     weight, mean, u, factor, width, level = (
         np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)

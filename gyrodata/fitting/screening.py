@@ -58,18 +58,18 @@ def screen(
         return [], None
     if as_stated is not None and _agrees(as_stated):
         return [], as_stated
-    found, result = _settle(measured, tilted, _far_runs(measured), as_stated)
+    outliers, result = _settle(measured, tilted, _far_runs(measured), as_stated)
     if result is None or chi2_tail(result.chi2, max(result.dof, 1)) >= MASKED:
-        return found, result
+        return outliers, result
     # One bad run can increase the scatter so much that it is not an outlier.
-    named = {outlier.index for outlier in found}
+    named = {outlier.index for outlier in outliers}
     deviations = np.abs(result.deviations)
     deviations[list(named)] = 0.0
     named.add(int(deviations.argmax()))
     more, without = _settle(measured, tilted, named)
     if without is not None and named <= {outlier.index for outlier in more}:
         return more, without
-    return found, result
+    return outliers, result
 
 
 def _agrees(fit: FitResult) -> bool:
@@ -100,7 +100,7 @@ def _settle(
 ) -> Screened:
     """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
-    found: list[Outlier] = []
+    outliers: list[Outlier] = []
     for _round in range(6):
         kept = np.ones(count, dtype=bool)
         kept[list(out)] = False
@@ -114,14 +114,16 @@ def _settle(
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
-        found = []
+        outliers = []
         for run in far.tolist():
             deviation = float(result.deviations[run])
-            found.append(Outlier(run, deviation, slip=abs(deviation) > GROSS * typical))
+            outliers.append(
+                Outlier(run, deviation, slip=abs(deviation) > GROSS * typical)
+            )
         if set(far.tolist()) == out:
-            return found, result
+            return outliers, result
         out = set(far.tolist())
-    return (found if len(found) <= count / 3 else []), None
+    return (outliers if len(outliers) <= count / 3 else []), None
 
 
 # --- the fits of the textbook ---
@@ -200,7 +202,7 @@ def insist_on_lines(
         product, torque = _line_of_motion(measured, fit, tilted)
     product = product[index]
     torque = torque[index]
-    found = []
+    slopes = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
         slope = float(ordinary_line(product, torque, intercept)[0])
@@ -208,8 +210,8 @@ def insist_on_lines(
         if 1 / adjustment.FACTOR < ratio < adjustment.FACTOR:
             return
         if not math.isnan(slope):
-            found.append(f"{slope:.2g} kg·m²")
-    lines = " and ".join(found) or "no result"
+            slopes.append(f"{slope:.2g} kg·m²")
+    lines = " and ".join(slopes) or "no result"
     raise NoFit(
         f"the fit gives {fit.inertia.value:.2g} kg·m², "
         f"but a straight line gives {lines}"

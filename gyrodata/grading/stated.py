@@ -27,7 +27,7 @@ from gyrodata.readings import (
     to_display,
 )
 from gyrodata.readings.roles import ORIGIN_LENGTHS, stated_u
-from gyrodata.readings.settings import Given, read_settings
+from gyrodata.readings.settings import Setting, read_settings
 
 OVER_USUAL, OVER_BENCH = 5.0, 2.0
 """A larger stated uncertainty, in units of the default or of that of the bench, is a
@@ -85,7 +85,7 @@ def with_usual(
     returned as it is.
     """
     lines = [
-        Given(key, text, key, None)
+        Setting(key, text, key, None)
         for key, text in bench.items()
         if key.startswith("u_")
     ]

@@ -43,7 +43,7 @@ from gyrodata.readings import (
     u_keys,
 )
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
-from gyrodata.readings.settings import Given, read_settings
+from gyrodata.readings.settings import Setting, read_settings
 from gyrodata.reporting.values import inertia_text
 
 if TYPE_CHECKING:
@@ -536,7 +536,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
             read_settings(
                 [],
                 [],
-                [Given(key, text, key, None)] if key != "from" else [],
+                [Setting(key, text, key, None)] if key != "from" else [],
                 Faults(""),
                 True,
             )

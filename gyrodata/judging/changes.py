@@ -715,7 +715,7 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     if len(lab.measured.runs) > MOST_RUNS:
         return []
     answer = lab.fit.inertia
-    found = []
+    answered_changes = []
     for change in CHANGES[table](lab):
         fit = None
         with suppress(fitting.NoFit):
@@ -727,8 +727,8 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
             off = fit.inertia.value - answer.value
             deviation = off / answer.u if answer.u else None
             answered = Sensitivity(change.name, change.words, fit.inertia, deviation)
-        found.append((change, answered))
-    return found
+        answered_changes.append((change, answered))
+    return answered_changes
 
 
 class Fits:

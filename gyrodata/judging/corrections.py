@@ -252,12 +252,12 @@ def _cells(
 def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
     """Leave out cells with a number that is there already, or that is impossible."""
     sizes = [size.possible for size in SIZES if size.role == column.role]
-    seen = {0.0, float(f"{column.values[index]:.6g}")}
+    listed = {0.0, float(f"{column.values[index]:.6g}")}
     for cell in cells:
         rounded = float(f"{cell.value:.6g}")
         is_possible = all(low <= cell.value <= high for low, high in sizes)
-        if is_possible and rounded not in seen:
-            seen.add(rounded)
+        if is_possible and rounded not in listed:
+            listed.add(rounded)
             yield cell
 
 

@@ -1,6 +1,6 @@
 """The list of all checks of a log, and of advice for the next one.
 
-A check uses a log and its fit (`Seen`) and returns findings: diagnostics with a code, a
+A check uses a log and its fit (`JudgedLab`) and returns findings: diagnostics with a code, a
 severity, a place, words and a remedy. A finding with a kind of `doubt` means that the
 answer is not safe to quote. Terminal, page, `gyro check`, grading and JSON select from
 these findings and make none of their own.
@@ -44,7 +44,7 @@ from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 # --- the checks ---
 
 
-class Seen(Lab, frozen=True, kw_only=True):
+class JudgedLab(Lab, frozen=True, kw_only=True):
     """A log and its fit, with all that the checks need."""
 
     readings: Readings
@@ -72,29 +72,29 @@ class Seen(Lab, frozen=True, kw_only=True):
         return self.fit.widths.scatter > CONTRADICTING
 
 
-def _outliers(seen: Seen) -> Iterator[Diagnostic]:
+def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name each outlier, unless an explanation says more."""
-    if seen.outliers and not _is_explained(seen):
-        yield from _say_outliers(seen)
+    if lab.outliers and not _is_explained(lab):
+        yield from _say_outliers(lab)
 
 
-def _say_outliers(seen: Seen) -> Iterator[Diagnostic]:
+def _say_outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Say for each outlier what was done with it, and what it does to the answer."""
-    readings = seen.readings
-    without = seen.without_outliers
+    readings = lab.readings
+    without = lab.without_outliers
     kept = ""
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
-    for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
-        is_out = outlier.index in seen.left_out
+    for outlier in lab.outliers[:MOST_OF_ONE_CODE]:
+        is_out = outlier.index in lab.left_out
         yield readings.say(
             "outlier_left_out" if is_out else "outlier_kept",
             _cell_of(readings, outlier),
-            run=seen.measured.runs[outlier.index],
-            reason=outlier_reason(seen.measured, outlier),
+            run=lab.measured.runs[outlier.index],
+            reason=outlier_reason(lab.measured, outlier),
             without=kept,
         )
-    more = len(seen.outliers) - MOST_OF_ONE_CODE
+    more = len(lab.outliers) - MOST_OF_ONE_CODE
     if more > 0:
         yield readings.say("more_outliers", count=more)
 
@@ -120,11 +120,11 @@ NO_ACCIDENT = 0.001
 within their uncertainties."""
 
 
-def _causes_of_scatter(seen: Seen) -> str:
+def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""
-    if not seen.fit.late:
+    if not lab.fit.late:
         return ""
-    names = [seen.measured.runs[run] for run in seen.fit.late]
+    names = [lab.measured.runs[run] for run in lab.fit.late]
     runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
     return (
         f"the clock of {runs} was perhaps stopped late, "
@@ -136,44 +136,44 @@ MUCH_SCATTER = 2.0
 """With a smaller scatter the weights disagree, and not their runs."""
 
 
-def _is_balance_change(seen: Seen) -> bool:
+def _is_balance_change(lab: JudgedLab) -> bool:
     """Return whether a balance that differs between weights explains the scatter."""
-    is_change = seen.fit.chance_of_one_balance < ONE_BALANCE
-    return is_change and seen.fit.widths.scatter < MUCH_SCATTER
+    is_change = lab.fit.chance_of_one_balance < ONE_BALANCE
+    return is_change and lab.fit.widths.scatter < MUCH_SCATTER
 
 
-def _scatter(seen: Seen) -> Iterator[Diagnostic]:
+def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
-    fit = seen.fit
-    if seen.contradicts_itself:
+    fit = lab.fit
+    if lab.contradicts_itself:
         factor = fit.widths.scatter
-        yield seen.readings.say("runs_contradict_each_other", scatter=factor)
+        yield lab.readings.say("runs_contradict_each_other", scatter=factor)
         return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
-    p = seen.p or fitting.chi2_tail(fit.chi2, max(fit.dof, 1))
-    if p < NO_ACCIDENT and not (_is_balance_change(seen) or _is_explained(seen)):
-        yield _say_scatter(seen)
+    p = lab.p or fitting.chi2_tail(fit.chi2, max(fit.dof, 1))
+    if p < NO_ACCIDENT and not (_is_balance_change(lab) or _is_explained(lab)):
+        yield _say_scatter(lab)
 
 
-def _say_scatter(seen: Seen) -> Diagnostic:
+def _say_scatter(lab: JudgedLab) -> Diagnostic:
     """Say that the runs scatter more than stated, or are not on one line."""
-    measured = seen.measured
-    fit = seen.fit
+    measured = lab.measured
+    fit = lab.fit
     scatter = fit.widths.scatter
     values = {
         "scatter": scatter,
         "u_time": scatter * (measured.time_u or 0.14),
-        "late": _causes_of_scatter(seen),
+        "late": _causes_of_scatter(lab),
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < NO_ACCIDENT:
-        return seen.readings.say("not_one_line", **values)
-    return seen.readings.say(
+        return lab.readings.say("not_one_line", **values)
+    return lab.readings.say(
         "scatter_too_large",
         **values,
         stated=_stated_scatter(measured),
-        in_u=scatter_in_u(seen.constancy, measured),
+        in_u=scatter_in_u(lab.constancy, measured),
     )
 
 
@@ -189,49 +189,47 @@ TELLING = 4
 """Smallest number of weights that can show which one of them is different."""
 
 
-def _weights_disagree(seen: Seen) -> Iterator[Diagnostic]:
+def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report that M0 differs between weights, and the weight that differs.
 
     This is a test of lack of fit: the scatter between the weights is compared with that
     within each weight, whose size is uncertain.
     """
-    chance = seen.fit.chance_of_one_balance
-    kinds = [each.kind for each in seen.explanations]
+    chance = lab.fit.chance_of_one_balance
+    kinds = [each.kind for each in lab.explanations]
     is_other = bool(kinds) and "balance" not in kinds
-    if seen.contradicts_itself or is_other or chance >= ONE_BALANCE:
+    if lab.contradicts_itself or is_other or chance >= ONE_BALANCE:
         return
-    yield seen.readings.say(
+    yield lab.readings.say(
         "weights_disagree",
         percent=100 * (1 - chance),
-        level=1e3 * seen.fit.widths.level,
-        which=_odd_weight(seen),
+        level=1e3 * lab.fit.widths.level,
+        which=_odd_weight(lab),
     )
 
 
-def _odd_weight(seen: Seen) -> str:
+def _odd_weight(lab: JudgedLab) -> str:
     """Name the weight whose M0 differs most, if the log has enough weights for it."""
-    weights = [
-        runs for runs in seen.measured.by_weight if seen.measured.torque[runs[0]]
-    ]
+    weights = [runs for runs in lab.measured.by_weight if lab.measured.torque[runs[0]]]
     if len(weights) < TELLING:
         return "so few weights cannot show which one is different"
-    run = int(np.abs(seen.fit.error_of(BALANCE_CHANGE)).argmax())
-    return f"M0 differs most with {load_words(seen.measured, run)}"
+    run = int(np.abs(lab.fit.error_of(BALANCE_CHANGE)).argmax())
+    return f"M0 differs most with {load_words(lab.measured, run)}"
 
 
-def _blocks_disagree(seen: Seen) -> Iterator[Diagnostic]:
+def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report days or groups that do not have the same I_zz."""
-    agreement = seen.agreement
-    if seen.contradicts_itself or agreement is None or agreement.p > DISAGREE:
+    agreement = lab.agreement
+    if lab.contradicts_itself or agreement is None or agreement.p > DISAGREE:
         return
-    alone = [block for block in seen.blocks if block.inertia]
+    alone = [block for block in lab.blocks if block.inertia]
     values = [
         f"{1e3 * block.inertia.value:.4g} ± {1e3 * (block.inertia.u or 0.0):.2g}"
         for block in alone
         if block.inertia
     ]
     names = listing([block.name for block in alone])
-    yield seen.readings.say(
+    yield lab.readings.say(
         "blocks_disagree", names=names, p=agreement.p, values=listing(values)
     )
 
@@ -240,62 +238,62 @@ OTHER_MESSAGES = ("runs", "balance")
 """Kinds of explanations that have a message of their own if they are certain."""
 
 
-def _is_explained(seen: Seen) -> bool:
+def _is_explained(lab: JudgedLab) -> bool:
     """Return whether `_explanations` says why the runs do not agree."""
-    several = seen.explanations
+    several = lab.explanations
     is_certain = len(several) == 1 and several[0].kind not in OTHER_MESSAGES
     return is_certain or len(several) > 1
 
 
-def _explanations(seen: Seen) -> Iterator[Diagnostic]:
+def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name the mistake with which the runs would agree, or the probable ones."""
-    if not _is_explained(seen):
+    if not _is_explained(lab):
         return
-    if len(seen.explanations) > 1:
-        yield _list_explanations(seen)
+    if len(lab.explanations) > 1:
+        yield _list_explanations(lab)
         return
-    only = seen.explanations[0]
+    only = lab.explanations[0]
     name = "weight_wrong" if only.kind == "weight" else "shared_error"
-    yield seen.readings.say(name, words=only.words, remedy=only.remedy)
+    yield lab.readings.say(name, words=only.words, remedy=only.remedy)
 
 
-def _list_explanations(seen: Seen) -> Diagnostic:
+def _list_explanations(lab: JudgedLab) -> Diagnostic:
     """List several probable mistakes, the most probable first."""
-    several = seen.explanations
+    several = lab.explanations
     listed = "; or ".join(
         f"({number}) {each.words} (I_zz = {each.inertia.value:.4g} kg·m²)"
         for number, each in enumerate(several, start=1)
     )
     of_runs = all(each.kind == "runs" for each in several)
     name = "either_run_wrong" if of_runs else "several_explanations"
-    return seen.readings.say(name, listed=listed)
+    return lab.readings.say(name, listed=listed)
 
 
-def _deviations(seen: Seen) -> Iterator[Diagnostic]:
+def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report a period that is not in proportion to the spin."""
-    fit = seen.fit
-    exponent = seen.exponent
-    if seen.contradicts_itself or _is_explained(seen):
+    fit = lab.fit
+    exponent = lab.exponent
+    if lab.contradicts_itself or _is_explained(lab):
         return
     if exponent is None or fit.dof < 2:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
-    other_law = fit.adjusted.problem.tilted or seen.measured.slowing is not None
-    if other_law and (seen.p or 0.0) > NO_ACCIDENT:
+    other_law = fit.adjusted.problem.tilted or lab.measured.slowing is not None
+    if other_law and (lab.p or 0.0) > NO_ACCIDENT:
         return
     rest = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
     far = exponent.deviation / math.sqrt(max(rest, 1.0))
     if abs(far) > OTHER_LAW:
-        yield _say_other_law(seen, exponent, far)
+        yield _say_other_law(lab, exponent, far)
 
 
-def _say_other_law(seen: Seen, exponent: Exponent, far: float) -> Diagnostic:
+def _say_other_law(lab: JudgedLab, exponent: Exponent, far: float) -> Diagnostic:
     """Report that an exponent is `far` standard uncertainties from 1."""
     cause = "a spin that was not read at half time"
     if far < 0:
         cause = "a stopwatch that is late in every run"
-    return seen.readings.say(
+    return lab.readings.say(
         "period_not_in_proportion",
         power=round(exponent.value, 2) + 0.0,
         far=abs(far),
@@ -307,33 +305,33 @@ TOO_GOOD = 0.003
 """Runs that agree better than stated are reported if this is less probable."""
 
 
-def _agreement(seen: Seen) -> Iterator[Diagnostic]:
+def _agreement(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report runs that agree much better than their stated uncertainties allow."""
-    fit = seen.fit
-    if fit.dof < 2 or not seen.measured.own_relative.all():
+    fit = lab.fit
+    if fit.dof < 2 or not lab.measured.own_relative.all():
         return
     low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
     if low < TOO_GOOD:
         p = f"p = {low:.1g}" if low > 1e-6 else "p < 1e-6"
-        yield seen.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
+        yield lab.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
 CONTRADICTED = 3.0
 """Number of standard uncertainties by which the runs must contradict a balance test."""
 
 
-def _balance(seen: Seen) -> Iterator[Diagnostic]:
+def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report a balance test that the runs contradict.
 
     Runs that cannot separate M0 from I_zz are reported as well.
     """
-    measured = seen.measured
-    fit = seen.fit
+    measured = lab.measured
+    fit = lab.fit
     if measured.balance_test is not None:
         allowed = measured.balance_test(fit.inertia.value)
         _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
         if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
-            yield seen.readings.say(
+            yield lab.readings.say(
                 "balance_test_contradicted",
                 m0=1e3 * m0,
                 allowed=1e3 * allowed,
@@ -341,26 +339,26 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
             )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         ways = "" if measured.balanced else BALANCED
-        yield seen.readings.say("single_torque", ways=ways)
+        yield lab.readings.say("single_torque", ways=ways)
 
 
 BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
 """How a log with one torque can say that M0 is small."""
 
 
-def _direction(seen: Seen) -> Iterator[Diagnostic]:
+def _direction(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Ask for the direction of the runs without a weight, if this reduces u of I_zz."""
-    now = 100 * relative_u(seen.fit.inertia)
-    for _, answer in changes.answers(seen, "direction"):
+    now = 100 * relative_u(lab.fit.inertia)
+    for _, answer in changes.answers(lab, "direction"):
         then = 100 * relative_u(answer.inertia) if answer.inertia else now
         if then > changes.WORTH * now:
             continue
-        bare = (seen.measured.sense == 0) & (seen.fit.adjusted.kept > 0)
+        bare = (lab.measured.sense == 0) & (lab.fit.adjusted.kept > 0)
         runs = np.flatnonzero(bare).tolist()
         names = f"run{'s' * (len(runs) > 1)} "
-        names += listing([seen.measured.runs[run] for run in runs])
-        place = seen.readings.place(runs[0])
-        yield seen.readings.say(
+        names += listing([lab.measured.runs[run] for run in runs])
+        place = lab.readings.place(runs[0])
+        yield lab.readings.say(
             "direction_missing", place, runs=names, now=now, then=then
         )
 
@@ -379,27 +377,27 @@ FELL_BY = 0.03
 """… and by this much more [1], then something rubbed, or the spin was read wrongly."""
 
 
-def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
+def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    m0 = seen.fit.residual_torque
-    lightest = fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
+    m0 = lab.fit.residual_torque
+    lightest = fitting.lightest_torque(lab.measured, lab.fit.adjusted.kept)
     uncertain = min(2 * (m0.u or 0.0), 2 * lightest)
     is_small = abs(m0.value) <= max(POOR_BALANCE * lightest, uncertain)
-    if seen.measured.balanced is False or is_small or seen.contradicts_itself:
+    if lab.measured.balanced is False or is_small or lab.contradicts_itself:
         return
     share = abs(m0.value) / lightest
-    poor = seen.readings.say(
-        "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(seen)
+    poor = lab.readings.say(
+        "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(lab)
     )
     # Wrong masses or arms can look like an M0 that no ball has.
     yield replace(poor, doubt="size") if share > NO_BALANCE else poor
 
 
-def _hanger(seen: Seen) -> str:
+def _hanger(lab: JudgedLab) -> str:
     """Ask about a hanger whose torque is M0, or about other masses on the rod."""
-    measured = seen.measured
+    measured = lab.measured
     arms = measured.position[measured.torque != 0]
-    missing = 1e3 * seen.fit.residual_torque.value / (measured.g * arms[0])
+    missing = 1e3 * lab.fit.residual_torque.value / (measured.g * arms[0])
     if missing > 0 and not np.ptp(arms):
         return (
             f"if a hanger of {missing:.2g} g is missing from the masses, "
@@ -408,12 +406,12 @@ def _hanger(seen: Seen) -> str:
     return "add to the masses what else hung on the rod, such as a clip; "
 
 
-def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
+def _spins_that_fell_alone(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name the runs in which the spin fell much faster than in the middle run.
 
     If more than a quarter of the runs would be named, none is.
     """
-    measured = seen.measured
+    measured = lab.measured
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = np.log(measured.spin_start / measured.spin_end)
@@ -425,21 +423,21 @@ def _spins_that_fell_alone(seen: Seen) -> Iterator[Diagnostic]:
     if len(far) > len(fall) / 4 or len(fall) < 4:
         return
     for run in far:
-        yield seen.readings.say(
+        yield lab.readings.say(
             "spin_fell_alone",
-            spin_columns(seen.readings)[-1].place(run),
+            spin_columns(lab.readings)[-1].place(run),
             run=measured.runs[run],
             percent=-100 * np.expm1(-fall[run]),
             more=FELL_MORE,
         )
 
 
-def _friction(seen: Seen) -> Iterator[Diagnostic]:
+def _friction(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report the torque of friction, and whether it is negligible."""
-    measured = seen.measured
-    inertia = seen.fit.inertia
+    measured = lab.measured
+    inertia = lab.fit.inertia
     drag = measured.drag
-    if drag is None or not seen.readings.spin_down:
+    if drag is None or not lab.readings.spin_down:
         return
     longest = int(np.argmax(measured.time))
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
@@ -447,7 +445,7 @@ def _friction(seen: Seen) -> Iterator[Diagnostic]:
     hint = "friction is not negligible: read the spin at start and end too"
     if size < DROP_ONE * relative_u(inertia):
         hint = "friction is negligible here"
-    yield seen.readings.say(
+    yield lab.readings.say(
         "spin_falls",
         time=1 / drag.rate,
         spin=drag.spin / RPM,
@@ -458,35 +456,35 @@ def _friction(seen: Seen) -> Iterator[Diagnostic]:
     )
 
 
-def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
+def _other_measurements(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report I_zz from a falling mass, and I over I_zz from the nutation."""
-    if seen.readings.falling_mass:
-        yield _of_falling_mass(seen, seen.readings.falling_mass)
-    ratio = seen.measured.nutation_ratio
+    if lab.readings.falling_mass:
+        yield _of_falling_mass(lab, lab.readings.falling_mass)
+    ratio = lab.measured.nutation_ratio
     if ratio is not None:
-        yield seen.readings.say("nutation", ratio=float(np.nanmedian(ratio)))
+        yield lab.readings.say("nutation", ratio=float(np.nanmedian(ratio)))
 
 
-def _of_falling_mass(seen: Seen, falling: Sequence[float]) -> Diagnostic:
+def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
     """Report I_zz from a mass that falls on a thread, and turns the ball."""
     mass, radius, height, time, friction = falling
-    inertia = seen.fit.inertia
+    inertia = lab.fit.inertia
     # The thread pulls with m (g − a), less the friction.
-    pull = (mass - friction) * seen.measured.g
-    found = radius**2 * (pull * time**2 / (2 * height) - mass)
-    off = 100 * (found / inertia.value - 1)
+    pull = (mass - friction) * lab.measured.g
+    measured_inertia = radius**2 * (pull * time**2 / (2 * height) - mass)
+    off = 100 * (measured_inertia / inertia.value - 1)
     u = 100 * relative_u(inertia)
-    return seen.readings.say("falling_mass", inertia=found, off=off, u=u)
+    return lab.readings.say("falling_mass", inertia=measured_inertia, off=off, u=u)
 
 
-def _digits(seen: Seen) -> Iterator[Diagnostic]:
+def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report each column with which one more digit would make u(I_zz) much smaller."""
-    now = 100 * relative_u(seen.fit.inertia)
-    for change, answer in changes.answers(seen, "one_more_digit"):
+    now = 100 * relative_u(lab.fit.inertia)
+    for change, answer in changes.answers(lab, "one_more_digit"):
         then = 100 * relative_u(answer.inertia) if answer.inertia else now
         if then < MUCH_BETTER * now:
-            column = seen.readings.columns[change.words]
-            yield _say_too_few_digits(seen.readings, column, now, then)
+            column = lab.readings.columns[change.words]
+            yield _say_too_few_digits(lab.readings, column, now, then)
 
 
 MUCH_BETTER = 0.88
@@ -526,24 +524,24 @@ def _say_too_few_digits(
     )
 
 
-def _tachometer(seen: Seen) -> Iterator[Diagnostic]:
+def _tachometer(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report that a tachometer that stood still would change I_zz."""
-    for effect in seen.effects:
-        if effect.effect == "tachometer" and _matters(seen, effect):
+    for effect in lab.effects:
+        if effect.effect == "tachometer" and _matters(lab, effect):
             direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
             off = 100 * abs(effect.bias or 0.0)
-            yield seen.readings.say("tachometer_not_told", off=off, direction=direction)
+            yield lab.readings.say("tachometer_not_told", off=off, direction=direction)
 
 
-def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
+def _transverse_inertia(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report the transverse inertia that is assumed, if its uncertainty matters."""
-    fit = seen.fit
-    if seen.measured.transverse_inertia is not None:
+    fit = lab.fit
+    if lab.measured.transverse_inertia is not None:
         return
     for share in fit.budget:
         if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
-            across = fitting.transverse_inertia(seen.measured)
-            yield seen.readings.say(
+            across = fitting.transverse_inertia(lab.measured)
+            yield lab.readings.say(
                 "transverse_inertia_not_given",
                 low=across.min(),
                 high=across.max(),
@@ -552,19 +550,19 @@ def _transverse_inertia(seen: Seen) -> Iterator[Diagnostic]:
             )
 
 
-def _model(seen: Seen) -> Iterator[Diagnostic]:
+def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
-    readings = seen.readings
+    readings = lab.readings
     if "pitch" in readings.columns:
-        unused = _uncertainties_of(MODELS) - _uncertainties_of(seen.motion.models)
+        unused = _uncertainties_of(MODELS) - _uncertainties_of(lab.motion.models)
         for key, place in readings.stated_at.items():
             if key in unused:
                 yield readings.say("u_of_pitch_not_used", place, key=key)
-    runs = fitting.timed_runs(seen.measured)
+    runs = fitting.timed_runs(lab.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
-    for effect in seen.effects:
-        if effect.effect in silent and not seen.asked:
-            yield from _silent_motion(seen, effect, silent[effect.effect])
+    for effect in lab.effects:
+        if effect.effect in silent and not lab.asked:
+            yield from _silent_motion(lab, effect, silent[effect.effect])
 
 
 def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
@@ -572,13 +570,13 @@ def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
     return set(chain.from_iterable([model.uncertainties for model in many]))
 
 
-def _matters(seen: Seen, effect: Effect) -> bool:
+def _matters(lab: JudgedLab, effect: Effect) -> bool:
     """Return whether an effect of a consistent log is too large to be left out."""
-    return (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
+    return (effect.size or 0.0) > DROP_ONE and not lab.contradicts_itself
 
 
 def _silent_motion(
-    seen: Seen, effect: Effect, model: MotionModel
+    lab: JudgedLab, effect: Effect, model: MotionModel
 ) -> Iterator[Diagnostic]:
     """Report a motion of a silent log: assumed, or not used although it matters."""
     if effect.bias is None or model.messages is None:
@@ -587,9 +585,9 @@ def _silent_motion(
     direction = "high" if effect.bias > 0 else "low"
     off = 100 * abs(effect.bias)
     if effect.kept:
-        yield seen.readings.say(is_assumed, off=off, direction=direction)
-    elif _matters(seen, effect):
-        yield seen.readings.say(is_not_used, off=off, direction=direction)
+        yield lab.readings.say(is_assumed, off=off, direction=direction)
+    elif _matters(lab, effect):
+        yield lab.readings.say(is_not_used, off=off, direction=direction)
 
 
 BY_HAND = (60 * RPM, 2000 * RPM)
@@ -610,12 +608,12 @@ LONGEST_ARM = 0.6
 """An arm is usually shorter [m]."""
 
 
-def _unusual(seen: Seen) -> Iterator[Diagnostic]:
+def _unusual(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Ask about columns that are possible but not usual, one question for each column.
 
     All published logs are within the bounds.
     """
-    measured = seen.measured
+    measured = lab.measured
     loaded = measured.torque != 0
     spin = measured.spin[loaded]
     rate = np.abs(measured.product[loaded]) / spin
@@ -628,33 +626,33 @@ def _unusual(seen: Seen) -> Iterator[Diagnostic]:
     fastest = float(spin.max())
     by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
     if fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM):
-        yield _ask(seen, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
+        yield _ask(lab, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
     elif lever > LONG_LEVER and arm < LONGEST_ARM:
-        yield _ask(seen, "weight_too_large", "spin", BY_HAND, lever)
+        yield _ask(lab, "weight_too_large", "spin", BY_HAND, lever)
     if turn > LONG_TURN:
-        yield _ask(seen, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
+        yield _ask(lab, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
     elif (rate / spin).min() > NEARLY_AS_FAST:
-        yield _ask(seen, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
+        yield _ask(lab, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
     if arm < SHORT_ARM:
         yield _ask(
-            seen, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
+            lab, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
         )
 
 
 def _ask(
-    seen: Seen, name: str, role: str, usual: tuple[float, float], value: float
+    lab: JudgedLab, name: str, role: str, usual: tuple[float, float], value: float
 ) -> Diagnostic:
     """Ask about the readings of a column, and propose another unit.
 
     `name` is that of the message, and `usual` the range in this lab [SI unit].
     """
-    readings = seen.readings
+    readings = lab.readings
     column = readings.columns.get(role)
     unit = unit_within(readings, role, usual) if column else ""
     hint = ""
     if unit:
         hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
-    first = int(np.flatnonzero(seen.measured.torque)[0])
+    first = int(np.flatnonzero(lab.measured.torque)[0])
     place = column.place(first) if column else None
     asked = readings.say(name, place, value=value, hint=hint)
     # If another unit makes the column usual, the answer is not safe to quote.
@@ -685,9 +683,9 @@ def _well_known(ball: Ball, inertia: Estimate) -> bool:
     return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
 
 
-def _causes_of_difference(seen: Seen, ball: Ball) -> str:
+def _causes_of_difference(lab: JudgedLab, ball: Ball) -> str:
     """List the causes that make I_zz larger or smaller than the value for the ball."""
-    measured = seen.measured
+    measured = lab.measured
     is_high = ball.relative > 0
     causes = []
     if is_high and not ball.bore:
@@ -710,13 +708,13 @@ def _causes_of_difference(seen: Seen, ball: Ball) -> str:
     return "".join([f"{cause}; " for cause in causes])
 
 
-def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
+def _ball_differs(lab: JudgedLab, ball: Ball) -> Iterator[Diagnostic]:
     """Report an I_zz that is near the value for a well known ball, but differs from it.
 
     The value for the ball is not within the uncertainty.
     """
     deviation = ball.deviation or 0.0
-    if abs(deviation) < DIFFERS or not _well_known(ball, seen.fit.inertia):
+    if abs(deviation) < DIFFERS or not _well_known(ball, lab.fit.inertia):
         return
     side = "above" if deviation > 0 else "below"
     sizes = {
@@ -725,56 +723,56 @@ def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
         "expected": ball.inertia,
         "far": abs(deviation),
     }
-    yield seen.readings.say(
-        "ball_differs", **sizes, causes=_causes_of_difference(seen, ball)
+    yield lab.readings.say(
+        "ball_differs", **sizes, causes=_causes_of_difference(lab, ball)
     )
 
 
-def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
+def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
     """Report an I_zz that is far from the value for the ball or disk.
 
     The report also names the mistakes that explain this I_zz.
     """
-    value = abs(seen.fit.inertia.value)
+    value = abs(lab.fit.inertia.value)
     body = "the ball" if ball.mass is not None else "the disk"
     ratio = value / ball.inertia
     part = f"{ratio:.3g} times"
     if not ratio > 0.5:
         part = f"1/{1 / ratio:.3g} of"
     slips = mistakes.explaining_mistakes(
-        seen.readings, seen.measured, value, ball.inertia
+        lab.readings, lab.measured, value, ball.inertia
     )
     cause = "; or ".join([f"{after:.4g} if {kind.log}" for kind, after in slips])
     cause = f"it would be {cause}" if slips else "no common mistake explains this"
     hint = "; or else: ".join([kind.remedy for kind, _ in slips])
     if not hint:
-        causes = _causes_of_difference(seen, ball)
+        causes = _causes_of_difference(lab, ball)
         hint = f"look for a cause in this order: {causes}a wrong unit"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
-    return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+    return lab.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 
 
-def _body(seen: Seen) -> Iterator[Diagnostic]:
+def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that is impossible for the ball or disk, or in this lab."""
-    ball = seen.ball
+    ball = lab.ball
     if ball is not None and _is_far(ball):
-        yield _ball_disagrees(seen, ball)
-    elif _is_unusual(seen):
+        yield _ball_disagrees(lab, ball)
+    elif _is_unusual(lab):
         low, high = INERTIA_RANGE
-        value = abs(seen.fit.inertia.value)
-        yield seen.readings.say("inertia_unusual", inertia=value, low=low, high=high)
+        value = abs(lab.fit.inertia.value)
+        yield lab.readings.say("inertia_unusual", inertia=value, low=low, high=high)
 
 
-def _other_body(seen: Seen) -> Iterator[Diagnostic]:
+def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report an I_zz that differs from the ball, or columns that are not usual."""
-    ball = seen.ball
-    if (ball is not None and _is_far(ball)) or _is_unusual(seen):
+    ball = lab.ball
+    if (ball is not None and _is_far(ball)) or _is_unusual(lab):
         return
-    if ball is not None and not seen.contradicts_itself:
-        yield from _ball_differs(seen, ball)
+    if ball is not None and not lab.contradicts_itself:
+        yield from _ball_differs(lab, ball)
     # With a ball in the log, I_zz itself is checked.
-    elif not seen.unusual_sizes and seen.readings.constants.get("ball_mass") is None:
-        yield from _unusual(seen)
+    elif not lab.unusual_sizes and lab.readings.constants.get("ball_mass") is None:
+        yield from _unusual(lab)
 
 
 def _is_far(ball: Ball) -> bool:
@@ -784,13 +782,13 @@ def _is_far(ball: Ball) -> bool:
     return abs(ball.deviation or math.inf) > FAR_IN_U
 
 
-def _is_unusual(seen: Seen) -> bool:
+def _is_unusual(lab: JudgedLab) -> bool:
     """Return whether no lab with an air bearing has such an I_zz."""
     low, high = INERTIA_RANGE
-    return not seen.unusual_sizes and not low <= abs(seen.fit.inertia.value) <= high
+    return not lab.unusual_sizes and not low <= abs(lab.fit.inertia.value) <= high
 
 
-Check = Callable[[Seen], Iterable[Diagnostic]]
+Check = Callable[[JudgedLab], Iterable[Diagnostic]]
 
 CHECKS: tuple[Check, ...] = (
     _outliers,

@@ -64,8 +64,8 @@ def known_mistakes() -> dict[str, Mistake]:
     """
     text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
     return {
-        one.kind: one
-        for one in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])
+        mistake.kind: mistake
+        for mistake in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])
     }
 
 
@@ -178,43 +178,43 @@ def _factors_of_log(
     nan = np.nan
     diameter = readings.constants.get("ball_diameter")
     length = readings.constants.get("rod_length")
-    found: dict[str, float | Floats] = {"1/g": 1 / measured.g}
+    factors: dict[str, float | Floats] = {"1/g": 1 / measured.g}
     if _unit(readings, "mass") == "kg":
-        found["g, of weights in kg"] = measured.g
+        factors["g, of weights in kg"] = measured.g
     if np.any(turns != 1):
-        found |= {"1/turns": 1 / turns, "1/turns²": turns**-2}
+        factors |= {"1/turns": 1 / turns, "1/turns²": turns**-2}
     if measured.timed and np.all(turns >= 2):
-        found["turns²"] = turns**2
+        factors["turns²"] = turns**2
     if measured.timed and np.all(turns > 20):
-        found["360, of many turns"] = 360.0
+        factors["360, of many turns"] = 360.0
     with np.errstate(all="ignore"):
         if diameter is not None:
             radius = diameter / 2
             outside = np.where(arm > radius, arm - radius, nan)
-            found["(arm - radius)/arm"] = np.where(
+            factors["(arm - radius)/arm"] = np.where(
                 measured.torque == 0, 1.0, outside / arm
             )
-            found["arm/(arm + radius)"] = arm / (arm + radius)
-            found["arm/(arm - radius)"] = arm / outside
-            found["arm/(arm - radius), of an arm beyond the ball"] = np.where(
+            factors["arm/(arm + radius)"] = arm / (arm + radius)
+            factors["arm/(arm - radius)"] = arm / outside
+            factors["arm/(arm - radius), of an arm beyond the ball"] = np.where(
                 arm > diameter, arm / outside, nan
             )
         if length is not None:
             from_tip = length + (diameter or 0.0) / 2 - arm
-            found["arm/(length + radius - arm)"] = np.where(
+            factors["arm/(length + radius - arm)"] = np.where(
                 from_tip > 0, arm / from_tip, nan
             )
     power = math.floor(math.log10(abs(inertia)))
     if power:
-        found |= {"1/power of ten": 10.0**-power, "1/power of ten²": 100.0**-power}
+        factors |= {"1/power of ten": 10.0**-power, "1/power of ten²": 100.0**-power}
     if _unit(readings, "spin") == "rpm" and _unit(readings, "time") == "s":
         spin = measured.spin / RPM
         time = measured.time
-        found["(spin/time)²"] = (spin / time) ** 2
+        factors["(spin/time)²"] = (spin / time) ** 2
         # Nobody spins the ball more slowly than 30 rpm.
         if np.all((spin < time) & (time > 30)):
-            found["(time/spin)²"] = (time / spin) ** 2
-    return found
+            factors["(time/spin)²"] = (time / spin) ** 2
+    return factors
 
 
 def _unit(readings: Readings, role: str) -> str:
@@ -250,13 +250,13 @@ def explaining_mistakes(
 
     `inertia`, `expected`: I_zz from the log, and the value that it should be [kg*m^2].
     """
-    found = []
+    ranked = []
     for mistake in list_mistakes(readings, measured, inertia):
         value = _inertia_without(mistake, measured, inertia) if mistake.log else None
         away = abs(math.log((value or math.inf) / expected))
         if value and away < CLOSE:
             # Of two mistakes that fit equally well, the more common one comes first.
-            found.append((away + 0.01 * mistake.rank, mistake, value))
+            ranked.append((away + 0.01 * mistake.rank, mistake, value))
     low, high = START_SPIN
     if low < inertia / expected < high and "spin" in readings.columns:
         percent = 100 * (1 - inertia / expected)
@@ -264,11 +264,11 @@ def explaining_mistakes(
             "the spin was read at the start, "
             f"and was {percent:.0f} % lower at half time"
         )
-        found.append(
+        ranked.append(
             (CLOSE, Mistake("start_spin", log=log, remedy=START_REMEDY), expected)
         )
-    found.sort(key=itemgetter(0))
-    return tuple([(mistake, value) for _, mistake, value in found[:MOST]])
+    ranked.sort(key=itemgetter(0))
+    return tuple([(mistake, value) for _, mistake, value in ranked[:MOST]])
 
 
 def _inertia_without(

@@ -49,11 +49,11 @@ def what_lacks(
 
     Without a fit, only those that need none.
     """
-    found = list(_weights_and_spins(readings, measured))
+    findings = list(_weights_and_spins(readings, measured))
     if lab and "G454" in asked:
-        found += _unloaded(readings, lab)
-    found += _times_and_falls(readings, measured)
-    return [one for one in found if one.code in asked]
+        findings += _unloaded(readings, lab)
+    findings += _times_and_falls(readings, measured)
+    return [finding for finding in findings if finding.code in asked]
 
 
 def _weights_and_spins(

@@ -28,10 +28,10 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
 
     def across(inertia: Any) -> Any:
-        given = measured.transverse_inertia
-        if given is None:
+        stated = measured.transverse_inertia
+        if stated is None:
             return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
-        return given[loaded]
+        return stated[loaded]
 
     # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
     # The lower quartile of the runs is nearest to the truth, and one wrong run does not

@@ -137,35 +137,35 @@ def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> 
 
     Two statements are about two instruments, so that files have their own errors.
     """
-    known = [one[name] for one in stated if name in one]
+    known = [sources[name] for sources in stated if name in sources]
     first = known[0]
     if len(known) == len(stated) and all(_is_alike(first, other) for other in known):
         return first
     absolute = np.zeros(len(of_file))
     relative = np.zeros(len(of_file))
     groups = np.full(len(of_file), -1)
-    for number, one in enumerate(stated):
-        if name in one:
+    for number, sources in enumerate(stated):
+        if name in sources:
             runs = of_file == number
-            absolute[runs] = one[name].absolute[runs]
-            relative[runs] = one[name].relative[runs]
-            groups[runs] = one[name].groups[runs]
+            absolute[runs] = sources[name].absolute[runs]
+            relative[runs] = sources[name].relative[runs]
+            groups[runs] = sources[name].groups[runs]
     keys = list(zip(of_file.tolist(), groups.tolist(), strict=True))
     return replace(
         first,
         absolute=absolute,
         relative=relative,
         groups=number_groups(keys, groups >= 0),
-        default=any(one.default for one in known),
+        default=any(sources.default for sources in known),
     )
 
 
-def _is_alike(one: Source, other: Source) -> bool:
+def _is_alike(first: Source, other: Source) -> bool:
     """Return whether two files state the same size of an error."""
     return bool(
-        np.array_equal(one.absolute, other.absolute)
-        and np.array_equal(one.relative, other.relative)
-        and np.array_equal(one.groups, other.groups)
+        np.array_equal(first.absolute, other.absolute)
+        and np.array_equal(first.relative, other.relative)
+        and np.array_equal(first.groups, other.groups)
     )
 
 
@@ -188,8 +188,8 @@ def _instruments(
 ) -> list[Any]:
     """Return the ruler or scale of each run, as the lines of its file name it."""
     labels = [
-        one.metadata.get(key, one.metadata.get(key.title(), "")).strip().lower()
-        for one in _files(readings)
+        log.metadata.get(key, log.metadata.get(key.title(), "")).strip().lower()
+        for log in _files(readings)
     ]
     pairs = zip(of_file.tolist(), measured.day.tolist(), strict=True)
     return [

@@ -387,7 +387,7 @@ def check_sizes(readings: Readings) -> list[Diagnostic]:
         spin = readings.columns["spin"]
         time = readings.columns["time"]
         return [_say_exchanged(readings, spin.place(0), spin, time)]
-    found = []
+    questions = []
     for size in SIZES:
         column = readings.columns.get(size.role)
         if column is not None:
@@ -395,8 +395,8 @@ def check_sizes(readings: Readings) -> list[Diagnostic]:
             low, high = size.possible
             odd = np.flatnonzero((sizes > 0) & ~((low <= sizes) & (sizes <= high)))
             if len(odd):
-                found.append(_say_size(readings, size, column, odd.tolist()))
-    return found
+                questions.append(_say_size(readings, size, column, odd.tolist()))
+    return questions
 
 
 def _say_exchanged(

@@ -162,7 +162,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         for group in self.by_torque:
             size = sizes[:, group[:1]]
             near = (np.abs(sizes - size) <= 0.01 * np.abs(size)).all(axis=0)
-            if known := next((one for one in groups if near[one[0]]), None):
+            if known := next((runs for runs in groups if near[runs[0]]), None):
                 known.extend(group)
             else:
                 groups.append([*group])
@@ -493,11 +493,11 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     """
     sign = np.sign(torque)
     written = np.ones(len(torque))
-    told = np.zeros(len(torque), dtype=bool)
+    is_stated = np.zeros(len(torque), dtype=bool)
     for role in ("spin_sense", "precession_sense"):
         if role in readings.columns:
             values = values_of(readings.columns[role])
-            told |= ~np.isnan(values)
+            is_stated |= ~np.isnan(values)
             written *= np.nan_to_num(values, nan=1.0)
     if "precession_sense" not in readings.columns:
         return cast(Floats, sign)
@@ -505,7 +505,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     back = values_of(spin_columns(readings)[0]) < 0
     told_spin = "spin_sense" in readings.columns or bool(back.any())
     written *= np.where(back, -1.0, 1.0)
-    loaded = told & (sign != 0)
+    loaded = is_stated & (sign != 0)
     opposed = int(np.sum(written[loaded] != sign[loaded]))
     if opposed > np.sum(loaded) / 2:
         # Only products of directions matter: a log that counts one of the two the other
@@ -515,7 +515,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
         # every run with a weight.
         if told_spin or opposed < np.sum(loaded):
             diagnostics.append(readings.say("senses_contradict_torque"))
-    return cast(Floats, np.where(told, written, sign))
+    return cast(Floats, np.where(is_stated, written, sign))
 
 
 def _balance_test(

@@ -182,11 +182,11 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 def _diameter_source(column: Column, mass: Floats) -> Source:
     """Return the error of the inertia of each weight from that of its diameter."""
     across = values_of(column)
-    given = np.zeros(len(mass))
+    stated = np.zeros(len(mass))
     for i, u in column.stated:
-        given[i] = u.at(float(across[i])) / across[i]
+        stated[i] = u.at(float(across[i])) / across[i]
     # Half of m r²: an error of the diameter counts twice.
-    doubt = np.where((mass > 0) & np.isfinite(across), 2 * given, 0.0)
+    doubt = np.where((mass > 0) & np.isfinite(across), 2 * stated, 0.0)
     return _source("weight_diameter", number_groups(across, doubt), 0.0, doubt, False)
 
 

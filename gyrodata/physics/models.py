@@ -460,8 +460,8 @@ class Earth(MotionModel, frozen=True):
         # against the floor plus that of the floor: stars = seen + direction * floor.
         # The fit needs the ratio stars/seen, with `seen` from the readings, which do
         # not depend on I_zz.
-        seen = 2 * np.pi * runs.turns / runs.time
-        return np.asarray(steady_rate / (1 + direction * floor / seen))
+        observed = 2 * np.pi * runs.turns / runs.time
+        return np.asarray(steady_rate / (1 + direction * floor / observed))
 
 
 HORIZONTAL = Horizontal()
@@ -518,17 +518,17 @@ class Motion(Struct, frozen=True):
 
     def of_effect(self, effect: str) -> MotionModel | None:
         """Return the model of an effect; None if the effect is left out."""
-        found = [model for model in self.models if model.effect == effect]
-        return found[0] if found else None
+        of_effect = [model for model in self.models if model.effect == effect]
+        return of_effect[0] if of_effect else None
 
     def without(self, effect: str) -> Motion:
         """Return the same models without an effect."""
-        return Motion(tuple([one for one in self.models if one.effect != effect]))
+        return Motion(tuple([model for model in self.models if model.effect != effect]))
 
     def including(self, model: MotionModel) -> Motion:
         """Return these models and another one, in place of the one with its effect."""
         others = self.without(model.effect).models
-        return Motion(tuple([one for one in MODELS[1:] if one in (*others, model)]))
+        return Motion(tuple([each for each in MODELS[1:] if each in (*others, model)]))
 
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return whether the runs need a correction by the result of the fit."""
@@ -603,11 +603,11 @@ def starts() -> tuple[MotionModel, ...]:
 
 def of_effects() -> dict[str, MotionModel]:
     """Return the first model of each effect, in the order of the table."""
-    found: dict[str, MotionModel] = {}
+    models: dict[str, MotionModel] = {}
     for model in MODELS:
         if model.effect:
-            found.setdefault(model.effect, model)
-    return found
+            models.setdefault(model.effect, model)
+    return models
 
 
 def source_words() -> dict[str, str]:

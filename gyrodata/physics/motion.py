@@ -361,9 +361,9 @@ class _Nod(Struct, frozen=True, eq=False):
 
 def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     """Compute the constants and the integrands; all arguments are broadcast."""
-    given = top.inertia, top.transverse_inertia, top.torque, spin, pitch
+    arguments = top.inertia, top.transverse_inertia, top.torque, spin, pitch
     inertia, across, torque, spin, pitch = np.array(
-        np.broadcast_arrays(*given), dtype=float
+        np.broadcast_arrays(*arguments), dtype=float
     )[..., None]
     flip = np.copysign(1.0, torque)
     rates = np.array([2 * np.abs(torque), inertia * spin]) / across
@@ -399,7 +399,8 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
     if fields[0].ndim and len(fields[0]) > _MANY:
         # In parts, because the integrands of all runs would need much memory.
         parts = zip(
-            *(np.array_split(one, len(one) // _MANY + 1) for one in fields), strict=True
+            *(np.array_split(values, len(values) // _MANY + 1) for values in fields),
+            strict=True,
         )
         return np.concatenate(
             [mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts]

@@ -165,7 +165,7 @@ def predict_precession(
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
-    found = Released(
+    released = Released(
         sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0
     )
     if spin == 0:
@@ -173,14 +173,17 @@ def _released(top: motion.Top, spin: float, pitch: float) -> Released:
             "mean_rate, nutation_rate, click_error_s: without spin the rod swings and "
             "does not precess"
         )
-        return replace(found, reason=reason)
+        return replace(released, reason=reason)
     mean = _finite(motion.mean_precession_rate(top, spin, pitch))
-    found = replace(found, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period)
+    released = replace(
+        released, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period
+    )
     if top.torque == 0:
         return replace(
-            found, reason="click_error_s: without a torque the rod keeps its direction"
+            released,
+            reason="click_error_s: without a torque the rod keeps its direction",
         )
-    return replace(found, click_error_s=nutation.lead)
+    return replace(released, click_error_s=nutation.lead)
 
 
 # --- the rotation of the Earth ---
@@ -266,12 +269,12 @@ def _earth_table(earth: Earth) -> str:
     lines = [f"{head}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"]
     for row, other in zip(earth.axis, earth.east, strict=True):
         line = f"  {row.hours:>7.2f}{row.sidereal_hours:>10.3f}"
-        for one, width in ((row, 17), (other, 16)):
+        for position, width in ((row, 17), (other, 16)):
             # No "360.00" and no "-0.00".
             azimuth = "-"
-            if one.azimuth_deg is not None:
-                azimuth = f"{round(one.azimuth_deg, 2) % 360:.2f}°"
-            line += f"{azimuth:>{width}}{round(one.altitude_deg, 2) + 0.0:>9.2f}°"
+            if position.azimuth_deg is not None:
+                azimuth = f"{round(position.azimuth_deg, 2) % 360:.2f}°"
+            line += f"{azimuth:>{width}}{round(position.altitude_deg, 2) + 0.0:>9.2f}°"
         lines.append(line)
     return "\n".join(lines)
 

@@ -32,7 +32,7 @@ from gyrodata.readings.names import (
 from gyrodata.readings.notes import altered_role
 from gyrodata.readings.turns import is_of_turns, turns_in
 
-Given = dict[str, tuple[str, int]]
+Statements = dict[str, tuple[str, int]]
 """Content of captions: text and number of the cell by role."""
 
 MAX_SENTENCES = 2_000
@@ -50,7 +50,7 @@ QUANTITY = re.compile(
     rf"(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 )
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
-SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin", "time": "time"}
+ROLE_OF_KIND = {"mass": "mass", "length": "position", "rate": "spin", "time": "time"}
 """Roles of the quantities in sentences, by their kind."""
 
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
@@ -70,7 +70,7 @@ _ROLES_BESIDE = frozenset({"mass", "position", "spin", "time", "turns", "run", "
 # --- Sentences ---
 
 
-def said_in(row: Row) -> Given:
+def statements_in(row: Row) -> Statements:
     """Read text and cell by role: "Weight 1: 20.1 g at 14.8 cm".
 
     A role with two values is left out.
@@ -80,24 +80,24 @@ def said_in(row: Row) -> Given:
         return {}
     whole = _joined([row.texts[at] for at in filled])
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
-    found: dict[str, dict[str, int]] = {}
+    texts_by_role: dict[str, dict[str, int]] = {}
     for start, sentence in _sentences(whole):
         for role, text, place in _statements(sentence, start, ends):
             cell = filled[min(bisect(ends, start + place), len(filled) - 1)]
-            found.setdefault(role, {}).setdefault(text, cell)
+            texts_by_role.setdefault(role, {}).setdefault(text, cell)
     # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
     if len(set(map(turns_in, _clauses(whole))) - {""}) > 1:
-        found.pop("turns", None)
+        texts_by_role.pop("turns", None)
     if turns := _named_turns((*row.texts, *_clauses(whole))):
-        found["turns"] = {turns: filled[-1]}
-    return dict(_without_contradictions(found))
+        texts_by_role["turns"] = {turns: filled[-1]}
+    return dict(_without_contradictions(texts_by_role))
 
 
 def _without_contradictions(
-    found: dict[str, dict[str, int]],
+    texts_by_role: dict[str, dict[str, int]],
 ) -> Iterator[tuple[str, tuple[str, int]]]:
     """Yield the longest text of each role and its cell, if all its texts are equal."""
-    for role, texts in found.items():
+    for role, texts in texts_by_role.items():
         if len(set(map(_value_of, texts))) == 1:
             longest = max(texts, key=len)
             yield role, (longest, texts[longest])
@@ -174,7 +174,7 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
         unit = match[2] or match[3]
         before = bare[end : match.start()]
         kinds = kinds_of(unit)
-        role = SAID_KINDS.get(min(kinds, default=""), "")
+        role = ROLE_OF_KIND.get(min(kinds, default=""), "")
         end = match.end() if kinds else end
         if not role or _is_split(sentence, match.start(), number, ends):
             continue
@@ -256,7 +256,8 @@ def _turns_of_sentence(sentence: str) -> str:
         if turns := turns_in(clause):
             words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
             if all(
-                _is_known(one) or is_of_turns(one) or ROD.is_in(one) for one in words
+                _is_known(word) or is_of_turns(word) or ROD.is_in(word)
+                for word in words
             ):
                 return turns
     return ""

@@ -251,10 +251,10 @@ class CellReader:
         large = self._bare_above(most)
         if large and large[0] not in self.wrong:
             self._ask_for_likelier_unit(large, likely)
-        for one in self.read.values():
-            if one.step is not None:
-                finest = self.finest.get(one.unit, math.inf)
-                self.finest[one.unit] = min(one.step, finest)
+        for quantity in self.read.values():
+            if quantity.step is not None:
+                finest = self.finest.get(quantity.unit, math.inf)
+                self.finest[quantity.unit] = min(quantity.step, finest)
 
     def _read_one(self, text: str) -> None:
         try:
@@ -304,12 +304,14 @@ class CellReader:
         if part == _PERCENT:
             are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:
-            are_counts = all(one.value.is_integer() for one in self.read.values())
+            are_counts = all(
+                quantity.value.is_integer() for quantity in self.read.values()
+            )
         if not are_counts or not self.read:
             return
         counted = {
-            text: read_cell(_times(part, one.value), "number", "")
-            for text, one in self.read.items()
+            text: read_cell(_times(part, quantity.value), "number", "")
+            for text, quantity in self.read.items()
         }
         shown = [f"{text} is {_times(part, self.read[text].value)}" for text in counted]
         self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
@@ -337,8 +339,8 @@ class CellReader:
         """Return the numbers without a unit of their own that exceed a value [SI]."""
         return [
             text
-            for text, one in self.read.items()
-            if one.value > most and numerals.PLAIN.fullmatch(text)
+            for text, quantity in self.read.items()
+            if quantity.value > most and numerals.PLAIN.fullmatch(text)
         ]
 
     def fractions_of_dates(self) -> list[str]:

@@ -100,11 +100,15 @@ def _column_called(
     header: str, key: str, columns: list[Chosen], faults: Faults
 ) -> Chosen:
     """Return the column with a header as written, or else in other letters."""
-    exact = [one for one in columns if one.text == header.strip()]
-    same = [one for one in columns if one.text and squeeze(one.text) == squeeze(header)]
+    exact = [column for column in columns if column.text == header.strip()]
+    same = [
+        column
+        for column in columns
+        if column.text and squeeze(column.text) == squeeze(header)
+    ]
     if same:
         return [*exact, *same][0]
-    headers = listing([f'"{one.text}"' for one in columns if one.text], 40)
+    headers = listing([f'"{column.text}"' for column in columns if column.text], 40)
     values = {"role": key, "header": header, "headers": headers}
     raise faults.refuse("mapped_header_unknown", **values)
 
@@ -230,7 +234,9 @@ def _in_order_of_trust(columns: list[Chosen]) -> list[Chosen]:
     readings of which they are the mean; a bare letter, which may number runs, after a
     name; and a distance from the surface after one from the centre.
     """
-    with_unit = {one.header.roles for one in columns if one.header.unit is not None}
+    with_unit = {
+        other.header.roles for other in columns if other.header.unit is not None
+    }
 
     def doubts(column: Chosen) -> tuple[bool, ...]:
         header = column.header
@@ -253,7 +259,9 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
 
     For example, "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
     """
-    rates = [one for one in table.headers if kinds_of(one.unit or "") == {"rate"}]
+    rates = [
+        header for header in table.headers if kinds_of(header.unit or "") == {"rate"}
+    ]
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns

@@ -17,7 +17,7 @@ from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.layout import Chosen
 from gyrodata.readings.names import COUNTER_WORDS, is_of_the_spin, origin_in, squeeze
-from gyrodata.readings.settings import Given
+from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
 
 CONSTANT = -1
@@ -47,7 +47,7 @@ def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     if role == "time" and (used.header.unit, column.header.unit) == ("min", "s"):
         faults.add("minutes_and_seconds", column.cell, header=used.header.text)
         return True
-    origins = [origin_in(one.header.text) for one in (used, column)]
+    origins = [origin_in(each.header.text) for each in (used, column)]
     from_elsewhere = role == "position" and origins[1] not in ("", origins[0])
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
@@ -94,26 +94,26 @@ def _is_something_else(other: Column, used: Column) -> bool:
     return is_bare and parse_header(used.header).unit is not None
 
 
-def compare_with_line(column: Column, given: Given, faults: Faults) -> None:
+def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     """Ask which is right, if a line of the log gives another value than a whole column.
 
     A column with the name of the quantity itself replaces a line, and so does any
     column for a file of the bench.
     """
-    if given.cell is None or CONSTANT in column.spots:
+    if setting.cell is None or CONSTANT in column.spots:
         return
-    stated = given.reading(None)
+    stated = setting.reading(None)
     readings = enumerate(column.readings)
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
     name = squeeze(parse_header(column.header).name).lower()
     is_named = name == squeeze(column.role)
-    if given.place is None or is_named or not roles.BY_NAME[column.role].part:
-        faults.add("line_not_used", given.place, given=given, header=column.header)
+    if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
+        faults.add("line_not_used", setting.place, given=setting, header=column.header)
         return
     run = different[0]
-    values = {"role": column.role, "given": given, "header": column.header}
+    values = {"role": column.role, "given": setting, "header": column.header}
     says = column.readings[run].text
     faults.add("line_and_column", column.cell(run), says=says, **values)
 
@@ -143,10 +143,10 @@ def use_turns_of_headers(
         if turns is None:
             return
         stated[time.turns] = Reading(turns, None, u, time.turns)
-    given = columns.get("turns") or columns.get("angle")
+    counted = columns.get("turns") or columns.get("angle")
     readings = [stated[run.turns] for run in runs]
     headers = [run.text for run in runs]
-    if given is None:
+    if counted is None:
         row = Row(table.cells[0].place.line, [])
         spots = tuple([row.spot(run.at) for run in runs])
         header = stating[0].text
@@ -154,10 +154,12 @@ def use_turns_of_headers(
         columns["turns"] = Column(
             "turns", header, "", tuple(readings), spots, find=find
         )
-        said = [f'turns is {one.turns} by the header "{one.text}"' for one in stating]
-        faults.add("turns_in_header", stating[0].cell, said="; ".join(said))
+        words = [
+            f'turns is {each.turns} by the header "{each.text}"' for each in stating
+        ]
+        faults.add("turns_in_header", stating[0].cell, said="; ".join(words))
     else:
-        _compare_turns(given, readings, headers, faults)
+        _compare_turns(counted, readings, headers, faults)
 
 
 def compare_turns_with_angle(turns: Column, angle: Column, faults: Faults) -> None:
@@ -168,21 +170,21 @@ def compare_turns_with_angle(turns: Column, angle: Column, faults: Faults) -> No
 
 
 def _compare_turns(
-    given: Column, stated: list[Reading], headers: list[str], faults: Faults
+    counted: Column, stated: list[Reading], headers: list[str], faults: Faults
 ) -> None:
     """Report the first run whose turns differ from those that a header states.
 
     Turns that an option gives are decided.
     """
-    if given.header.startswith("--"):
+    if counted.header.startswith("--"):
         return
-    for run, (turns, reading) in enumerate(zip(turns_of(given), stated, strict=True)):
+    for run, (turns, reading) in enumerate(zip(turns_of(counted), stated, strict=True)):
         if not turns or not reading.value:
             continue
         if abs(turns - reading.value) > _AGREE * reading.value:
             values = {"header": headers[run], "turns": reading.text}
-            values |= {"other": given.header, "says": given.readings[run].text}
-            faults.add("turns_contradict_header", given.place(run), **values)
+            values |= {"other": counted.header, "says": counted.readings[run].text}
+            faults.add("turns_contradict_header", counted.place(run), **values)
             return
 
 
@@ -190,14 +192,16 @@ def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
     """Report each sentence that states turns with which no run agrees."""
-    names = [one for one in ("turns", "angle", "precession_period") if one in columns]
+    names = [
+        role for role in ("turns", "angle", "precession_period") if role in columns
+    ]
     counted = columns[names[0]] if names else None
     if counted is None or counted.header.startswith("--"):
         return
     known = turns_of(counted)
     for sentence in table.sentences:
         turns = _turns_in(sentence, faults)
-        if turns and all(abs(one - turns) >= _AGREE for one in known):
+        if turns and all(abs(count - turns) >= _AGREE for count in known):
             _report_sentence(sentence, counted, table, faults)
 
 

@@ -99,7 +99,7 @@ def without_wrong_runs(log: Readings) -> Readings | None:
 
     None if more is wrong: a header, a line for the whole log, or what all runs need.
     """
-    wrong = {one.line for one in log.diagnostics if one.severity == "error"}
+    wrong = {fault.line for fault in log.diagnostics if fault.severity == "error"}
     if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns, True):
         return None
     complete = [run for run, line in enumerate(log.lines) if line not in wrong]

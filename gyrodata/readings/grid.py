@@ -376,10 +376,10 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     cell = re.compile(rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}')
     end = 0
     for _ in range(at):
-        found = cell.match(text, end)
-        if not found:
+        match = cell.match(text, end)
+        if not match:
             return Place(line, 1)
-        end = found.end()
+        end = match.end()
     first = re.compile(rf'[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n])').match(text, end)
     before = text[: first.end() if first else end]
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))

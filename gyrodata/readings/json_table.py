@@ -30,7 +30,7 @@ def table_of(text: str) -> str:
         parse_constant={"NaN": None}.get,
     )
     named = data if isinstance(data, dict) else {"runs": data}
-    given = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
+    keys = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
     try:
         frame = pd.DataFrame(_table_in(named), dtype=object)
     except NoTableError:
@@ -44,7 +44,7 @@ def table_of(text: str) -> str:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
-    lines = [*given, conversion.frame_text(frame)[0]]
+    lines = [*keys, conversion.frame_text(frame)[0]]
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()
 

@@ -375,7 +375,9 @@ class Faults:
     def take_back(self, name: str, line: int) -> None:
         """Remove the messages of one kind about a line."""
         code = diagnostics.message(name).code
-        self.found = [one for one in self.found if (one.code, one.line) != (code, line)]
+        self.found = [
+            fault for fault in self.found if (fault.code, fault.line) != (code, line)
+        ]
 
     def _excerpt(self, line: int) -> str:
         if 0 < line <= len(self.lines):
@@ -393,7 +395,7 @@ class Faults:
 
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet, "" without a workbook, and the row of a line in it."""
-        sheets = [one for one in self.sheets if one[0] <= line]
+        sheets = [sheet for sheet in self.sheets if sheet[0] <= line]
         if sheets:
             start, title = sheets[-1]
             return title, line - start
@@ -416,15 +418,15 @@ class Faults:
         word = "row" if len(self.sheets) > 1 else "line"
         return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
 
-    def all_told(self) -> tuple[Diagnostic, ...]:
+    def all_findings(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
         more = {
             code: count - MOST_OF_ONE_CODE
             for code, count in self._count.items()
             if count > MOST_OF_ONE_CODE
         }
-        severities = {one.code: one.severity for one in self.found}
-        told = [
+        severities = {fault.code: fault.severity for fault in self.found}
+        hidden = [
             Diagnostic(
                 code,
                 severities[code],
@@ -433,7 +435,7 @@ class Faults:
             )
             for code, n in more.items()
         ]
-        return (*self.found, *told)
+        return (*self.found, *hidden)
 
     def has_error(self) -> bool:
         """Return whether a fault found so far stops the analysis."""

@@ -114,13 +114,13 @@ def columns_of_head(grid: Grid, head: Row) -> list[HeaderCell]:
 
 def check_names(columns: list[HeaderCell], faults: Faults) -> None:
     """Refuse two columns of one name."""
-    seen = set()
+    names_before = set()
     for cell, header in columns:
-        if cell.text and (cell.text, header) in seen:
+        if cell.text and (cell.text, header) in names_before:
             names = {"spin": "same_spins", "time": "same_times"}
             role = "".join(header.roles)
             raise faults.refuse(names.get(role, "same_names"), cell)
-        seen.add((cell.text, header))
+        names_before.add((cell.text, header))
 
 
 # --- A table without anything else around it ---
@@ -198,14 +198,12 @@ def _sample_of(grid: Grid) -> str:
     """Return a header and the first run that sentences give, as they should be."""
     first: dict[str, str] = {}
     for row in grid.rows:
-        said = captions.said_in(row)
-        first = {role: text for role, (text, _) in said.items()} | first
+        statements = captions.statements_in(row)
+        first = {role: text for role, (text, _) in statements.items()} | first
         if first.keys() >= {"mass", "position", "spin", "time"}:
             texts = {role: text.split(" ") for role, text in first.items()}
-            headers = "; ".join(header_of(one, *texts[one][1:]) for one in texts)
-            return (
-                f", such as\n{headers}\n{'; '.join(one[0] for one in texts.values())}"
-            )
+            headers = "; ".join(header_of(role, *texts[role][1:]) for role in texts)
+            return f", such as\n{headers}\n{'; '.join(words[0] for words in texts.values())}"
     return ""
 
 
@@ -286,7 +284,7 @@ def _roles_served(header: Header) -> set[str]:
     # "mass without hanger [g]" is a mass, although gyro has to ask which; "gap [cm]"
     # may be the position, and "disks [g]" the mass.
     kinds = kinds_of(header.unit or "") & {"length", "mass"}
-    return served | hinted(header) | {captions.SAID_KINDS[kind] for kind in kinds}
+    return served | hinted(header) | {captions.ROLE_OF_KIND[kind] for kind in kinds}
 
 
 def hinted(header: Header) -> set[str]:

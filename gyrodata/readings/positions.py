@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.readings import roles
-from gyrodata.readings.captions import quoted, said_in
+from gyrodata.readings.captions import quoted, statements_in
 from gyrodata.readings.grid import Row
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.names import SPHERE, from_centre, origin_in
@@ -58,8 +58,8 @@ def _count_from_other_place(
     if length is None:
         centre = '; if they count from the centre: "# position_from: centre"'
         of_ball = [text for text in sentences if SPHERE.is_in(text.text)]
-        said = quoted({"length"}, of_ball)
-        otherwise = said if is_line else said + centre
+        quotation = quoted({"length"}, of_ball)
+        otherwise = quotation if is_line else quotation + centre
         faults.add(unknown, position.place(0), otherwise=otherwise)
         return 0.0
     shift = share * length
@@ -94,10 +94,10 @@ def _origin_of(position: Column, settings: Settings) -> str:
 def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) -> None:
     """Report each sentence with a distance from the centre that no run has."""
     for sentence in sentences:
-        said = said_in(Row(1, [sentence.text]))
-        if "position" not in said:
+        statements = statements_in(Row(1, [sentence.text]))
+        if "position" not in statements:
             continue
-        arm = read_cell(said["position"][0], "length", None).value
+        arm = read_cell(statements["position"][0], "length", None).value
         values = (value or 0.0 for value in position.values)
         if all(abs(arm - value) > _ARM_DIFFERS * arm for value in values):
             faults.add("note", sentence, note=sentence.text, role="position")

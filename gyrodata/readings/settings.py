@@ -39,7 +39,7 @@ from gyrodata.readings.reported import REPORTABLE, read_reported
 from gyrodata.readings.turns import turns_in
 
 
-class Given(Struct, frozen=True):
+class Setting(Struct, frozen=True):
     """One value for the whole log."""
 
     key: str
@@ -64,10 +64,10 @@ class Given(Struct, frozen=True):
 class Settings(Struct):
     """All values for the whole log."""
 
-    roles: dict[str, Given] = field(default_factory=dict)
+    roles: dict[str, Setting] = field(default_factory=dict)
     constants: dict[str, float] = field(default_factory=dict)
     uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
-    given_uncertainties: dict[str, Given] = field(default_factory=dict)
+    uncertainty_settings: dict[str, Setting] = field(default_factory=dict)
     fields: dict[str, Any] = field(default_factory=dict)
     """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
     steps: dict[str, float] = field(default_factory=dict)
@@ -87,17 +87,17 @@ def read_options(
     settings: Mapping[str, str],
     mapping: Mapping[str, str],
     config: str | os.PathLike[str] | None,
-) -> list[Given]:
+) -> list[Setting]:
     """Check the names of all options before the log is read.
 
     Return the values of ``--set`` and ``--config``.
     """
-    given = [] if config is None else _read_config(config)
+    options = [] if config is None else _read_config(config)
     for key, text in settings.items():
-        given.append(Given(key.strip(), text.strip(), f"--set {key}", None))
+        options.append(Setting(key.strip(), text.strip(), f"--set {key}", None))
     faults = Faults("")
     keys = [key for key in roles.KEYS if key not in roles.TEXTS]
-    for item in given:
+    for item in options:
         if item.key not in keys:
             hint = _did_you_mean(item.key, keys)
             faults.add("option_unknown", what=item.label, hint=hint)
@@ -108,10 +108,10 @@ def read_options(
             faults.add("mapped_role_unknown", what=f"--map {role}=…", hint=hint)
     if faults.has_error():
         raise InputError(faults.found)
-    return given
+    return options
 
 
-def _read_config(path: str | os.PathLike[str]) -> list[Given]:
+def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
     """Read a TOML file of settings."""
     try:
         with Path(path).open("rb") as file:
@@ -121,7 +121,7 @@ def _read_config(path: str | os.PathLike[str]) -> list[Given]:
         why = getattr(error, "strerror", None) or error
         raise Faults("").refuse("config", path=str(path), why=why) from None
     pairs = table.items()
-    return [Given(key, str(value), f"--config {key}", None) for key, value in pairs]
+    return [Setting(key, str(value), f"--config {key}", None) for key, value in pairs]
 
 
 def _did_you_mean(name: str, known: list[str]) -> str:
@@ -138,7 +138,7 @@ def _did_you_mean(name: str, known: list[str]) -> str:
 def read_settings(
     metadata: Sequence[tuple[str, Text]],
     comments: Sequence[Text],
-    options: Sequence[Given],
+    options: Sequence[Setting],
     faults: Faults,
     ask: bool,
 ) -> Settings:
@@ -195,8 +195,8 @@ class _Lines:
             lines = {"first": first.place.line, "second": text.place.line}
             self.faults.add("key_given_twice", text, key=key, **lines)
             return
-        given = Given(key, text.text, f"# {key}", text.place)
-        _enter(self.settings, given, self.ask, self.faults)
+        setting = Setting(key, text.text, f"# {key}", text.place)
+        _enter(self.settings, setting, self.ask, self.faults)
 
     def report(self, key: str, text: Text) -> None:
         """Keep a reported value.
@@ -300,7 +300,7 @@ _MOST_RISE = 1.02
 """A spin may seem to rise by this factor because of its rounding."""
 
 
-def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+def _enter(settings: Settings, item: Setting, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     try:
         _read_value(settings, item, ask, faults)
@@ -313,7 +313,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         faults.add("key_value", item.place, **values)
 
 
-def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+def _read_value(settings: Settings, item: Setting, ask: bool, faults: Faults) -> None:
     """Read the value of a key, by what kind of key it is."""
     key = item.key
     text = item.text.strip()
@@ -329,7 +329,7 @@ def _read_value(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         _enter_word(settings, key, text, line)
     elif key in roles.UNCERTAINTIES:
         settings.uncertainties[key] = _read_uncertainty(key, text, ask)
-        settings.given_uncertainties[key] = item
+        settings.uncertainty_settings[key] = item
     elif key == "latitude":
         settings.constants[key] = _read_latitude(text, ask)
     elif key in roles.CONSTANTS:
@@ -379,7 +379,7 @@ def _read_latitude(text: str, ask: bool) -> float:
 
 
 def _enter_constant(
-    settings: Settings, item: Given, text: str, ask: bool, faults: Faults
+    settings: Settings, item: Setting, text: str, ask: bool, faults: Faults
 ) -> None:
     """Enter a constant with its digits; g is in m/s² if it has no unit."""
     key = item.key

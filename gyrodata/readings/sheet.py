@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from gyrodata.base.errors import InputError
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.captions import Given, said_in
+from gyrodata.readings.captions import Statements, statements_in
 from gyrodata.readings.grid import (
     Grid,
     Row,
@@ -82,7 +82,7 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
         return grid
     lines = [*grid.comments, *grid.remarks()]
     rows = [Row(text.place.line, [f"# {text.text}"]) for text in lines]
-    added = [row for row in rows if lacking.intersection(said_in(row))]
+    added = [row for row in rows if lacking.intersection(statements_in(row))]
     return replace(grid, rows=[*added, *grid.rows])
 
 
@@ -97,7 +97,7 @@ class _Run(Struct, frozen=True):
     """A row of readings."""
 
     row: Row
-    given: Given
+    given: Statements
     """What captions give."""
 
 
@@ -108,7 +108,7 @@ class _Table(Struct):
     columns: list[HeaderCell]
     is_apart: bool
     """Whether a blank column separates the table from what is on its right."""
-    given: Given = {}
+    given: Statements = {}
     """What captions give for its next run."""
     is_new: bool = True
     """Whether it has no row yet."""
@@ -140,7 +140,7 @@ class _Sheet:
             name: [] for name in ("title", "taken_out", "summary")
         }
         """Rows that are not runs, with the cell that shows it."""
-        self.given: Given = {}
+        self.given: Statements = {}
         """What captions gave last: a position or turns are valid until others are
         given."""
         self.captions: list[tuple[Text, str]] = []
@@ -256,10 +256,10 @@ class _Sheet:
             # "moved to 10.0 cm" between the runs is valid for the blank cells below it,
             # until another value is typed.
             lacking |= {"mass", "position"} - there
-        given = self.table.given | self._read_captions(lacking)
-        if given.keys().isdisjoint({"mass", "position", "spin"}):
+        captioned = self.table.given | self._read_captions(lacking)
+        if captioned.keys().isdisjoint({"mass", "position", "spin"}):
             lacking &= {"turns"}
-        self.table.given = _only(lacking, self.given) | given
+        self.table.given = _only(lacking, self.given) | captioned
 
     def _begin_table(self, there: set[str]) -> None:
         """Note where the runs of a table begin, and check that nothing is missing."""
@@ -330,24 +330,26 @@ class _Sheet:
 
     # --- Captions ---
 
-    def _read_captions(self, lacking: set[str]) -> Given:
+    def _read_captions(self, lacking: set[str]) -> Statements:
         """Return what the rows of text above a run say of what is lacking in it."""
-        given: Given = {}
+        captioned: Statements = {}
         lacking = lacking & lacking_roles([], self.grid)
         used: set[int] = set()
         for row in self.words:
-            said = {
+            of_row = {
                 role: (text, row.spot(at))
-                for role, (text, at) in said_in(row).items()
+                for role, (text, at) in statements_in(row).items()
                 if role in lacking
             }
-            if said:
-                words = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
+            if of_row:
+                words = ", ".join(
+                    f"{role} {text}" for role, (text, _) in of_row.items()
+                )
                 self.captions.append((self.grid.first_cell(row), words))
                 used |= {row.spot(at) // MAX_COLUMNS for at in range(len(row.texts))}
-                given |= said
+                captioned |= of_row
         self._leave_out_words(used)
-        return given
+        return captioned
 
     def _leave_out_words(self, used: set[int]) -> None:
         """Leave out the rows of text above a run, without those of some lines."""
@@ -364,28 +366,28 @@ class _Sheet:
         """Return all runs as one table; note captions and what was left out."""
         self._leave_out_words(set())
         self.width = len(self.columns)
-        self._add_given_columns()
+        self._add_captioned_columns()
         rows = [self._joined(run) for run in self.runs]
         parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
         for part in parts:
             if ends_with_means(part, self.columns):
                 self._leave_out("summary", part.pop())
         self._note_left_out()
-        for cell, said in self.captions:
+        for cell, words in self.captions:
             line = cell.place.line
-            self.faults.add("caption", cell, line=[line], said=said)
+            self.faults.add("caption", cell, line=[line], said=words)
             self.faults.take_back("remark", line)
         self._check_parts(parts)
         rows = list(chain.from_iterable(parts))
         return layout_of(self.grid, self.columns, rows, self.sentences, self.faults)
 
-    def _add_given_columns(self) -> None:
+    def _add_captioned_columns(self) -> None:
         """Add a column for each role that captions give."""
-        given: dict[str, int] = {}
+        captioned: dict[str, int] = {}
         for run in self.runs:
-            given |= {role: spot for role, (_, spot) in run.given.items()}
+            captioned |= {role: spot for role, (_, spot) in run.given.items()}
         there = {header.roles for _, header in self.columns}
-        for role, spot in given.items():
+        for role, spot in captioned.items():
             if (role,) not in there:
                 header = Header(role, (role,), None, "")
                 self.columns.append((Text(role, self.grid.place_of(spot)), header))
@@ -417,15 +419,15 @@ class _Sheet:
         """Name several tables; refuse one that contains two rows of another one."""
         if len(parts) < 2:
             return
-        seen: set[tuple[str, ...]] = set()
+        rows_before: set[tuple[str, ...]] = set()
         spans: list[str] = []
         for part in parts:
             rows = [tuple(row.texts[: self.width]) for row in part]
-            if sum(row in seen for row in rows) > 1:
+            if sum(row in rows_before for row in rows) > 1:
                 cell = self.grid.first_cell(part[0])
                 line = [part[0].line]
                 raise self.faults.refuse("repeated_table", cell, line=line)
-            seen.update(rows)
+            rows_before.update(rows)
             spans.append(self.faults.span(sorted({row.line for row in part})))
         cell = self.columns[0][0]
         lines = ", ".join(spans)
@@ -450,8 +452,8 @@ def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
     return len(header.roles) == 1 and (old_header.roles, old_header.number) == content
 
 
-def _only(names: Collection[str], given: Given) -> Given:
-    return {role: item for role, item in given.items() if role in names}
+def _only(names: Collection[str], statements: Statements) -> Statements:
+    return {role: item for role, item in statements.items() if role in names}
 
 
 # --- Kinds of rows ---
@@ -504,11 +506,11 @@ def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:
 
     "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
     """
-    said = said_in(row) if len(numbers) < 4 else {}
-    places = {at for _, at in said.values()}
-    if not said or not numbers <= places:
+    statements = statements_in(row) if len(numbers) < 4 else {}
+    places = {at for _, at in statements.values()}
+    if not statements or not numbers <= places:
         return False
-    return numbers < places or lacking_roles(headers).issuperset(said)
+    return numbers < places or lacking_roles(headers).issuperset(statements)
 
 
 def _is_remark(at: int, header: Header) -> bool:

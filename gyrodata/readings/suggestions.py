@@ -57,10 +57,10 @@ class Lack(Struct, frozen=True, dict=True):
         unplaced = [
             column for column in self.choice.unplaced if not column.header.moment
         ]
-        named = [one for one in unplaced if not is_nameless(one)]
+        named = [each for each in unplaced if not is_nameless(each)]
         if self._is_only_gap(named):
             return named
-        fitting = [one for one in unplaced if kind_of_role(self.role) in one.kinds]
+        fitting = [each for each in unplaced if kind_of_role(self.role) in each.kinds]
         nameless = list(filter(is_nameless, unplaced))
         return self._similar(named) or fitting or nameless
 
@@ -77,9 +77,10 @@ class Lack(Struct, frozen=True, dict=True):
         """Return the columns whose name is nearly one of the role."""
         kind = kind_of_role(self.role)
         similar = [
-            one
-            for one in named
-            if suggest_role(one.text) == self.role and kind in (one.kinds or (kind,))
+            column
+            for column in named
+            if suggest_role(column.text) == self.role
+            and kind in (column.kinds or (kind,))
         ]
         if self.role == "turns":
             return list(filter(_may_be_turns, similar or named))

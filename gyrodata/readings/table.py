@@ -46,7 +46,7 @@ from gyrodata.readings.layout import Choice, Chosen
 from gyrodata.readings.notes import read_notes, warn_of_unused
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
-from gyrodata.readings.settings import Given, Settings, read_options, read_settings
+from gyrodata.readings.settings import Setting, Settings, read_options, read_settings
 from gyrodata.readings.shapes import side_by_side
 from gyrodata.readings.suggestions import header_row
 from gyrodata.readings.turns import turns_in
@@ -100,20 +100,20 @@ def read_log(
     options = read_options(texts, mapping, config)
     grid, faults = sources.load(source, name)
     ask = decimal_signs(grid) != {","}
-    given = read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = read_notes(grid, faults)
-    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    values = read_settings(grid.metadata, grid.comments, options, faults, ask)
+    values.origin = read_notes(grid, faults)
+    stated_at = {key: item.place for key, item in values.uncertainty_settings.items()}
     log = Readings(
         faults.name,
         grid.sha256,
         source_text="\n".join(faults.lines),
         sheets=faults.sheets,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        reported=given.reported,
-        metadata=given.metadata,
+        constants=values.constants,
+        uncertainties=values.uncertainties,
+        reported=values.reported,
+        metadata=values.metadata,
         stated_at=stated_at,
-        **given.fields,
+        **values.fields,
     )
     table: layout.Layout | None
     if layout.is_plain(grid):
@@ -121,9 +121,9 @@ def read_log(
     else:
         table = sheet.find_layout(side_by_side.to_rows(grid), faults)
     if table is None:
-        return replace(log, diagnostics=faults.all_told())
-    log = _with_runs(log, table, given, mapping, faults)
-    return replace(log, diagnostics=faults.all_told())
+        return replace(log, diagnostics=faults.all_findings())
+    log = _with_runs(log, table, values, mapping, faults)
+    return replace(log, diagnostics=faults.all_findings())
 
 
 def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
@@ -148,20 +148,20 @@ def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
 def _with_runs(
     log: Readings,
     table: layout.Layout,
-    given: Settings,
+    values: Settings,
     mapping: Mapping[str, str],
     faults: Faults,
 ) -> Readings:
     """Return the log with the runs of its table, after all questions about them."""
-    choice = choose(table, mapping, given, faults)
-    log, unmoved = TableReader(table, choice, given, faults).read(log)
+    choice = choose(table, mapping, values, faults)
+    log, unmoved = TableReader(table, choice, values, faults).read(log)
     if not log.runs and not faults.has_error():
         faults.add("no_timed_runs")
     else:
         if log.runs and len(unmoved) == len(log.runs):
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
-        check_completeness(log, choice, table, lost | given.unread, faults)
+        check_completeness(log, choice, table, lost | values.unread, faults)
     rows_of_text = table.sentences[len(table.grid.comments) :]
     if rows_of_text:
         warn_of_unused(rows_of_text, faults)
@@ -203,7 +203,7 @@ class TableReader:
         self.signs = DecimalSigns(typed_signs, expected)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""
-        for item in (*settings.roles.values(), *settings.given_uncertainties.values()):
+        for item in (*settings.roles.values(), *settings.uncertainty_settings.values()):
             if item.place is None and item.key in choice.used:
                 self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
@@ -220,7 +220,7 @@ class TableReader:
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
-    def _replace(self, option: Given) -> None:
+    def _replace(self, option: Setting) -> None:
         """Take the columns that an option replaces out of the choice."""
         columns = self.choice.used.pop(option.key)
         self.replaced |= {column.at for column in columns}
@@ -240,8 +240,8 @@ class TableReader:
         if not times:
             rows = list(itertools.compress(range(len(self.rows)), is_run))
         columns = self._columns_of(rows, times, runs)
-        for role, given in self.settings.roles.items():
-            self._use_constant(role, given, columns, rows)
+        for role, setting in self.settings.roles.items():
+            self._use_constant(role, setting, columns, rows)
         self._use_stated_turns(columns, runs)
         roles_of_blocks, blocks = self._blocks(rows, columns)
         sentences = self.table.statements
@@ -415,7 +415,7 @@ class TableReader:
         """Return one reading for each text; blanks get the value of the whole log."""
         role = cells.role
         at = cells.column.at
-        given = self.settings.roles.get(cells.role)
+        setting = self.settings.roles.get(cells.role)
         readings = [
             self._reading(cells, text, u)
             for text, u in zip(texts, spreads, strict=True)
@@ -424,14 +424,14 @@ class TableReader:
             CONSTANT if self._takes_constant(role, text) else row.spot(at)
             for row, text in zip(self.rows, texts, strict=True)
         ]
-        of_cells = next((one.unit for one in cells.read.values()), "")
+        of_cells = next((quantity.unit for quantity in cells.read.values()), "")
         return Column(
             role,
             cells.column.header.text,
             cells.unit or of_cells,
             tuple(readings),
             tuple(spots),
-            given.place if given else None,
+            setting.place if setting else None,
             self.grid.place_of,
         )
 
@@ -485,8 +485,8 @@ class TableReader:
         """Say which dates were read as fractions."""
         cell = self.grid.cell(self.rows[texts.index(dates[0])], cells.column.at)
         pairs = [(text, fraction_of_date(text)) for text in dates]
-        said = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
-        self.faults.add("date", cell, said="; ".join(said))
+        words = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
+        self.faults.add("date", cell, said="; ".join(words))
 
     def _may_rest(self, cells: CellReader, text: str) -> bool:
         """Return whether a text is the 0 turns of a timed run."""
@@ -526,25 +526,25 @@ class TableReader:
         if rows != [*range(len(self.rows))]:
             columns = {role: column.select(rows) for role, column in columns.items()}
         columns = {
-            role: one for role, one in columns.items() if set(one.values) - {None}
+            role: each for role, each in columns.items() if set(each.values) - {None}
         }
         if not times:
             return columns
         return {"time": _time_of(times[0][1], runs), **columns}
 
     def _use_constant(
-        self, role: str, given: Given, columns: dict[str, Column], rows: list[int]
+        self, role: str, setting: Setting, columns: dict[str, Column], rows: list[int]
     ) -> None:
         """Add a value for the whole log, or compare it with a column."""
         if role in columns:
-            compare_with_line(columns[role], given, self.faults)
+            compare_with_line(columns[role], setting, self.faults)
         elif rows:
-            unit = given.cell.unit if given.cell else ""
+            unit = setting.cell.unit if setting.cell else ""
             spreads = self.uncertainties.of_role(role, None, unit or None, self.faults)
-            readings = tuple(given.reading(spreads[i]) for i in rows)
+            readings = tuple(setting.reading(spreads[i]) for i in rows)
             spots = (CONSTANT,) * len(rows)
             columns[role] = Column(
-                role, given.label, unit, readings, spots, given.place
+                role, setting.label, unit, readings, spots, setting.place
             )
 
     def _use_stated_turns(self, columns: dict[str, Column], runs: list[_Run]) -> None:
@@ -611,7 +611,7 @@ class TableReader:
         A second column of a role is only compared, but a second text says something
         else than the first.
         """
-        used = [one for one in self.choice.others if one.role in read - TEXTS]
+        used = [each for each in self.choice.others if each.role in read - TEXTS]
         for role, columns in self.choice.used.items():
             if role in read or role.startswith("u_"):
                 used += columns
@@ -692,8 +692,8 @@ def _are_laps(times: tuple[float | None, ...]) -> bool:
 
 def _is_complete(column: Column, loads: Loads) -> bool:
     """Return whether each run has its reading; one without a weight needs no load."""
-    lacking = [i for i, one in enumerate(column.readings) if not one.text]
-    if any(one.text in UNKNOWN for one in column.readings):
+    lacking = [i for i, reading in enumerate(column.readings) if not reading.text]
+    if any(reading.text in UNKNOWN for reading in column.readings):
         return False
     is_load = column.role in roles.LOADS
     return not lacking or (is_load and all(map(loads.pulls_nothing, lacking)))
@@ -702,7 +702,10 @@ def _is_complete(column: Column, loads: Loads) -> bool:
 def _time_of(time: Column, runs: list[_Run]) -> Column:
     """Return the times of all runs, with the finest digit of all repeats."""
     readings = [run.column.readings[run.row] for run in runs]
-    finest = min((one.step for one in readings if one.step), default=None)
-    readings = [replace(one, step=finest) if one.step else one for one in readings]
+    finest = min((reading.step for reading in readings if reading.step), default=None)
+    readings = [
+        replace(reading, step=finest) if reading.step else reading
+        for reading in readings
+    ]
     spots = tuple(run.column.spots[run.row] for run in runs)
     return replace(time, readings=tuple(readings), spots=spots)

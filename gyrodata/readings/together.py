@@ -97,13 +97,13 @@ def read_together(logs: Sequence[Readings]) -> Readings:
 
 def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
     """Return the diagnostics of logs and of their contradictions; none is an error."""
-    found = _joined(logs, "diagnostics")
+    diagnostics = _joined(logs, "diagnostics")
     if not all(log.ok for log in logs):
-        raise LogError(found)
-    found = (*found, *_contradictions(logs))
-    if any(note.severity == "error" for note in found):
-        raise LogError(found)
-    return found
+        raise LogError(diagnostics)
+    diagnostics = (*diagnostics, *_contradictions(logs))
+    if any(note.severity == "error" for note in diagnostics):
+        raise LogError(diagnostics)
+    return diagnostics
 
 
 def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:

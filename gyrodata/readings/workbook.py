@@ -160,7 +160,7 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
         ]
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
-    return [(sheet, one) for sheet, one in formulas if one.value is None]
+    return [(sheet, each) for sheet, each in formulas if each.value is None]
 
 
 def is_filled(sheet: Sheet) -> bool:

@@ -72,7 +72,11 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     readings = _joined(readings)
     head, columns = _parts(readings)
     columns += _unread(readings)
-    errors = [one for one in readings.diagnostics if one.severity == "error"]
+    errors = [
+        diagnostic
+        for diagnostic in readings.diagnostics
+        if diagnostic.severity == "error"
+    ]
     if not errors:
         return _text(head, columns), ()
     lines = _lines_with_errors(readings, errors)

@@ -118,7 +118,7 @@ def report(analysis: Analysis) -> elements.Report:
     }
     lines = [
         f"{key.capitalize()}: {text}"
-        for key, text in (known[one] for one in BYLINE if one in known)
+        for key, text in (known[name] for name in BYLINE if name in known)
     ]
     return elements.Report(
         name=analysis.name,
@@ -471,18 +471,18 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
     rows = [
         (
-            say("{}", source_words(one.source)),
+            say("{}", source_words(share.source)),
             n.number(
                 f"budget.{i}.share",
-                f"{100 * one.share:.1f}" if one.share >= 5e-4 else "< 0.1",
+                f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1",
                 values.PERCENT,
             ),
             n.scatter(f"budget.{i}.u_inertia", n.inertia),
-            say("{}", one.shared_by if one.shared else "each run its own"),
+            say("{}", share.shared_by if share.shared else "each run its own"),
         )
-        for i, one in enumerate(budget)
+        for i, share in enumerate(budget)
     ]
-    bars = tuple((one.share, 0.0) for one in budget)
+    bars = tuple((share.share, 0.0) for share in budget)
     heads = (
         Head("component", wrap=0.28),
         Head("share of the variance", values.PERCENT, dots=bars),
@@ -523,7 +523,7 @@ def defaults_used(analysis: Analysis) -> list[str]:
 
 
 def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
-    advice = tuple((one,) for one in analysis.advice)
+    advice = tuple((item,) for item in analysis.advice)
     return (
         Text(advice, "numbered")
         if advice
@@ -578,7 +578,10 @@ def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
     """
     value = n.analysis.inertia.value
     u = n.analysis.inertia.u or 0.0
-    dots = tuple((one.value, one.u or 0.0) if one else None for one in estimates)
+    dots = tuple(
+        (estimate.value, estimate.u or 0.0) if estimate else None
+        for estimate in estimates
+    )
     return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))
 
 
@@ -703,17 +706,17 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
 
 
 def _diagnostic(n: Numbers, i: int) -> Sentence:
-    found = n.analysis.diagnostics[i]
+    diagnostic = n.analysis.diagnostics[i]
     code = Styled(
-        f"{found.severity} {found.code}",
-        "strong" if found.severity == "note" else "warn",
+        f"{diagnostic.severity} {diagnostic.code}",
+        "strong" if diagnostic.severity == "note" else "warn",
     )
     return say(
         "{}{}: {}{}",
         code,
         _place(n, i),
-        found.message,
-        f"; {found.hint}" if found.hint else "",
+        diagnostic.message,
+        f"; {diagnostic.hint}" if diagnostic.hint else "",
     )
 
 
@@ -776,7 +779,7 @@ def _provenance(n: Numbers) -> tuple[elements.Block, ...]:
     for key, option in asdict(analysis.options).items():
         if option:
             pairs = (
-                ", ".join(f"{one} = {text}" for one, text in option.items())
+                ", ".join(f"{name} = {text}" for name, text in option.items())
                 if isinstance(option, Mapping)
                 else ""
             )

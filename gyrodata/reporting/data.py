@@ -124,7 +124,11 @@ def log_row(
 ) -> str:
     """Write the row of a log; `row` is empty for a log without an answer."""
     codes = " ".join(
-        dict.fromkeys(one.code for one in diagnostics if one.severity != "note")
+        dict.fromkeys(
+            diagnostic.code
+            for diagnostic in diagnostics
+            if diagnostic.severity != "note"
+        )
     )
     row = {**row, "log": name, "diagnostics": codes}
     return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])

@@ -277,12 +277,12 @@ class Numbers:
 
     def find(self, place: str) -> Any:
         """Return what results.json contains at a place; "length" counts a list."""
-        found: Any = self.document if place.startswith("/") else self.document["result"]
+        value: Any = self.document if place.startswith("/") else self.document["result"]
         for key in place.removeprefix("/").split("."):
             if key == "length":
-                return len(found)
-            found = found[int(key) if isinstance(found, list) else key]
-        return found
+                return len(value)
+            value = value[int(key) if isinstance(value, list) else key]
+        return value
 
     def value(
         self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0

@@ -92,7 +92,7 @@ def _quantity(number: Number) -> str:
         command = r"\qtyrange" if len(digits) == 2 else r"\qty"
         return (
             command
-            + "".join(f"{{{one}}}" for one in digits)
+            + "".join(f"{{{part}}}" for part in digits)
             + f"{{{number.scale.siunitx}}}"
         )
     if re.search("[ e]", digits[0]):
@@ -170,18 +170,18 @@ def escape(text: str) -> str:
     Symbols of quantities and mathematical signs become formulas: "φ̇ψ̇ ∝ M" is
     ``$\dot\varphi\dot\psi \propto M$``.
     """
-    text = "".join(" " if one.isspace() else one for one in shown(text))
+    text = "".join(" " if letter.isspace() else letter for letter in shown(text))
     done, end = "", 0
-    for found in re.finditer(_FORMULA, text):
-        formula = found[0]
-        behind = text[found.end() : found.end() + 1]
+    for match in re.finditer(_FORMULA, text):
+        formula = match[0]
+        behind = text[match.end() : match.end() + 1]
         is_open = {
             ")": formula.count("(") > formula.count(")"),
             "|": formula.count("|") % 2,
         }
         formula += behind if is_open.get(behind) else ""
-        done += f"{_plain(text[end : found.start()])}${re.sub(_TOKEN, _sign, formula)}$"
-        end = found.start() + len(formula)
+        done += f"{_plain(text[end : match.start()])}${re.sub(_TOKEN, _sign, formula)}$"
+        end = match.start() + len(formula)
     # A number stays on the line of its per cent.
     return re.sub(r"(?<=\d) (?=\\%)", "~", done + _plain(text[end:]))
 
@@ -189,18 +189,18 @@ def escape(text: str) -> str:
 def _plain(text: str) -> str:
     """Escape what TeX would execute; two hyphens stay two."""
     return (
-        "".join(_SPECIAL.get(one, one) for one in text)
+        "".join(_SPECIAL.get(letter, letter) for letter in text)
         .replace("--", "-{}-")
         .replace("--", "-{}-")
     )
 
 
-def _sign(found: re.Match[str]) -> str:
+def _sign(match: re.Match[str]) -> str:
     """Write one sign of a formula."""
-    sign = found[0].removesuffix("\u0307")
-    after = found.string[found.end() : found.end() + 1]
+    sign = match[0].removesuffix("\u0307")
+    after = match.string[match.end() : match.end() + 1]
     if sign not in _MATH:
         return f"{'_' if sign[0] in '₀₁₂₃₄₅₆₇₈₉' else '^'}{{{sign.translate(_LEVEL)}}}"
-    written = (r"\dot" if sign != found[0] else "") + _MATH[sign]
+    written = (r"\dot" if sign != match[0] else "") + _MATH[sign]
     # The name of a command ends at the next character that is not a letter.
     return written + " " * (after.isascii() and after.isalpha())

@@ -49,9 +49,9 @@ def markdown_report(
 
 def escape(text: str) -> str:
     """Write text as one line of Markdown that has no other meaning."""
-    line = _ACTIVE.sub(lambda found: f"\\{found[0]}", shown(text))
+    line = _ACTIVE.sub(lambda match: f"\\{match[0]}", shown(text))
     return _BLOCK_START.sub(
-        lambda found: f"\\{found[1]}" if found[1] else f"{found[2]}\\{found[3]}", line
+        lambda match: f"\\{match[1]}" if match[1] else f"{match[2]}\\{match[3]}", line
     )
 
 

@@ -101,13 +101,13 @@ class _Writer:
         """Write a number with links to its places in results.json."""
         texts = []
         for text, place in zip(number.shown, number.places, strict=True):
-            found = self.numbers.find(place)
+            in_json = self.numbers.find(place)
             shown = escape(text)
             size = ""
-            if not isinstance(found, str):
+            if not isinstance(in_json, str):
                 shown = escape(text.replace("-", "−"))
                 size = f' data-size="{number.size!r}"'
-            value = escape(found if isinstance(found, str) else repr(found))
+            value = escape(in_json if isinstance(in_json, str) else repr(in_json))
             texts.append(
                 f'<data value="{value}" data-from="{place}"{size}>{shown}</data>'
             )

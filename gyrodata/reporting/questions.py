@@ -93,13 +93,13 @@ def answer(
 def others(n: Numbers) -> Section:
     """Name the commands for the other questions."""
     options = n.analysis.options
-    given = (
+    values = (
         " (add the --set and --map that you gave)" if options.set or options.map else ""
     )
     words = (
         "The log does not contain what you saw and felt. These commands show what "
         "theory predicts; --log takes I_zz "
-        f"and the fastest spin from this log{given}:"
+        f"and the fastest spin from this log{values}:"
     )
     # A shell would not read other names as one word.
     log = n.analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", n.analysis.name) else "LOG"
@@ -294,15 +294,15 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
     """Answer (c): φ̇ψ̇ at one torque."""
-    found = n.analysis.constancy
-    if found is None:
+    constancy = n.analysis.constancy
+    if constancy is None:
         yield paragraph(
             "No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque."
         )
     else:
         constant = (
             "constant within the"
-            if found.p >= UNLIKELY
+            if constancy.p >= UNLIKELY
             else "not constant within the stated"
         )
         yield conclude(
@@ -379,8 +379,8 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
             "cannot detect a wrong unit in a whole column."
         )
         lines = (
-            Styled(f"# ball_{one}", "code")
-            for one in ("mass: 4.10 ± 0.01 kg", "diameter: 10.16 ± 0.01 cm")
+            Styled(f"# ball_{line}", "code")
+            for line in ("mass: 4.10 ± 0.01 kg", "diameter: 10.16 ± 0.01 cm")
         )
         yield paragraph(ask, *lines, kind="small")
         return
@@ -392,11 +392,10 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
         "rod": "rod",
         "disk": "disk",
     }
-    found = [key for key in names if n.find(f"ball.{key}")]
-    if len(found) > 1:
+    keys = [key for key in names if n.find(f"ball.{key}")]
+    if len(keys) > 1:
         items = [
-            say("{}: {}", names[key], n.value(f"ball.{key}", n.inertia))
-            for key in found
+            say("{}: {}", names[key], n.value(f"ball.{key}", n.inertia)) for key in keys
         ]
         yield Text(tuple(items), "list")
 

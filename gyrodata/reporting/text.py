@@ -136,19 +136,19 @@ def check_text(
     doubts = 0 if analysis is None else len(analysis.doubts)
     counts = Counter({"doubt": doubts})
     counts.update(finding.severity for finding in diagnostics)
-    found = [
+    findings = [
         values.count_text(counts[kind], kind)
         for kind in ("doubt", "error", "warning", "note")
         if counts[kind]
     ]
-    verdict = ", ".join(found)
+    verdict = ", ".join(findings)
     if counts["note"] == counts.total():
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
-    said = [f"{name}: {line}" for line in lines]
-    said += map(str, diagnostics)
-    said.append(f"{name}: {read}{verdict}\n")
-    return "\n".join(said).translate(PICTURES)
+    printed = [f"{name}: {line}" for line in lines]
+    printed += map(str, diagnostics)
+    printed.append(f"{name}: {read}{verdict}\n")
+    return "\n".join(printed).translate(PICTURES)
 
 
 def _lines_above(whole: Report, analysis: Analysis) -> list[str]:

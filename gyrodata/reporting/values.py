@@ -246,7 +246,8 @@ def display_width(text: str) -> int:
     if text.isascii():
         return len(text)
     return sum(
-        1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text
+        1 + (east_asian_width(letter) in "WF") - (combining(letter) > 0)
+        for letter in text
     )
 
 

@@ -124,22 +124,30 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
     header = f"{'fit':<16}{''.join(f'{head:>9}' for head in heads)}{'µs per lab':>12}"
     lines = [f"{title}; all in % of the true I_zz", header]
     notes = []
-    for one in estimators:
-        name = one.name.replace("_", " ").replace("constant", "intercept")
-        values = (one.bias, one.rmse, one.mean_u, one.coverage_68, one.coverage_95)
+    for estimator in estimators:
+        name = estimator.name.replace("_", " ").replace("constant", "intercept")
+        values = (
+            estimator.bias,
+            estimator.rmse,
+            estimator.mean_u,
+            estimator.coverage_68,
+            estimator.coverage_95,
+        )
         forms = ("+.3f", ".3f", ".3f", ".1f", ".1f")
         cells = (
             "-" if value is None else f"{100 * value:{form}}"
             for value, form in zip(values, forms, strict=True)
         )
         row = "".join(f"{cell:>9}" for cell in cells)
-        lines.append(f"{name:<16}{row}{one.time_us:>12.1f}")
-        if one.refused and (one.rmse is not None or name == "recommended"):
+        lines.append(f"{name:<16}{row}{estimator.time_us:>12.1f}")
+        if estimator.refused and (estimator.rmse is not None or name == "recommended"):
             why = (
                 "because the fit is refused or a simulated time is not above zero; "
                 "they are not in the numbers above"
             )
-            notes.append(f"{name}: {one.refused} of the labs have no answer, {why}")
+            notes.append(
+                f"{name}: {estimator.refused} of the labs have no answer, {why}"
+            )
     return "\n".join([*lines, f"{'honest':<43}{68.3:>9}{'95.0':>9}", *notes])
 
 
@@ -186,12 +194,12 @@ def selfcheck(
     measured = select(
         lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out]
     )
-    found = fitting.fit(measured, tilted=tilted)
-    assert found.posterior is not None
-    larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
+    first_fit = fitting.fit(measured, tilted=tilted)
+    assert first_fit.posterior is not None
+    larger = float(first_fit.posterior.weight[first_fit.posterior.factor > 1].sum())
     scatters = [1.0]
     if min(larger, 1 - larger) < DOUBTED:
-        scatters.append(found.widths.scatter)
+        scatters.append(first_fit.widths.scatter)
     names = "recommended", *fitting.TEXTBOOK
     tables = []
     for scatter in scatters:
@@ -199,7 +207,7 @@ def selfcheck(
         ends = np.full((len(names), labs, 5), math.nan)
         seconds = np.zeros(len(names))
         for i in range(labs):
-            drawn = draw(measured, found, scatter, tilted, random)
+            drawn = draw(measured, first_fit, scatter, tilted, random)
             for k, name in enumerate(names):
                 begun = time.perf_counter()
                 if (drawn.time > 0).all():
@@ -208,12 +216,15 @@ def selfcheck(
             if progress is not None:
                 progress(i + 1)
         judged = [
-            _judge(name, ends[k], found.inertia.value, seconds[k])
+            _judge(name, ends[k], first_fit.inertia.value, seconds[k])
             for k, name in enumerate(names)
         ]
         tables.append(tuple(judged))
     return SelfCheck(
-        labs, tables[0], found.widths.scatter, tables[1] if len(tables) > 1 else None
+        labs,
+        tables[0],
+        first_fit.widths.scatter,
+        tables[1] if len(tables) > 1 else None,
     )
 
 
@@ -221,23 +232,23 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
     """Compare the answers of a fit with the truth: five interval ends for each lab."""
     answered = ends[np.isfinite(ends[:, 2])]
     time_us = 1e6 * float(seconds) / len(ends)
-    bias = rmse = one = two = mean_u = None
+    bias = rmse = in_68 = in_95 = mean_u = None
     if len(answered):
         off = answered[:, 2] / truth - 1
         bias = float(off.mean())
         rmse = math.sqrt(float(np.mean(off**2)))
         if np.isfinite(answered).all():
-            two = _coverage(answered[:, [0, -1]], truth)
-            one = _coverage(answered[:, [1, -2]], truth)
+            in_95 = _coverage(answered[:, [0, -1]], truth)
+            in_68 = _coverage(answered[:, [1, -2]], truth)
             mean_u = float((answered[:, 3] - answered[:, 1]).mean() / 2 / truth)
     return Performance(
-        name, bias, rmse, one, two, mean_u, time_us, len(ends) - len(answered)
+        name, bias, rmse, in_68, in_95, mean_u, time_us, len(ends) - len(answered)
     )
 
 
 def draw(
     measured: Measurements,
-    found: fitting.FitResult,
+    fit: fitting.FitResult,
     scatter: float,
     tilted: bool,
     random: np.random.Generator,
@@ -249,11 +260,11 @@ def draw(
     across = fitting.transverse_inertia(measured) if tilted else 0.0
     pitch = measured.pitch if tilted else 0.0
     # The weight turns with the ball if its own inertia is given.
-    inertia = found.inertia.value + measured.added
-    torque = measured.torque + found.residual_torque.value
+    inertia = fit.inertia.value + measured.added
+    torque = measured.torque + fit.residual_torque.value
     rate = np.abs(
         physics.precession_rate(
-            torque, found.sense * measured.corrected_spin, inertia, across, pitch
+            torque, fit.sense * measured.corrected_spin, inertia, across, pitch
         )
     )
     truth = {

@@ -29,7 +29,7 @@ from gyrodata.grading.submissions.documents import (
 )
 from gyrodata.grading.submissions.log_choice import Attempts
 from gyrodata.measurements import measure
-from gyrodata.readings.captions import said_in
+from gyrodata.readings.captions import statements_in
 from gyrodata.readings.conversion import workbook_text
 from gyrodata.readings.grid import Row
 from gyrodata.readings.notes import noted_origin
@@ -263,7 +263,7 @@ def _is_about_log(line: str, complete: bool) -> bool:
     """
     if noted_origin(line) == "surface":
         return True
-    return not complete and bool(said_in(Row(1, [line])))
+    return not complete and bool(statements_in(Row(1, [line])))
 
 
 def _errors(log: readings.Readings) -> int:

@@ -178,17 +178,17 @@ def process_cost(name: str, log: str) -> list[Row]:
     """Measure the CPU time of a process that fits one lab [s], the median of some."""
     measured = measured_lab(log)
     words = [programs.__file__, name]
-    given = json.dumps(lab_of(measured))
+    text = json.dumps(lab_of(measured))
     if name == GYRO:
         words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
-        given = log
+        text = log
     path = os.pathsep.join(filter(None, sys.path))
     costs = []
     for _ in range(REPEATS):
         before = os.times()
         subprocess.run(
             [sys.executable, *words],
-            input=given.encode(),
+            input=text.encode(),
             capture_output=True,
             check=True,
             env={**os.environ, "PYTHONPATH": path},

@@ -89,7 +89,7 @@ def odrpack(lab: Lab) -> Answer:
     """Fit M to φ̇ψ̇ with errors of both, which are independent."""
     from odrpack import odr_fit
 
-    found = odr_fit(
+    solution = odr_fit(
         lambda x, beta: beta[0] * x + beta[1],
         product(lab),
         np.array(lab["torque"]),
@@ -97,7 +97,7 @@ def odrpack(lab: Lab) -> Answer:
         weight_x=1 / np.diag(lab["product_cov"]),
         weight_y=1 / np.diag(lab["torque_cov"]),
     )
-    return interval(found.beta[0], found.sd_beta[0], len(lab["torque"]) - 2)
+    return interval(solution.beta[0], solution.sd_beta[0], len(lab["torque"]) - 2)
 
 
 def lmfit(lab: Lab) -> Answer:
@@ -110,12 +110,12 @@ def lmfit(lab: Lab) -> Answer:
     parameters.add("residual", value=0.0)
     observed = np.array(lab["time"])
     u = np.array(lab["time_u"])
-    found = minimize(
+    solution = minimize(
         lambda at: (model(at["inertia"].value, at["residual"].value) - observed) / u,
         parameters,
     )
-    inertia = found.params["inertia"]
-    return interval(inertia.value, inertia.stderr, found.nfree)
+    inertia = solution.params["inertia"]
+    return interval(inertia.value, inertia.stderr, solution.nfree)
 
 
 def iminuit(lab: Lab) -> Answer:

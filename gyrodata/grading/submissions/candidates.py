@@ -69,7 +69,10 @@ class Text(Struct, frozen=True):
 def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
-    sentences = _sentences(document.lines[:end])
+    lines = document.lines[:end]
+    if ".toml" in document.name.lower():
+        lines = _keys_as_prose(lines)
+    sentences = _sentences(lines)
     short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
@@ -125,6 +128,47 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
             is_alone = is_run[at : at + 3] == [False, True, False]
             line = _row_as_prose(own, cells, is_alone)
         yield line
+
+
+def _keys_as_prose(lines: Sequence[str]) -> list[str]:
+    """Write the keys of TOML for an uncertainty and a unit behind their value.
+
+    Each value keeps its line.
+    """
+    prose: list[str] = []
+    table = ""
+    last = 0
+    places: dict[str, int] = {}
+    for line in lines:
+        prose.append("")
+        for part in re.split("[{},]", line) if "{" in line else [line]:
+            key, sign, value = (text.strip() for text in part.partition("="))
+            at = next((places[name] for name in places if _has_stem(key, name)), last)
+            has_number = _is_number(prose[at].partition("=")[2].strip('" '))
+            if key.startswith("[") or (sign and not value):
+                table = key.strip("[] ").rpartition(".")[2]
+                prose[-1] += part
+            elif has_number and sign and re.fullmatch(SAYS["unit_key"], key):
+                prose[at] = _joined(prose[at], "", value)
+            elif has_number and sign and _is_unsure(key):
+                prose[at] = _joined(prose[at], "±", value)
+            else:
+                is_value = re.fullmatch(SAYS["value"], key)
+                prose[-1] += f"{table} = {value}" if is_value else part
+                last = len(prose) - 1
+                places[key] = last
+    return prose
+
+
+def _has_stem(key: str, name: str) -> bool:
+    """Return whether a key belongs to the one with a name: "u_I_zz" to "I_zz"."""
+    return f"_{name}_" in f"_{key}_" and key != name
+
+
+def _joined(line: str, sign: str, value: str) -> str:
+    """Write a value behind a line, without the remarks of both."""
+    first, second = (re.split(r"\s*#", text)[0] for text in (line, value))
+    return f"{first} {sign} {second}"
 
 
 def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:

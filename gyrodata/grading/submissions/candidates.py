@@ -147,7 +147,7 @@ def _keys_as_prose(lines: Sequence[str]) -> list[str]:
             has_number = _is_number(prose[at].partition("=")[2].strip('" '))
             if key.startswith("[") or (sign and not value):
                 table = key.strip("[] ").rpartition(".")[2]
-                prose[-1] += part
+                prose[-1] += f"{table}: "
             elif has_number and sign and re.fullmatch(SAYS["unit_key"], key):
                 prose[at] = _joined(prose[at], "", value)
             elif has_number and sign and _is_unsure(key):

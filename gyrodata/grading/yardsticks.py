@@ -243,6 +243,9 @@ NEAREST = 0.015
 # slips whose distances differ by less than this [u] explain the report equally well
 AS_GOOD = 0.5
 
+# common slips are compared more closely: an answer has the digits of one of them [u]
+COMMON_AS_GOOD = 0.2
+
 # slips whose factors differ by less than this share differ only by the units of the log
 SAME = 1e-3
 
@@ -330,11 +333,15 @@ def _most_likely(found: Ranked) -> list[Slip]:
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
     # A mistake suggested by the log's units comes before one with only the same factor.
-    likely = [slip.factor for rank, slip in found if rank == 0]
+    common = [slip for rank, slip in found if rank == 0]
+    likely = [slip.factor for slip in common]
     named = [
+        one for one in common if one.distance <= common[0].distance + COMMON_AS_GOOD
+    ]
+    named += [
         slip
         for rank, slip in found
-        if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)
+        if rank and all(abs(one / slip.factor - 1) >= SAME for one in likely)
     ]
     return named[:MOST]
 

@@ -434,6 +434,9 @@ def unusual(readings: Readings) -> int:
 # --- references of stations ---
 
 
+VAGUE = 0.25  # a reference with a larger u, as a share of it, is of several gyroscopes
+
+
 class Reference(Struct, frozen=True, dict=True):
     """The value that a station's gyroscope should give."""
 
@@ -441,9 +444,16 @@ class Reference(Struct, frozen=True, dict=True):
     u: float  # standard uncertainty [kg*m^2]
     source: str  # its origin, in words
 
+    @property
+    def is_vague(self) -> bool:
+        """Whether the logs behind it are of gyroscopes with several values."""
+        return self.u > VAGUE * abs(self.inertia)
+
     @cached_property
     def words(self) -> str:
         """The value and its origin."""
+        if self.is_vague:
+            return f"no value, because I_zz of {self.source} has several values"
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:

@@ -391,7 +391,7 @@ def _decision(
 _HOW_TO_WRITE = {
     "number": "write the points to add, such as 2",
     "file": "write the corrected log into the folder of the grades, and its name here",
-    "verdict": "write partners, copied, invented or cleared, and who decided, under by",
+    "verdict": "write partners, copied, invented or cleared; write who has decided it, under by",
     "inertia": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
 }
 

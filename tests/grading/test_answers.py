@@ -69,7 +69,7 @@ def test_answer_in_a_file_of_answers_is_read(text: str, encoding: str) -> None:
         '[answers]\nname = "Ann"\nI_zz = 4.40e-3\nu_I_zz = 5e-5\nunit = "kg m^2"\n',
         'I_zz = 4.40\nI_zz_u = 0.05\nI_zz_unit = "g m^2"\nstation = 3\n',
         'I_zz = { value = 4.40e-3, uncertainty = 0.05e-3, unit = "kg m^2" }\n',
-        'I_zz = 4.4e-3\nM0 = 1e-4\nu_I_zz = 5e-5\nu_M0 = 2e-5\nunit_I_zz = "kg m²"\n',
+        'I_zz = 4.4e-3\nu_I_zz = 5e-5\nI_zz_unit = "kg m²"\nM0 = 1e-4\nu_M0 = 2e-5\n',
         'I_zz = "4.40e-3 kg m^2"\nunsicherheit = "0.05e-3 kg m^2"\n',
     ],
     ids=["table", "dots", "keys", "behind", "inline", "others", "texts"],

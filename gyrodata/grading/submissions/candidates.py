@@ -136,39 +136,37 @@ def _keys_as_prose(lines: Sequence[str]) -> list[str]:
     Each value keeps its line.
     """
     prose: list[str] = []
-    table = ""
-    last = 0
-    places: dict[str, int] = {}
+    table = name = ""
+    at = 0  # line of the last value
     for line in lines:
         prose.append("")
         for part in re.split("[{},]", line) if "{" in line else [line]:
-            key, sign, value = (text.strip() for text in part.partition("="))
-            at = next((places[name] for name in places if _has_stem(key, name)), last)
-            has_number = _is_number(prose[at].partition("=")[2].strip('" '))
-            if key.startswith("[") or (sign and not value):
-                table = key.strip("[] ").rpartition(".")[2]
-                prose[-1] += f"{table}: "
-            elif has_number and sign and re.fullmatch(SAYS["unit_key"], key):
-                prose[at] = _joined(prose[at], "", value)
-            elif has_number and sign and _is_unsure(key):
-                prose[at] = _joined(prose[at], "±", value)
-            else:
+            key, _, value = (text.strip() for text in part.partition("="))
+            sign = _sign_of(key, name)
+            if value and sign is not None:
+                whole, more = (text.partition(" #")[0] for text in (prose[at], value))
+                prose[at] = f"{whole} {sign} {more}"
+            elif value:
+                name = key
+                at = len(prose) - 1
                 is_value = re.fullmatch(SAYS["value"], key)
-                prose[-1] += f"{table} = {value}" if is_value else part
-                last = len(prose) - 1
-                places[key] = last
+                prose[at] += f"{table} = {value}" if is_value else part
+            else:
+                table = key.strip("[] ").rpartition(".")[2] or table
+                prose[-1] += part
     return prose
 
 
-def _has_stem(key: str, name: str) -> bool:
-    """Return whether a key belongs to the one with a name: "u_I_zz" to "I_zz"."""
-    return f"_{name}_" in f"_{key}_" and key != name
+def _sign_of(key: str, name: str) -> str | None:
+    """Return the sign between the value `name` and that of a key that belongs to it.
 
-
-def _joined(line: str, sign: str, value: str) -> str:
-    """Write a value behind a line, without the remarks of both."""
-    first, second = (re.split(r"\s*#", text)[0] for text in (line, value))
-    return f"{first} {sign} {second}"
+    None if the key does not belong to it: it has another name.
+    """
+    if not name or ("_" in key and f"_{name}_" not in f"_{key}_"):
+        return None
+    if re.fullmatch(SAYS["unit_key"], key):
+        return ""
+    return "±" if _is_unsure(key) else None
 
 
 def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:

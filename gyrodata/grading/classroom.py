@@ -720,15 +720,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @property
     def without_station(self) -> str:
         """Ask for the stations if the logs without one have several values of I_zz."""
-        logs = [one for one in self.grades if one.own]
-        missing = [one for one in logs if one.station is None]
+        missing = sum(one.station is None for one in self.grades if one.own)
         reference = self.references.get("all")
         if not missing or reference is None or not reference.is_vague:
             return ""
         return (
-            f"{len(missing)} of {len(logs)} logs state no station, and the logs of the "
-            f"class have several values of I_zz: ask for the stations, and write lines "
-            f"of station into {DESK}"
+            f"{missing} logs state no station, and I_zz of the class has several "
+            f"values: ask for the stations, and write them into {DESK}"
         )
 
     @property

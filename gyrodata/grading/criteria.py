@@ -123,18 +123,15 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
         share = (
             0.0 if reported is None and evidence.rubric.no_report == "zero" else None
         )
-        unread = (
-            f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
-            if reported
-            else ""
-        )
         files = listing([PurePosixPath(one).name for one in evidence.files])
-        add = (
+        reason = (
             f"no I_zz is reported: none is found in {shown(files)}; add a line to the "
             f"log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
         )
-        reasons = [unread or add, *evidence.unread]
-        return mark(criterion, "; ".join(reasons), {}, share)
+        if reported:
+            problem = reported.problem or "it is not a number"
+            reason = f"the reported I_zz cannot be read: {problem}"
+        return mark(criterion, "; ".join([reason, *evidence.unread]), {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
 
@@ -438,13 +435,9 @@ def judge_reference(
     if criterion.curve.variable == "percent":
         detail["percent"] = 100 * abs(value / reference.inertia - 1)
         far = f"{detail['percent']:.2g} %"
+    reason = f"{said} is {far} from {reference.words}"
     if reference.is_vague:
-        reason = (
-            f"{said} is compared with nothing: the logs have several values of I_zz; "
-            f"add the station to your log: # station: 3"
-        )
-    else:
-        reason = f"{said} is {far} from {reference.words}"
+        reason = f"{said} has no reference: add the station to your log: # station: 3"
     return mark(criterion, reason, detail)
 
 

@@ -83,10 +83,10 @@ def flag_class(
     flags = flag_scatter(logs)
     flags += flag_pairs("shared rows", shared(logs), logs)
     honest = Logs(prints, partners, previous)
-    pairs = _not_joined(shared(honest, by_spin=True), honest, flags)
-    flags += flag_pairs("shared rows", pairs, honest)
     pairs = _not_joined(similar(honest), honest, flags)
-    return in_order([*flags, *flag_pairs("similar spins", pairs, honest)])
+    flags += flag_pairs("similar spins", pairs, honest)
+    pairs = _not_joined(shared(honest, by_spin=True), honest, flags)
+    return in_order([*flags, *flag_pairs("shared rows", pairs, honest)])
 
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:

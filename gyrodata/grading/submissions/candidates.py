@@ -140,10 +140,10 @@ def _keys_as_prose(lines: Sequence[str]) -> list[str]:
     at = 0  # line of the last value
     for line in lines:
         prose.append("")
-        for part in re.split("[{},]", line) if "{" in line else [line]:
+        for part in re.split("[{},]", line, maxsplit=9) if "{" in line else [line]:
             key, _, value = (text.strip() for text in part.partition("="))
             sign = _sign_of(key, name)
-            if value and sign is not None:
+            if value and sign is not None and len(prose[at]) < _LONGEST_SENTENCE:
                 whole, more = (text.partition(" #")[0] for text in (prose[at], value))
                 prose[at] = f"{whole} {sign} {more}"
             elif value:
@@ -164,7 +164,7 @@ def _sign_of(key: str, name: str) -> str | None:
     """
     if not name or ("_" in key and f"_{name}_" not in f"_{key}_"):
         return None
-    if re.fullmatch(SAYS["unit_key"], key):
+    if any(re.fullmatch(SAYS["unit_key"], word) for word in key.split("_")):
         return ""
     return "±" if _is_unsure(key) else None
 

@@ -54,7 +54,7 @@ def pdf_lines(data: bytes) -> tuple[list[str], list[str]]:
             unseen += hidden
     except Exception as error:
         # pypdf raises errors of many kinds for a file that is damaged on purpose.
-        raise ValueError(f"{type(error).__name__}: {error}") from None
+        raise ValueError(str(error)) from None
     return seen, unseen
 
 
@@ -84,8 +84,8 @@ def _operations(
     from pypdf import Transformation
 
     same = Transformation()
-    ink = {b"cm": same, _MATRIX: same, b"gs": 1.0, b"Tr": [0], _COLOUR: [0]}
-    ink[_RISE] = [0]
+    ink = {b"cm": same, _MATRIX: same, b"gs": 1.0}
+    ink |= {operator: [0] for operator in (b"Tr", _COLOUR, _RISE)}
     outer = []
     whole: Operations = []
     seen: Operations = []

@@ -332,18 +332,17 @@ def _most_likely(found: Ranked) -> list[Slip]:
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
-    # A mistake suggested by the log's units comes before one with only the same factor.
     common = [slip for rank, slip in found if rank == 0]
-    likely = [slip.factor for slip in common]
-    named = [
-        one for one in common if one.distance <= common[0].distance + COMMON_AS_GOOD
-    ]
-    named += [
-        slip
-        for rank, slip in found
-        if rank and all(abs(one / slip.factor - 1) >= SAME for one in likely)
-    ]
+    named = [slip for rank, slip in found if _is_named(rank, slip, common)]
     return named[:MOST]
+
+
+def _is_named(rank: int, slip: Slip, common: Sequence[Slip]) -> bool:
+    """Return whether a slip is named beside the common ones, the nearest first."""
+    if rank == 0:
+        return slip.distance <= common[0].distance + COMMON_AS_GOOD
+    # A mistake suggested by the log's units comes before one with only the same factor.
+    return all(abs(one.factor / slip.factor - 1) >= SAME for one in common)
 
 
 def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:

@@ -69,10 +69,7 @@ class Text(Struct, frozen=True):
 def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
-    lines = document.lines[:end]
-    if ".toml" in document.name.lower():
-        lines = _keys_as_prose(lines)
-    sentences = _sentences(lines)
+    sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
     short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
@@ -130,31 +127,38 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
         yield line
 
 
-def _keys_as_prose(lines: Sequence[str]) -> list[str]:
+def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
     """Write the keys of TOML for an uncertainty and a unit behind their value.
 
-    Each value keeps its line.
+    Each value keeps its line. Other documents stay as they are.
     """
-    prose: list[str] = []
+    if ".toml" not in document.name.lower():
+        return lines
+    prose = [""] * len(lines)
     table = name = ""
     at = 0  # line of the last value
-    for line in lines:
-        prose.append("")
-        for part in re.split("[{},]", line, maxsplit=9) if "{" in line else [line]:
-            key, _, value = (text.strip() for text in part.partition("="))
-            sign = _sign_of(key, name)
-            if value and sign is not None and len(prose[at]) < _LONGEST_SENTENCE:
-                whole, more = (text.partition(" #")[0] for text in (prose[at], value))
-                prose[at] = f"{whole} {sign} {more}"
-            elif value:
-                name = key
-                at = len(prose) - 1
-                is_value = re.fullmatch(SAYS["value"], key)
-                prose[at] += f"{table} = {value}" if is_value else part
-            else:
-                table = key.strip("[] ").rpartition(".")[2] or table
-                prose[-1] += part
+    for number, part in _parts_of(lines):
+        key, _, value = (text.strip() for text in part.partition("="))
+        sign = _sign_of(key, name)
+        if not value:
+            table = key.strip("[] ").rpartition(".")[2] or table
+            prose[number] += part
+        elif sign is None or len(prose[at]) > _LONGEST_SENTENCE:
+            name = key
+            at = number
+            is_value = re.fullmatch(SAYS["value"], key)
+            prose[at] += f"{table} = {value}" if is_value else part
+        else:
+            whole, more = (text.partition(" #")[0] for text in (prose[at], value))
+            prose[at] = f"{whole} {sign} {more}"
     return prose
+
+
+def _parts_of(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield the lines, and the parts of those with an inline table, with numbers."""
+    for number, line in enumerate(lines):
+        parts = re.split("[{},]", line, maxsplit=9) if "{" in line else [line]
+        yield from ((number, part) for part in parts)
 
 
 def _sign_of(key: str, name: str) -> str | None:

@@ -100,8 +100,7 @@ def _operations(
         elif operator in _SHOWING:
             is_seen = _is_seen(ink, page)
             before, last = last, _baseline(ink)
-            if _is_superscript(last, before):
-                step = [*_caret(page, ink[_FONT]), *step]
+            step = [*_caret(page, ink[_FONT], _is_superscript(last, before)), *step]
         else:
             ink[_SAME.get(operator, operator)] = _set(ink, operator, operands, page)
         if operator != _RISE:
@@ -125,10 +124,15 @@ def _is_superscript(text: tuple[float, float], before: tuple[float, float]) -> b
     return height <= SMALLER * height_before and low <= y - y_before <= high
 
 
-def _caret(page: PageObject, font: Any) -> Operations:
-    """Return the operations that show ^, in a font that every page may use."""
+def _caret(page: PageObject, font: Any, is_superscript: bool) -> Operations:
+    """Return the operations that show ^ before a superscript.
+
+    They use a font of their own, because that of the page may have no ^.
+    """
     from pypdf.generic import ByteStringObject, DictionaryObject, NameObject
 
+    if not is_superscript:
+        return []
     resources: Any = page["/Resources"]
     name = NameObject("/GyroCaret")
     keys = {"Type": "Font", "Subtype": "Type1", "BaseFont": "Courier"}

@@ -139,11 +139,11 @@ def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
     at = 0  # line of the last value
     for number, part in _parts_of(lines):
         key, _, value = (text.strip() for text in part.partition("="))
-        sign = _sign_of(key, name)
+        sign = _sign_of(key, name, prose[at])
         if not value:
             table = key.strip("[] ").rpartition(".")[2] or table
             prose[number] += part
-        elif sign is None or len(prose[at]) > _LONGEST_SENTENCE:
+        elif sign is None:
             name = key
             at = number
             is_value = re.fullmatch(SAYS["value"], key)
@@ -161,12 +161,13 @@ def _parts_of(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
         yield from ((number, part) for part in parts)
 
 
-def _sign_of(key: str, name: str) -> str | None:
+def _sign_of(key: str, name: str, line: str) -> str | None:
     """Return the sign between the value `name` and that of a key that belongs to it.
 
-    None if the key does not belong to it: it has another name.
+    None if the key does not belong to it: it has another name, or its line is long.
     """
-    if not name or ("_" in key and f"_{name}_" not in f"_{key}_"):
+    is_other = "_" in key and f"_{name}_" not in f"_{key}_"
+    if not name or is_other or len(line) > _LONGEST_SENTENCE:
         return None
     if any(re.fullmatch(SAYS["unit_key"], word) for word in key.split("_")):
         return ""

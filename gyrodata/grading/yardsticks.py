@@ -338,7 +338,7 @@ def _most_likely(found: Ranked) -> list[Slip]:
 
 
 def _is_named(rank: int, slip: Slip, common: Sequence[Slip]) -> bool:
-    """Return whether a slip is named beside the common ones, the nearest first."""
+    """Return whether a slip is named; `common` is sorted by the distance."""
     if rank == 0:
         return slip.distance <= common[0].distance + COMMON_AS_GOOD
     # A mistake suggested by the log's units comes before one with only the same factor.

@@ -294,7 +294,9 @@ function decisionForm(people, word, offer = {}) {
 
 function flagForm(offer) {
   const why = make("input", {class: "why", autocomplete: "off"});
-  const buttons = data.verdicts.map(verdict =>
+  const isAlone = offer.people.length + offer.earlier.length < 2;
+  const verdicts = data.verdicts.filter(verdict => !(isAlone && ["partners", "copied"].includes(verdict)));
+  const buttons = verdicts.map(verdict =>
     makeButton(verdict, () => decide(offer.people, "flag", verdict, why.value.trim())));
   return make("p", {class: "decision"}, make("label", {}, "why ", why), ...buttons);
 }

@@ -678,7 +678,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
         found = grouped(
-            (slip.kind, grade.student) for grade in self.grades for slip in grade.slips
+            (slip.kind, grade.student)
+            for grade in self.grades
+            for slip in grade.slips[:1]
         )
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
@@ -711,6 +713,18 @@ class ClassGrades(Struct, frozen=True, dict=True):
             if self.scatters[one].factor > 1
         ]
         return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
+
+    @property
+    def without_station(self) -> str:
+        """Ask for the stations if the logs without one have several values of I_zz."""
+        missing = sum(one.station is None for one in self.grades if one.own)
+        reference = self.references.get("all")
+        if not missing or reference is None or not reference.is_vague:
+            return ""
+        return (
+            f"{missing} logs state no station, and I_zz of the class has several "
+            f"values: ask for the stations, and write them into {DESK}"
+        )
 
     @property
     def mean(self) -> float | None:

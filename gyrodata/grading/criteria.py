@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, convert
 
 from gyrodata.base import diagnostics
-from gyrodata.base.errors import Diagnostic
+from gyrodata.base.errors import Diagnostic, shown
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.yardsticks import (
     COARSEST,
@@ -25,7 +26,7 @@ from gyrodata.grading.yardsticks import (
     Slip,
     fit_words,
 )
-from gyrodata.readings import Reported
+from gyrodata.readings import Reported, listing
 from gyrodata.reporting.values import (
     count_text,
     factor_text,
@@ -122,17 +123,15 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
         share = (
             0.0 if reported is None and evidence.rubric.no_report == "zero" else None
         )
-        unread = (
-            f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
-            if reported
-            else ""
+        files = listing([PurePosixPath(one).name for one in evidence.files])
+        reason = (
+            f"no I_zz is reported: none is found in {shown(files)}; add a line to the "
+            f"log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
         )
-        add = (
-            "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± "
-            "0.1e-3 kg m^2"
-        )
-        reasons = [unread or add, *evidence.unread]
-        return mark(criterion, "; ".join(reasons), {}, share)
+        if reported:
+            problem = reported.problem or "it is not a number"
+            reason = f"the reported I_zz cannot be read: {problem}"
+        return mark(criterion, "; ".join([reason, *evidence.unread]), {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
 
@@ -357,10 +356,11 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         if less > share:
             share = less
             detail["slip_cost"] = cost
-        words = " or ".join(slip.words for slip in evidence.slips)
+        words = "; or ".join(slip.words for slip in evidence.slips)
+        either = "either of these" if len(evidence.slips) > 1 else "a common mistake"
         reason = (
-            f"{said}, {times} what your runs give, {own}: one common mistake would "
-            f"explain this: {words}"
+            f"{said}, {times} what your runs give, {own}: {either} would explain "
+            f"this: {words}"
         )
     elif d == 0:
         reason = f"{said}, which agrees with your runs: {own}"
@@ -419,6 +419,7 @@ def judge_reference(
         value = own
         undone = ", which your runs give,"
     zeta = reference.zeta(value, u)
+    said = f"{inertia_text(value, None)}{undone}"
     detail = {
         **pending.detail,
         "reference": reference.inertia,
@@ -429,11 +430,10 @@ def judge_reference(
     if criterion.curve.variable == "percent":
         detail["percent"] = 100 * abs(value / reference.inertia - 1)
         far = f"{detail['percent']:.2g} %"
-    return mark(
-        criterion,
-        f"{inertia_text(value, None)}{undone} is {far} from {reference.words}",
-        detail,
-    )
+    reason = f"{said} is {far} from {reference.words}"
+    if reference.is_vague:
+        reason = f"{said} has no reference: add the station to your log: # station: 3"
+    return mark(criterion, reason, detail)
 
 
 # relative difference of an uncertainty that is rounded to one digit, from another

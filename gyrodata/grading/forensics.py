@@ -2,7 +2,7 @@
 
 A fingerprint of each log is kept, and all logs are compared at once (`flag_class`):
 
-* rows in common, in any order, unit and rounding;
+* rows in common, or their spins alone, in any order, unit and rounding;
 * spins that are much closer than those of other logs, whatever the times are;
 * scatter below what a hand can do.
 
@@ -84,7 +84,9 @@ def flag_class(
     flags += flag_pairs("shared rows", shared(logs), logs)
     honest = Logs(prints, partners, previous)
     pairs = _not_joined(similar(honest), honest, flags)
-    return in_order([*flags, *flag_pairs("similar spins", pairs, honest)])
+    flags += flag_pairs("similar spins", pairs, honest)
+    pairs = _not_joined(shared(honest, by_spin=True), honest, flags)
+    return in_order([*flags, *flag_pairs("shared rows", pairs, honest)])
 
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
@@ -464,6 +466,9 @@ SAME_TORQUE = 0.1
 weights of its own."""
 
 FEWEST = 3  # a pair is flagged from this number of rows on
+MOST_LIKE = (
+    2  # logs with the spins of a log; if there are more, the bench has few spins
+)
 
 _WIDTH = math.sqrt(4 * math.pi)
 """No interval of this width contains more of a normal distribution [sigma]."""
@@ -481,14 +486,20 @@ class Pairs(NamedTuple):
         return Pairs(self.first[which], self.second[which], self.p[which])
 
 
-def shared(logs: Logs) -> Pairs:
-    """Find the pairs of logs with more rows in common than expected by chance."""
+def shared(logs: Logs, by_spin: bool = False) -> Pairs:
+    """Find the pairs of logs with more rows in common than expected by chance.
+
+    `by_spin`: Rows have the same spin, whatever their times are. Then logs that are
+    like several others do not count: a bench may have a few spins only.
+    """
     count = len(logs.keys)
     numbers = [np.zeros(0, dtype=int)]
     chances = [np.zeros(0)]
     for log in range(count):
-        other, p = _shared_with(logs, log)
-        rare = p * logs.pairs <= ALLOWED
+        other, p = _shared_with(logs, log, by_spin)
+        rare = p * logs.pairs <= (NEAR_ALLOWED if by_spin else ALLOWED)
+        if by_spin and rare.sum() > MOST_LIKE:
+            continue
         number = np.minimum(log, other) * count + np.maximum(log, other)
         numbers.append(number[rare])
         chances.append(p[rare])
@@ -503,21 +514,24 @@ def shared(logs: Logs) -> Pairs:
     return Pairs(first, second, np.maximum(p[at], p[behind]))
 
 
-def _shared_with(logs: Logs, log: int) -> tuple[Integers, Floats]:
+def _shared_with(logs: Logs, log: int, by_spin: bool) -> tuple[Integers, Floats]:
     """Return the logs with rows of a log, and how probable so many are by chance."""
     match = logs.near(log)
     rows = match.rows
     mine = match.mine
     other = match.other
-    same = logs.same("spin", mine, other) & logs.same("period", mine, other)
+    same = logs.same("spin", mine, other)
+    # Many students aim at round spins; they may have the same time.
+    same &= logs.useful[mine] if by_spin else logs.same("period", mine, other)
     count = match.have(same).sum(axis=1)
     enough = (count >= FEWEST) & logs.are_compared(log, match.others)
     if not enough.any():
         return np.zeros(0, dtype=int), np.zeros(0)
     # A value that n logs have is seen in the other log of a pair in n of N cases.
     common = (1 + match.have(slice(None)).sum(axis=0)) / len(logs.keys)
-    common[~logs.useful[rows]] = 1.0
-    tails = _rare_events(common * _period_chances(logs, rows))
+    common[~logs.useful[rows]] = 0.0 if by_spin else 1.0
+    periods = 1.0 if by_spin else _period_chances(logs, rows)
+    tails = _rare_events(common * periods)
     return match.others[enough], tails[count[enough]]
 
 
@@ -699,14 +713,18 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
     rows = logs.rows_of(first)[:, None]
     others = logs.rows_of(second)[None, :]
     same = _same_weight(logs.torque[rows], logs.torque[others])
-    same &= logs.same("spin", rows, others) & logs.same("period", rows, others)
+    same &= logs.same("spin", rows, others)
+    timed = same & logs.same("period", rows, others)
+    words = "with the same spin"
+    if timed.any(axis=1).sum() >= FEWEST:
+        same = timed
+        words += " and the same precession period"
     shared_rows = np.flatnonzero(same.any(axis=1))
     lines = _lines_in_words(logs.prints[first], shared_rows)
     other_lines = _lines_in_words(logs.prints[second], np.flatnonzero(same.any(axis=0)))
     return (
         f"{len(shared_rows)} of {min(same.shape)} rows of {logs.keys[first]} "
-        f"({lines}) are in {logs.keys[second]} ({other_lines}), with the same spin and "
-        f"the same precession period"
+        f"({lines}) are in {logs.keys[second]} ({other_lines}), {words}"
     )
 
 

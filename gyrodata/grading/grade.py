@@ -559,17 +559,17 @@ def two_decimals(points: float | None) -> str:
 def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
     found = []
+    words = " or ".join(slip.words for slip in evidence.slips)
     # Two mistakes with the same factor cost the same: nothing needs a decision.
     if any(
         abs(slip.factor / evidence.factor - 1) > yardsticks.SAME
         for slip in evidence.slips
     ):
-        words = " or ".join(slip.words for slip in evidence.slips)
         found.append(
             f"several mistakes explain the reported I_zz equally well: {words}"
         )
     elif evidence.slips:
-        found += _doubts_of_slip(evidence)
+        found += [f"{doubt}: {words}" for doubt in _doubts_of_slip(evidence)]
     found += filter(None, [unusual_turns(evidence.analysis.readings)])
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
@@ -583,41 +583,26 @@ def _looks(evidence: Evidence) -> list[str]:
     return found
 
 
-SAME_VALUE, SAME_U = 0.001, 0.1
-"""An answer with a mistake has the value and the uncertainty of a fit with this
-mistake, but for rounding and these shares of them. Of answers at random, one in thirty
-is near a fit with some mistake, but one in 200 is so near."""
+SAME_VALUE = 0.001
+"""An answer with a mistake has the value of a fit with this mistake, but for rounding
+and this share of it: g is 9.81 or 9.80 m/s². Its uncertainty may have other parts than
+that of a fit. Of answers at random with three digits, one in twenty is near a fit with
+some mistake, but one in a hundred is so near."""
 
 
 def _doubts_of_slip(evidence: Evidence) -> list[str]:
     """Ask about a mistake that may agree with the report by chance."""
-    slip = evidence.slips[0]
     log = evidence.analysis
     known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
-    fits = yardsticks.with_mistake(known[slip.kind], evidence.own)
-    if not any(_is_exactly(evidence, one) for one in fits):
-        return [
-            f"a mistake explains the reported I_zz, but not to its digits: {slip.words}"
-        ]
-    if all(known[one.kind].rank > 0 for one in evidence.slips):
-        return [f"only a rare mistake explains the reported I_zz: {slip.words}"]
-    return []
-
-
-def _is_exactly(evidence: Evidence, fit: yardsticks.OwnValue) -> bool:
-    """Return whether a reported value and its uncertainty are those of a fit."""
+    fits = yardsticks.with_mistake(known[evidence.slips[0].kind], evidence.own)
     reported, value, _ = evidence.given
-    if (
-        abs(value - fit.value)
-        > SAME_VALUE * abs(fit.value) + (reported.step or 0.0) / 2
-    ):
-        return False
-    if reported.u is None:
-        return True
-    return (
-        fit.u is not None
-        and abs(reported.u - fit.u) <= SAME_U * fit.u + (reported.u_step or 0.0) / 2
-    )
+    half_step = (reported.step or 0.0) / 2
+    apart = (abs(value / fit.value - 1) - half_step / abs(fit.value) for fit in fits)
+    if min(apart) > SAME_VALUE:
+        return ["a mistake explains the reported I_zz, but not to its digits"]
+    if all(known[one.kind].rank > 0 for one in evidence.slips):
+        return ["only a rare mistake explains the reported I_zz"]
+    return []
 
 
 def station_of(readings: Readings) -> str | None:

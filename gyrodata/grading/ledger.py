@@ -38,7 +38,7 @@ COLUMNS = ("student", *Decision.__struct_fields__)
 # a line of ``log`` with the name of a file; "log" may also be a criterion
 CORRECTED = "corrected log"
 FLAG, REGRADE, BETWEEN = "flag", "regrade", " + "
-VERDICTS = ("partners", "copied", "cleared")
+VERDICTS = ("partners", "copied", "invented", "cleared")
 """How a flag is settled, and what is written between its students."""
 
 
@@ -399,7 +399,7 @@ def _decision(
 _HOW_TO_WRITE = {
     "number": "write the points to add, such as 2",
     "file": "write the corrected log into the folder of the grades, and its name here",
-    "verdict": "write partners, copied or cleared; and write who has decided it, under by",
+    "verdict": "write partners, copied, invented or cleared; write who has decided it, under by",
     "inertia": "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2",
 }
 

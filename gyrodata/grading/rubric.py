@@ -274,6 +274,17 @@ _PATTERN = {"pattern": re.sub(r"\?P<\w+>", "", CONDITION), "description": str(ME
 ConditionText = Annotated[str, Meta(examples=["d <= 0.6"], extra_json_schema=_PATTERN)]
 
 
+_RELATIONS = {
+    "<=": " up to ",
+    "≤": " up to ",
+    ">=": " from ",
+    "≥": " from ",
+    " in ": " from ",
+    "..": " to ",
+}
+"""Relations of a condition, as students read them."""
+
+
 class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     """One criterion, as the rubric states it.
 
@@ -343,8 +354,16 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     def told(self) -> str:
         """The two conditions in words, for students."""
         name = self.curve.variable
-        text = f"all points for {self.full}, none for {self.zero}; {name}: {MEANINGS.get(name, '')}"
-        return text.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
+        full, zero = (_in_words(one, name) for one in (self.full, self.zero))
+        return f"{MEANINGS.get(name, name)}: all points {full}, none {zero}"
+
+
+def _in_words(condition: str, name: str) -> str:
+    """Write a condition as students read it, without the name of its variable."""
+    text = condition.strip().removeprefix(name)
+    for typed, words in _RELATIONS.items():
+        text = text.replace(typed, words)
+    return " ".join(text.split())
 
 
 class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):

@@ -243,6 +243,9 @@ NEAREST = 0.015
 # slips whose distances differ by less than this [u] explain the report equally well
 AS_GOOD = 0.5
 
+# common slips are compared more closely: an answer has the digits of one of them [u]
+COMMON_AS_GOOD = 0.2
+
 # slips whose factors differ by less than this share differ only by the units of the log
 SAME = 1e-3
 
@@ -329,14 +332,17 @@ def _most_likely(found: Ranked) -> list[Slip]:
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
-    # A mistake suggested by the log's units comes before one with only the same factor.
-    likely = [slip.factor for rank, slip in found if rank == 0]
-    named = [
-        slip
-        for rank, slip in found
-        if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)
-    ]
+    common = [slip for rank, slip in found if rank == 0]
+    named = [slip for rank, slip in found if _is_named(rank, slip, common)]
     return named[:MOST]
+
+
+def _is_named(rank: int, slip: Slip, common: Sequence[Slip]) -> bool:
+    """Return whether a slip is named; `common` is sorted by the distance."""
+    if rank == 0:
+        return slip.distance <= common[0].distance + COMMON_AS_GOOD
+    # A mistake suggested by the log's units comes before one with only the same factor.
+    return all(abs(one.factor / slip.factor - 1) >= SAME for one in common)
 
 
 def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
@@ -427,6 +433,9 @@ def unusual(readings: Readings) -> int:
 # --- references of stations ---
 
 
+VAGUE = 0.25  # a reference with a larger u, as a share of it, is of several gyroscopes
+
+
 class Reference(Struct, frozen=True, dict=True):
     """The value that a station's gyroscope should give."""
 
@@ -434,9 +443,16 @@ class Reference(Struct, frozen=True, dict=True):
     u: float  # standard uncertainty [kg*m^2]
     source: str  # its origin, in words
 
+    @property
+    def is_vague(self) -> bool:
+        """Whether the logs behind it are of gyroscopes with several values."""
+        return self.u > VAGUE * abs(self.inertia)
+
     @cached_property
     def words(self) -> str:
         """The value and its origin."""
+        if self.is_vague:
+            return f"no value, because I_zz of {self.source} has several values"
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:

@@ -61,6 +61,38 @@ def test_answer_in_a_file_of_answers_is_read(text: str, encoding: str) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[inertia]\nvalue = 4.40e-3\nuncertainty = 0.05e-3\nunit = "kg m^2"\n',
+        '[results.I_zz]\n\n# the slope\nvalue = 44.0 # mean\nu = 0.5\nunits = "kg cm^2"',
+        '[answers]\nname = "Ann"\nI_zz = 4.40e-3\nu_I_zz = 5e-5\nunit = "kg m^2"\n',
+        'I_zz = 4.40\nI_zz_u = 0.05\nI_zz_unit = "g m^2"\nstation = 3\n',
+        'I_zz = { value = 4.40e-3, uncertainty = 0.05e-3, unit = "kg m^2" }\n',
+        'I_zz = 4.4e-3\nu_I_zz = 5e-5\nI_zz_unit = "kg m²"\nM0 = 1e-4\nu_M0 = 2e-5\n',
+        'I_zz = "4.40e-3 kg m^2"\nunsicherheit = "0.05e-3 kg m^2"\n',
+    ],
+    ids=["table", "dots", "keys", "behind", "inline", "others", "texts"],
+)
+def test_keys_of_an_uncertainty_and_a_unit_are_read(text: str) -> None:
+    answers = read_answers(None, [("answers.toml", text.encode())])
+    assert answers.inertia is not None
+    assert (answers.inertia.value, answers.inertia.u, answers.inertia.fault) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(0.05e-3),
+        None,
+    )
+    told = answers.diagnostics[0].message
+    assert text.splitlines()[int(told.split("line ")[1].split(":")[0]) - 1].count("4")
+
+
+def test_table_of_theory_is_no_answer() -> None:
+    theory = '[theory]\nI_zz = 4.4e-3\nu = 5e-5\nunit = "kg m^2"\n'
+    inline = 'theory = { I_zz = 4.4e-3, u = 5e-5, unit = "kg m^2" }\n'
+    for text in (theory, inline):
+        assert read_answers(None, [("answers.toml", text.encode())]).inertia is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("text", PROSE["answers"])
 def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:

@@ -235,14 +235,14 @@ def test_worklist_saved_as_desk_settles_nothing(room: Room) -> None:
 def test_flag_is_settled_by_a_known_word_and_a_name(room: Room) -> None:
     flags = room.todo()
     assert len(flags) == len(room.table("flags"))
-    for verdict in ("partners", "copied", "cleared"):
+    for verdict in ("partners", "copied", "invented", "cleared"):
         room.desk(flags[0] | {"value": verdict, "by": "Ann"}, *flags[1:])
         room.grade()
         assert room.todo() == flags[1:]
     room.desk(flags[0] | {"value": "cleared"})
     assert "write who has decided it, under by" in room.grade(refused=True)
     room.desk(flags[0] | {"value": "fine", "by": "Ann"})
-    assert "write partners, copied or cleared" in room.grade(refused=True)
+    assert "write partners, copied, invented or cleared" in room.grade(refused=True)
 
 
 EDITS = {

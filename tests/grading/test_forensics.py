@@ -189,6 +189,37 @@ def test_copy_with_every_number_changed_by_1_percent(
 
 
 @pytest.mark.slow
+def test_copy_with_other_times_and_most_of_the_spins_is_found(
+    logs: dict[str, Student], prints: Prints
+) -> None:
+    original = logs["1003"]
+    random = np.random.default_rng(5)
+    spin, time = original.rows.spin.copy(), original.rows.time.copy()
+    spin[[0, 4, 8]] += [12, -21, 33]
+    time *= 1 + 0.01 * random.standard_normal(9)
+    rows = replace(original.rows, spin=spin, time=time)
+    copy = some(with_rows(original, rows, 999))
+    (flag,) = flag_class({**prints, "copy": print_of(copy.log())})
+    assert flag.students == ("1003", "copy")
+    assert "with the same spin" in flag.evidence
+    assert "period" not in flag.evidence
+
+
+@pytest.mark.slow
+def test_bench_with_a_few_spins_only_is_not_flagged(prints: Prints) -> None:
+    """Ten students at a motor with three speeds have the same spins."""
+    bench = [draw(i, 9) for i in range(10)]
+    speeds = np.tile([287.0, 412.0, 633.0], 3)
+    same = {
+        f"bench{one.number}": print_of(
+            with_rows(one, replace(one.rows, spin=speeds), one.number).log()
+        )
+        for one in bench
+    }
+    assert flag_class({**prints, **same}) == ()
+
+
+@pytest.mark.slow
 def test_few_students_with_other_spins_are_not_flagged() -> None:
     aims = [(310, 520, 830)] * 4 + [(200, 400, 600)] * 36
     students = [

@@ -779,6 +779,9 @@ def test_common_mistake_in_exact_arithmetic_is_no_question(fit: str) -> None:
     assert [one["slips"][0]["kind"] for one in (exact, near)] == ["cm_as_m"] * 2
     assert exact["look"] == []
     assert near["look"] != []
+    # Another g, and an uncertainty with the one of the ruler.
+    (other,) = answered(f"{100 * value * 9.8 / 9.80665:.4f} ± {250 * u:.4f}")
+    assert other["look"] == []
 
 
 @pytest.mark.parametrize("kind", ["md", "html", "txt"])

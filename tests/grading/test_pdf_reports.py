@@ -32,6 +32,34 @@ def printed(*rows: str | Sequence[str], unseen: str = "", **style: Any) -> bytes
     return out.getvalue()
 
 
+def typeset(*parts: str) -> bytes:
+    """Show parts of a line; each second part is raised by an operator of the text."""
+    from pypdf import PdfWriter
+    from pypdf.generic import (
+        ContentStream,
+        DictionaryObject,
+        NameObject,
+    )
+
+    shown = [
+        f"{5 * (at % 2)} Ts /F {10 - 2 * (at % 2)} Tf ({part}) Tj"
+        for at, part in enumerate(parts)
+    ]
+    writer = PdfWriter()
+    page = writer.add_blank_page(600, 800)
+    content = ContentStream(None, writer)
+    content.set_data(f"BT 1 0 0 1 70 700 Tm {' '.join(shown)} ET".encode("cp1252"))
+    keys = ("Type", "Font"), ("Subtype", "Type1"), ("BaseFont", "Helvetica")
+    keys = (*keys, ("Encoding", "WinAnsiEncoding"))
+    font = {NameObject(f"/{key}"): NameObject(f"/{value}") for key, value in keys}
+    fonts = DictionaryObject({NameObject("/F"): DictionaryObject(font)})
+    page[NameObject("/Resources")] = DictionaryObject({NameObject("/Font"): fonts})
+    page[NameObject("/Contents")] = content
+    out = io.BytesIO()
+    writer.write(out)
+    return out.getvalue()
+
+
 def scanned() -> bytes:
     """Print a picture without a text."""
     figure = Figure()
@@ -64,6 +92,44 @@ def test_answer_in_a_pdf_is_read(rows: list[Any]) -> None:
     student = handed_in(printed(*rows))
     assert (student["status"], student["look"]) == ("graded", [])
     assert student["reported"]["value"] == pytest.approx(VALUE, rel=1e-3)
+
+
+IN_KG_CM2 = f"I_zz = {1e4 * VALUE:.2f} ± {1e4 * U:.2f} "
+IN_10_3 = f"({1e3 * VALUE:.3f} ± {1e3 * U:.3f})"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "report",
+    [
+        typeset(f"{IN_KG_CM2} kg cm", "2", ", from a line."),
+        typeset(f"I_zz = {IN_10_3} × 10", "-3", " kg m", "2", "."),
+        typeset(f"I_zz = {1e3 * VALUE:.3f} × 10", "-3", " kg m", "2", " ± 0.9 %"),
+        printed("Report", f"{IN_KG_CM2} $\\mathrm{{kg\\,cm^2}}$ (three weights)"),
+        printed(
+            "Report", f"I_zz = {IN_10_3} $\\times 10^{{-3}}\\ \\mathrm{{kg\\,m^2}}$"
+        ),
+    ],
+    ids=["unit", "power", "share", "drawn unit", "drawn power"],
+)
+def test_superscript_in_a_pdf_is_read(report: bytes) -> None:
+    student = handed_in(report)
+    assert (student["status"], student["look"]) == ("graded", [])
+    assert student["reported"]["value"] == pytest.approx(VALUE, rel=1e-3)
+    assert student["reported"]["u"] == pytest.approx(0.009 * VALUE, rel=0.9)
+
+
+@pytest.mark.slow
+def test_number_of_a_footnote_in_a_pdf_is_no_digit() -> None:
+    report = typeset(f"I_zz = {VALUE:.2e} ± {U:.1e}", "1", " kg m", "2")
+    read = handed_in(report)["reported"]
+    assert read.get("u") in (None, pytest.approx(U, rel=0.1))
+
+
+@pytest.mark.slow
+def test_unit_without_its_power_in_a_pdf_is_a_question() -> None:
+    student = handed_in(printed("Report", f"{IN_KG_CM2} kg cm"))
+    assert any("superscript" in look for look in student["look"])
 
 
 @pytest.mark.slow

@@ -309,9 +309,10 @@ ANSWER = (
     "Our result: I_zz = 4.40e-3 kg m^2, with an uncertainty of 0.05e-3 kg m^2 (2 %)\n"
     "<p>I_zz = (4.4 ± 0.1) 10<sup>-3</sup> kg m^2</p>\n"
     "between 4.3e-3 kg m^2 and 4.5e-3 kg m^2\n"
+    "unit = kg m^2\n"
 )
 REPORTS = tuple(
-    f"answer.{kind}" for kind in ("md", "tex", "html", "csv", "txt", "json")
+    f"answer.{kind}" for kind in ("md", "tex", "html", "csv", "txt", "json", "toml")
 )
 RUBRICS = (b'points = "x"\n', b"[[criteria]]\nname = 1\n")
 

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import visible
+from gyrodata.grading.submissions.archives import PDF, ending
 from gyrodata.grading.submissions.candidates import (
     MOST_BELOW,
     Candidate,
@@ -78,7 +79,7 @@ def read_answers(
         chosen, answers = _best(named)
     else:
         return Answers(questions=cuts, unread=unread)
-    questions = [*cuts, _doubt(chosen, named)]
+    questions = [*cuts, _doubt(chosen, named), _lost_power(answers)]
     if answers.inertia and answers.inertia.fault != "given twice":
         # A word of a comparison does not make another answer harmless.
         questions.append(_disagrees(chosen, answers.file, values))
@@ -160,6 +161,14 @@ def _doubt(chosen: Candidate, found: Iterable[Candidate]) -> str:
         return ""
     where = f'the answer "{chosen.read.text}" in {chosen.place}'
     return f"{where} may be hidden; look whether the file shows it"
+
+
+def _lost_power(answers: Answers) -> str:
+    """Ask about a unit in a PDF that may have lost its superscript: "kg cm"."""
+    read = answers.inertia
+    if read is None or read.fault != "wrong unit" or ending(answers.file) != PDF:
+        return ""
+    return f'"{read.text}" in {answers.file} may have lost a superscript; look into it'
 
 
 def _remarks(log: readings.Readings) -> list[str]:

@@ -69,7 +69,7 @@ class Text(Struct, frozen=True):
 def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
-    sentences = _sentences(document.lines[:end])
+    sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
     short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
@@ -125,6 +125,53 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
             is_alone = is_run[at : at + 3] == [False, True, False]
             line = _row_as_prose(own, cells, is_alone)
         yield line
+
+
+def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
+    """Write the keys of TOML for an uncertainty and a unit behind their value.
+
+    Each value keeps its line. Other documents stay as they are.
+    """
+    if ".toml" not in document.name.lower():
+        return lines
+    prose = [""] * len(lines)
+    table = name = ""
+    at = 0  # line of the last value
+    for number, part in _parts_of(lines):
+        key, _, value = (text.strip() for text in part.partition("="))
+        sign = _sign_of(key, name, prose[at])
+        if not value:
+            table = key.strip("[] ").rpartition(".")[2] or table
+            prose[number] += part
+        elif sign is None:
+            name = key
+            at = number
+            is_value = re.fullmatch(SAYS["value"], key)
+            prose[at] += f"{table} = {value}" if is_value else part
+        else:
+            whole, more = (text.partition(" #")[0] for text in (prose[at], value))
+            prose[at] = f"{whole} {sign} {more}"
+    return prose
+
+
+def _parts_of(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yield the lines, and the parts of those with an inline table, with numbers."""
+    for number, line in enumerate(lines):
+        parts = re.split("[{},]", line, maxsplit=9) if "{" in line else [line]
+        yield from ((number, part) for part in parts)
+
+
+def _sign_of(key: str, name: str, line: str) -> str | None:
+    """Return the sign between the value `name` and that of a key that belongs to it.
+
+    None if the key does not belong to it: it has another name, or its line is long.
+    """
+    is_other = "_" in key and f"_{name}_" not in f"_{key}_"
+    if not name or is_other or len(line) > _LONGEST_SENTENCE:
+        return None
+    if any(re.fullmatch(SAYS["unit_key"], word) for word in key.split("_")):
+        return ""
+    return "±" if _is_unsure(key) else None
 
 
 def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:

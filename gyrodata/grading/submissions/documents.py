@@ -69,9 +69,11 @@ def read_document(name: str, data: bytes) -> Document:
     except _DAMAGED as error:
         if str(error) in (NO_TEXT, NOT_READ):
             return Document(name, problem=str(error))
-        why = f"{type(error).__name__}: {error}"[:_LONGEST_REASON]
         kind = ending(name) or "text"
-        return Document(name, problem=f"it is damaged, or no {kind} file ({why})")
+        why = (
+            f"it is damaged, or no {kind} file; a person must look, or hand it in again"
+        )
+        return Document(name, problem=why)
     plain = [without_marks(visible.line_seen(one)) for one in lines]
     return Document(name, plain, doubt, unseen)
 
@@ -83,7 +85,6 @@ def without_marks(line: str) -> str:
     return "".join(c for c in line if unicodedata.category(c) != "Cf")
 
 
-_LONGEST_REASON = 80
 _DAMAGED = (
     zipfile.BadZipFile,
     zlib.error,

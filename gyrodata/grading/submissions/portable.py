@@ -16,6 +16,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pypdf import PageObject
 
+    Operations = list[tuple[Any, bytes]]
+    """Operators of a page with their operands."""
+
 MOST_PAGES = 100
 SMALLEST = 3.0  # height of letters that a person can read [points]
 FAINTEST = 0.2  # opacity of text that a person can read
@@ -27,6 +30,11 @@ _MATRIX, _COLOUR = b"Tm", b"g"
 _SAME = dict.fromkeys((b"BT", b"Td", b"TD"), _MATRIX)
 _SAME |= dict.fromkeys((b"rg", b"k", b"cs", b"sc", b"scn"), _COLOUR)
 """Operators that change what another one sets."""
+_RISE, _FONT = b"Ts", b"Tf"
+
+SMALLER, RAISED = 0.9, (0.15, 0.9)
+"""A superscript has a smaller size than the text in front of it, and a baseline that is
+higher by a part of the height of this text."""
 
 
 def pdf_lines(data: bytes) -> tuple[list[str], list[str]]:
@@ -41,45 +49,106 @@ def pdf_lines(data: bytes) -> tuple[list[str], list[str]]:
     unseen: list[str] = []
     try:
         for page in islice(PdfReader(io.BytesIO(data)).pages, MOST_PAGES):
-            whole = page.extract_text(extraction_mode="layout").splitlines()
-            lines = whole
-            if _leaves_out_unseen(page):
-                lines = page.extract_text(extraction_mode="layout").splitlines()
+            lines, hidden = _lines_of(page)
             seen += lines
-            unseen += [line for line in whole if line not in lines]
+            unseen += hidden
     except Exception as error:
         # pypdf raises errors of many kinds for a file that is damaged on purpose.
-        raise ValueError(f"{type(error).__name__}: {error}") from None
+        raise ValueError(str(error)) from None
     return seen, unseen
 
 
-def _leaves_out_unseen(page: PageObject) -> bool:
-    """Remove the text of a page that a person does not see; return whether it has any."""
-    from pypdf import Transformation
-    from pypdf.generic import NameObject
-
+def _lines_of(page: PageObject) -> tuple[list[str], list[str]]:
+    """Return the lines of a page that a person sees, and those that nobody sees."""
     content = page.get_contents()
     if content is None:
-        return False
+        return [], []
+    whole, seen = _operations(page, content.operations)
+    if whole != content.operations:
+        _replace(page, whole)
+    lines = page.extract_text(extraction_mode="layout").splitlines()
+    if len(seen) == len(whole):
+        return lines, []
+    _replace(page, seen)
+    kept = page.extract_text(extraction_mode="layout").splitlines()
+    return kept, [line for line in lines if line not in kept]
+
+
+def _operations(
+    page: PageObject, operations: Operations
+) -> tuple[Operations, Operations]:
+    """Return the operations of a page, and those of its text that a person sees.
+
+    In both, ^ is in front of a superscript: "kg m2" may be another unit.
+    """
+    from pypdf import Transformation
+
     same = Transformation()
-    ink = {b"cm": same, _MATRIX: same, b"gs": 1.0, b"Tr": [0], _COLOUR: [0]}
+    ink = {b"cm": same, _MATRIX: same, b"gs": 1.0}
+    ink |= {operator: [0] for operator in (b"Tr", _COLOUR, _RISE)}
     outer = []
-    kept = []
-    for operands, operator in content.operations:
+    whole: Operations = []
+    seen: Operations = []
+    last = (0.0, 0.0)
+    for operands, operator in operations:
+        step = [(operands, operator)]
+        is_seen = True
         if operator == b"q":
             outer.append(ink.copy())
         elif operator == b"Q" and outer:
             ink = outer.pop()
-        elif operator not in _SHOWING:
+        elif operator in _SHOWING:
+            is_seen = _is_seen(ink, page)
+            before, last = last, _baseline(ink)
+            step = [*_caret(page, ink[_FONT], _is_superscript(last, before)), *step]
+        else:
             ink[_SAME.get(operator, operator)] = _set(ink, operator, operands, page)
-        elif not _is_seen(ink, page):
-            continue
-        kept.append((operands, operator))
-    if len(kept) == len(content.operations):
-        return False
-    content.operations = kept
+        if operator != _RISE:
+            # pypdf puts raised text into a line of its own.
+            whole += step
+            seen += step if is_seen else []
+    return whole, seen
+
+
+def _baseline(ink: Mapping[bytes, Any]) -> tuple[float, float]:
+    """Return the height of text on the page, and that of its baseline [points]."""
+    whole = ink[_MATRIX].transform(ink[b"cm"])
+    height = ink[_FONT][1] * math.hypot(*whole.matrix[1][:2])
+    return height, whole.apply_on((0, ink[_RISE][0]))[1]
+
+
+def _is_superscript(text: tuple[float, float], before: tuple[float, float]) -> bool:
+    """Return whether text is a superscript, by its `_baseline` and the one before."""
+    (height, y), (height_before, y_before) = text, before
+    low, high = (share * height_before for share in RAISED)
+    return height <= SMALLER * height_before and low <= y - y_before <= high
+
+
+def _caret(page: PageObject, font: Any, is_superscript: bool) -> Operations:
+    """Return the operations that show ^ before a superscript.
+
+    They use a font of their own, because that of the page may have no ^.
+    """
+    from pypdf.generic import ByteStringObject, DictionaryObject, NameObject
+
+    if not is_superscript:
+        return []
+    resources: Any = page["/Resources"]
+    name = NameObject("/GyroCaret")
+    keys = {"Type": "Font", "Subtype": "Type1", "BaseFont": "Courier"}
+    pairs = {NameObject(f"/{key}"): NameObject(f"/{keys[key]}") for key in keys}
+    resources["/Font"][name] = DictionaryObject(pairs)
+    show = ([ByteStringObject(b"^")], b"Tj")
+    return [([name, font[1]], _FONT), show, (font, _FONT)]
+
+
+def _replace(page: PageObject, operations: Operations) -> None:
+    """Replace the operations of a page."""
+    from pypdf.generic import NameObject
+
+    content: Any = page.get_contents()
+    content.operations = operations
     page[NameObject("/Contents")] = content
-    return True
 
 
 def _set(
@@ -102,11 +171,10 @@ def _set(
 
 def _is_seen(ink: Mapping[bytes, Any], page: PageObject) -> bool:
     """Return whether a person sees text with such a place, size, colour and opacity."""
-    whole = ink[_MATRIX].transform(ink[b"cm"])
-    x, y = whole.apply_on((0, 0))
+    height, y = _baseline(ink)
+    x, _ = ink[_MATRIX].transform(ink[b"cm"]).apply_on((0, 0))
     box = page.mediabox
     is_on_page = box.left <= x <= box.right and box.bottom <= y <= box.top
-    height = ink[b"Tf"][1] * math.hypot(*whole.matrix[1][:2])
     is_painted = ink[b"Tr"][0] not in _NOT_PAINTED and not _is_white(ink[_COLOUR])
     is_inked = is_painted and ink[b"gs"] > FAINTEST
     return is_inked and is_on_page and height >= SMALLEST

@@ -176,10 +176,14 @@ def grade_class(
     options = options or GradingOptions()
     extra = _decided_without_hand_in(submissions, desk, roster)
     listed = sorted([*submissions.items, *extra], key=lambda item: item.student)
-    items, notes, lost = _chosen([desk.corrected(one) for one in listed], options)
-    without = {one.student for one in extra}
-    present = tuple(one for one in items if one.student not in without)
-    roster = roster.with_submissions(one.student for one in extra)
+    items, notes, lost = _chosen(
+        [desk.corrected(submission) for submission in listed], options
+    )
+    without = {submission.student for submission in extra}
+    present = tuple(
+        submission for submission in items if submission.student not in without
+    )
+    roster = roster.with_submissions(submission.student for submission in extra)
     meant = roster.who_is_meant(replace(submissions, items=present))
     work = _Work.begun(rubric, options, desk, lost)
     work.grade([item for item in items if item.log_name is not None])
@@ -193,7 +197,9 @@ def grade_class(
     same_data = [*groups, *desk.partners, *desk.alike(flags)]
     settled, references, scatters = _settled(items, entries, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
-    looked = [_with_look(one, looks.get(one.student)) for one in settled]
+    looked = [
+        _with_look(submission, looks.get(submission.student)) for submission in settled
+    ]
     grades = [
         desk.applied(grade, item, entries[grade.student].seen)
         for grade, item in zip(looked, items, strict=True)
@@ -241,15 +247,15 @@ def _decided_without_hand_in(
     why = "nothing is handed in"
     return [
         Submission(
-            one.student,
-            one.name or one.student,
+            absentee.student,
+            absentee.name or absentee.student,
             {},
             source,
             problem=why,
-            feedback_stem=one.student,
+            feedback_stem=absentee.student,
         )
-        for one in roster.absent
-        if one.student in desk.lines or one.student in desk.requests
+        for absentee in roster.absent
+        if absentee.student in desk.lines or absentee.student in desk.requests
     ]
 
 
@@ -362,8 +368,8 @@ def _chosen(
                 answer = unread(item, f"{answer}; {LOOK}"), []
             chosen[item.student], notes[item.student] = answer
     students = [item.student for item in listed]
-    told = [note for student in students for note in notes[student]]
-    return tuple(chosen[student] for student in students), told, lost
+    student_notes = [note for student in students for note in notes[student]]
+    return tuple(chosen[student] for student in students), student_notes, lost
 
 
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
@@ -407,7 +413,7 @@ def _reconsidered(
 
     Return all grades in the same order.
     """
-    grades = {one.student: one for one, _, _ in doubts}
+    grades = {doubted.student: doubted for doubted, _, _ in doubts}
     waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], references)]
     if waiting:
         _load_analysis()
@@ -538,8 +544,8 @@ class _Work(Struct):
             entry = self.known.get(item.student)
             why = _why_again(entry, item, self.rubric, reported)
             if entry is not None and not why:
-                seen = self.desk.first_seen(entry.grade, item, entry.seen)
-                self.entries[item.student] = replace(entry, seen=seen)
+                first_seen = self.desk.first_seen(entry.grade, item, entry.seen)
+                self.entries[item.student] = replace(entry, seen=first_seen)
                 continue
             self.again[item.student] = why
             if item.student in self.unopened:
@@ -566,8 +572,10 @@ class _Work(Struct):
         # same to the last digit.
         entry = decode(answer, Entry)
         before = self.known.get(item.student)
-        seen = self.desk.first_seen(entry.grade, item, before.seen if before else {})
-        entry = replace(entry, seen=seen)
+        first_seen = self.desk.first_seen(
+            entry.grade, item, before.seen if before else {}
+        )
+        entry = replace(entry, seen=first_seen)
         self.entries[item.student] = entry
         if self.writes:
             # The last line may have no end, if a run was stopped.
@@ -665,7 +673,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def tally(self) -> str:
         """The number of grades with each status, in words."""
-        counts = {one: self.count(one) for one in ("so far", "on hold", "excused")}
+        counts = {
+            state: self.count(state) for state in ("so far", "on hold", "excused")
+        }
         absent = {"handed in nothing": len(self.roster.absent)}
         parts = {"graded": len(self.totals), **counts}
         parts |= {"not": self.count("not graded"), **absent}
@@ -677,12 +687,12 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found = grouped(
+        students = grouped(
             (slip.kind, grade.student)
             for grade in self.grades
             for slip in grade.slips[:1]
         )
-        return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
+        return dict(sorted(students.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
     def table(self) -> str:
@@ -695,8 +705,8 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
         Each student has a row.
         """
-        offers = [one for one in find_offers(self) if one.flag is None]
-        reasons = grouped((one.reason, self.label(one.student)) for one in offers)
+        offers = [offer for offer in find_offers(self) if offer.flag is None]
+        reasons = grouped((offer.reason, self.label(offer.student)) for offer in offers)
         return (
             environment()
             .get_template("class.txt.jinja")
@@ -707,17 +717,17 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def bench(self) -> str:
         """The scatter that constancy is compared with; "" for the usual one."""
         stations = sorted(self.scatters, key=yardsticks.in_order)
-        told = [
-            self.scatters[one].words
-            for one in stations
-            if self.scatters[one].factor > 1
+        lines = [
+            self.scatters[station].words
+            for station in stations
+            if self.scatters[station].factor > 1
         ]
-        return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
+        return f"{'; '.join(lines)}: φ̇ψ̇ is judged by that" if lines else ""
 
     @property
     def without_station(self) -> str:
         """Ask for the stations if the logs without one have several values of I_zz."""
-        missing = sum(one.station is None for one in self.grades if one.own)
+        missing = sum(grade.station is None for grade in self.grades if grade.own)
         reference = self.references.get("all")
         if not missing or reference is None or not reference.is_vague:
             return ""
@@ -755,7 +765,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         """Return the class with ids instead of names."""
         return replace(
             self,
-            grades=[replace(one, name=one.student) for one in self.grades],
+            grades=[replace(grade, name=grade.student) for grade in self.grades],
             desk=self.desk.without_names(),
             roster=self.roster.without_names(),
             submissions=replace(self.submissions, diagnostics=()),
@@ -785,15 +795,21 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Yield the results of the class in each criterion of the rubric."""
-        for at, one in enumerate(self.rubric.criteria):
+        for at, criterion in enumerate(self.rubric.criteria):
             judged = [
                 value
                 for grade in self.grades
                 if (value := grade.marks[at].points) is not None
             ]
-            full = sum(value >= one.points for value in judged)
+            full = sum(value >= criterion.points for value in judged)
             none = sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
             yield exports.CriterionFigures(
-                one.id, one.title, one.points, len(judged), full, none, mean
+                criterion.id,
+                criterion.title,
+                criterion.points,
+                len(judged),
+                full,
+                none,
+                mean,
             )

@@ -123,7 +123,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
         share = (
             0.0 if reported is None and evidence.rubric.no_report == "zero" else None
         )
-        files = listing([PurePosixPath(one).name for one in evidence.files])
+        files = listing([PurePosixPath(file).name for file in evidence.files])
         reason = (
             f"no I_zz is reported: none is found in {shown(files)}; add a line to the "
             f"log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
@@ -171,26 +171,27 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     )
     # A note costs nothing: students who write down what went wrong do the right thing.
     doubted = [
-        one
-        for one in read
-        if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING
+        role
+        for role in read
+        if role.severity == "warning"
+        and role.code != diagnostics.NOTE_MAY_CHANGE_READING
     ]
-    found = (
+    content = (
         f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
         if doubted
         else ""
     )
     reason = count_text(len(evidence.analysis.run_table), "run") + (
-        found or " read without warnings"
+        content or " read without warnings"
     )
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     missing = [
-        one
-        for one in evidence.lacks
-        if one.code in {ASKS[ask] for ask in criterion.asks}
+        lack
+        for lack in evidence.lacks
+        if lack.code in {ASKS[ask] for ask in criterion.asks}
     ]
     return mark(
         criterion,
@@ -199,13 +200,13 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     )
 
 
-def _listed(found: list[Diagnostic], most: int = 3) -> str:
-    told = [
+def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
+    lines = [
         f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message
-        for d in found[:most]
+        for d in diagnostics[:most]
     ]
-    return "; ".join(told) + (
-        f"; and {len(found) - most} more" if len(found) > most else ""
+    return "; ".join(lines) + (
+        f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else ""
     )
 
 
@@ -228,7 +229,11 @@ def spread_of(analysis: FittedLog) -> float | None:
     """
     products = [group.product for group in analysis.torques if group.torque]
     return max(
-        (one.spread / abs(one.value) for one in products if one.spread is not None),
+        (
+            product.spread / abs(product.value)
+            for product in products
+            if product.spread is not None
+        ),
         default=None,
     )
 
@@ -248,18 +253,20 @@ def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
         else USUAL
     )
     if any(
-        one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession"))
-        for one in evidence.bench
+        torque.startswith(
+            ("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")
+        )
+        for torque in evidence.bench
     ):
         words = "the uncertainties that the rubric gives your bench"
     return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
 
 
 def _scatter_mark(
-    criterion: Criterion, spread: float, told: Scatters, words: str, factor: float
+    criterion: Criterion, spread: float, scatters: Scatters, words: str, factor: float
 ) -> Mark:
     """Judge the scatter of φ̇ψ̇, with uncertainties `factor` times as large."""
-    chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
+    chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in scatters]
     # The smallest of k probabilities, corrected for the number of torques (Šidák).
     p = (
         -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15)))
@@ -274,12 +281,12 @@ def _scatter_mark(
 
 
 def judge_scatter(
-    criterion: Criterion, before: Mark, told: Scatters, scatter: BenchScatter
+    criterion: Criterion, before: Mark, scatters: Scatters, scatter: BenchScatter
 ) -> Mark:
     """Judge constancy by the scatter of the class, for logs without uncertainties."""
     spread = before.detail.get("spread")
     if (
-        not told
+        not scatters
         or not isinstance(spread, float)
         or before.detail.get("factor") == scatter.factor
     ):
@@ -289,7 +296,7 @@ def judge_scatter(
         if scatter.factor > 1
         else USUAL
     )
-    return _scatter_mark(criterion, spread, told, words, scatter.factor)
+    return _scatter_mark(criterion, spread, scatters, words, scatter.factor)
 
 
 PICTURES = (
@@ -308,10 +315,10 @@ PICTURES = (
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
-    found = f"{count_text(pictures, 'file')} that may show a plot" if pictures else ""
+    plots = f"{count_text(pictures, 'file')} that may show a plot" if pictures else ""
     return mark(
         criterion,
-        found or "no picture and no PDF that could show a plot",
+        plots or "no picture and no PDF that could show a plot",
         {"files": float(pictures)},
     )
 
@@ -334,7 +341,7 @@ def _away(criterion: Criterion, evidence: Evidence) -> float:
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, matched = evidence.given
-    said = f"you report {inertia_text(value, reported.u)}"
+    reported_words = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
     d = evidence.slips[0].distance if evidence.slips else evidence.d
@@ -359,14 +366,14 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         words = "; or ".join(slip.words for slip in evidence.slips)
         either = "either of these" if len(evidence.slips) > 1 else "a common mistake"
         reason = (
-            f"{said}, {times} what your runs give, {own}: {either} would explain "
+            f"{reported_words}, {times} what your runs give, {own}: {either} would explain "
             f"this: {words}"
         )
     elif d == 0:
-        reason = f"{said}, which agrees with your runs: {own}"
+        reason = f"{reported_words}, which agrees with your runs: {own}"
     else:
         reason = (
-            f"{said}; your runs give "
+            f"{reported_words}; your runs give "
             f"{own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
         )
     return mark(criterion, reason, detail, share)
@@ -375,7 +382,11 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.given
     # The corrected value is judged if own_data charges for the mistake.
-    charging = [one for one in evidence.rubric.criteria if one.check == "own_data"]
+    charging = [
+        charging_criterion
+        for charging_criterion in evidence.rubric.criteria
+        if charging_criterion.check == "own_data"
+    ]
     factor = evidence.factor if charging else 1.0
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the
@@ -386,7 +397,8 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     )
     detail: dict[str, float | str | None] = {"value": value, "u": u, "slip": factor}
     if not evidence.slips and any(
-        one.curve.share(_away(one, evidence)) < 1 for one in charging
+        charging_criterion.curve.share(_away(charging_criterion, evidence)) < 1
+        for charging_criterion in charging
     ):
         # A mistake without a name costs the points of own_data alone: the measurement
         # may still be right.
@@ -419,7 +431,7 @@ def judge_reference(
         value = own
         undone = ", which your runs give,"
     zeta = reference.zeta(value, u)
-    said = f"{inertia_text(value, None)}{undone}"
+    words = f"{inertia_text(value, None)}{undone}"
     detail = {
         **pending.detail,
         "reference": reference.inertia,
@@ -430,9 +442,9 @@ def judge_reference(
     if criterion.curve.variable == "percent":
         detail["percent"] = 100 * abs(value / reference.inertia - 1)
         far = f"{detail['percent']:.2g} %"
-    reason = f"{said} is {far} from {reference.words}"
+    reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
-        reason = f"{said} has no reference: add the station to your log: # station: 3"
+        reason = f"{words} has no reference: add the station to your log: # station: 3"
     return mark(criterion, reason, detail)
 
 
@@ -444,10 +456,10 @@ ROUNDED = 0.3
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.given[0]
     if criterion.curve.variable == "stated":
-        said = "does not state" if reported.u is None else "states"
+        verb = "does not state" if reported.u is None else "states"
         return mark(
             criterion,
-            f'"{reported.text}" {said} an uncertainty',
+            f'"{reported.text}" {verb} an uncertainty',
             {"stated": float(reported.u is not None)},
         )
     if reported.u is None:
@@ -484,7 +496,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
 def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
     """Return the smallest and the largest u of the accepted fits [kg*m^2]."""
     own = evidence.own
-    known = [one.u for one in own.values if one.u]
+    known = [value.u for value in own.values if value.u]
     for slip in evidence.slips[:1]:
         # A mistake that differs between runs may scatter the points so much that u says
         # nothing.
@@ -501,7 +513,9 @@ def _spread_of_weights(analysis: FittedLog) -> float:
     Students also take this mean.
     """
     each = [
-        abs(one.torque / one.product.value) for one in analysis.torques if one.torque
+        abs(torque.torque / torque.product.value)
+        for torque in analysis.torques
+        if torque.torque
     ]
     if len(each) < 2:
         return 0.0

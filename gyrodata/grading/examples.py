@@ -28,8 +28,8 @@ def examples() -> dict[str, Fingerprint]:
 
 def examples_for(prints: Prints) -> Prints:
     """Return the examples that a class is compared with: none for the sample class."""
-    known = {one.sha256 for one in examples().values()}
-    count = sum(one.sha256 in known for one in prints.values())
+    known = {fingerprint.sha256 for fingerprint in examples().values()}
+    count = sum(fingerprint.sha256 in known for fingerprint in prints.values())
     if count >= CLASS_SIZE and 2 * count > len(prints):
         return NOTHING
     return examples()
@@ -38,8 +38,8 @@ def examples_for(prints: Prints) -> Prints:
 def flag_simulated(prints: Prints) -> list[Flag]:
     """Flag each log that says that it is simulated."""
     flags = []
-    for student, one in prints.items():
-        if one.simulated:
-            words = f"line {one.simulated} of its log says that it is simulated"
+    for student, fingerprint in prints.items():
+        if fingerprint.simulated:
+            words = f"line {fingerprint.simulated} of its log says that it is simulated"
             flags.append(Flag("simulated", (student,), words, 0.0, 0.0))
     return flags

@@ -160,7 +160,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     }
     # Ten digits are more than anyone types, and short in a journal.
     kept = {
-        name: tuple([float(f"{one:.10g}") for one in values[order].tolist()])
+        name: tuple([float(f"{reading:.10g}") for reading in values[order].tolist()])
         for name, values in rows.items()
     }
     lines = tuple([measured.lines[i] for i in order.tolist()])
@@ -295,7 +295,7 @@ class Logs:
             {number[key] for key in group if key in number} for group in partners
         ]
         self.pairs = self._count_pairs()
-        counts = [len(one.time) for one in self.prints]
+        counts = [len(fingerprint.time) for fingerprint in self.prints]
         # First row of each log, shape (N + 1,), and log of each row, shape (R,).
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
         self.log = np.repeat(np.arange(len(counts)), counts)
@@ -305,11 +305,11 @@ class Logs:
         self.spin_step = self._rows("spin_step")  # [rad/s], shape (R,)
         self.period = self._rows("time") / turns  # [s], shape (R,)
         self.period_step = self._rows("time_step") / turns  # [s], shape (R,)
-        grids = [_grid(one) for one in self.prints]
+        grids = [_grid(fingerprint) for fingerprint in self.prints]
         self.grid = np.repeat(grids, counts)  # [rad/s], shape (R,)
         # Rows in the order of their spins, shape (R,).
         self.order = np.argsort(self.spin, kind="stable")
-        self.scatters = [measure_scatter(one) for one in self.prints]
+        self.scatters = [measure_scatter(fingerprint) for fingerprint in self.prints]
         self.noise = self._noise(counts) / turns  # of a period [s], shape (R,)
         self.useful = self._useful()
 
@@ -326,7 +326,9 @@ class Logs:
         return every - sum(len(self._partners_of(log)) for log in logs) // 2
 
     def _rows(self, name: str) -> Floats:
-        values = [value for one in self.prints for value in getattr(one, name)]
+        values = [
+            value for fingerprint in self.prints for value in getattr(fingerprint, name)
+        ]
         return np.array(values, dtype=float)
 
     def _noise(self, counts: list[int]) -> Floats:
@@ -337,7 +339,7 @@ class Logs:
         """
         sizes = [size for _, size in self.scatters]
         usual = np.minimum(sizes, np.median(sizes or [0.0]))
-        hands = [HAND * one.by_hand for one in self.prints]
+        hands = [HAND * fingerprint.by_hand for fingerprint in self.prints]
         return np.repeat(np.maximum(usual, hands), counts)
 
     def _useful(self) -> NDArray[np.bool_]:
@@ -364,14 +366,14 @@ class Logs:
         """Return the numbers of the n rows of a log, shape (n,)."""
         return np.arange(self.starts[log], self.starts[log + 1])
 
-    def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
+    def same(self, name: str, row: Integers, other: Integers) -> NDArray[np.bool_]:
         """Return which rows have the same "spin" or "period".
 
         Two values are compared to the last digit of the coarser value.
         """
         values = getattr(self, name)
         steps = getattr(self, f"{name}_step")
-        return _same_number(values[one], values[other], steps[one], steps[other])
+        return _same_number(values[row], values[other], steps[row], steps[other])
 
     def near(self, log: int) -> Matches:
         """Match the rows of a log with the rows of others with their weight and spin.
@@ -409,9 +411,9 @@ class Matches(NamedTuple):
 
     def have(self, which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
         """Return which of the K logs has which row, shape (K, n), by some pairs."""
-        found = np.zeros((len(self.others), len(self.rows)), dtype=bool)
-        found[self.at[which], self.mine[which] - self.rows[0]] = True
-        return found
+        is_there = np.zeros((len(self.others), len(self.rows)), dtype=bool)
+        is_there[self.at[which], self.mine[which] - self.rows[0]] = True
+        return is_there
 
 
 def _grid(log: Fingerprint) -> float:
@@ -552,14 +554,16 @@ def _rare_events(chances: Floats) -> Floats:
 
 
 def _same_number(
-    one: Floats, other: Floats, step: Floats, other_step: Floats
+    number: Floats, other: Floats, step: Floats, other_step: Floats
 ) -> NDArray[np.bool_]:
     """Return which numbers are the same to the last digit of the coarser one."""
-    return np.abs(one - other) <= 0.5 * np.maximum(step, other_step) + _EXACT * one
+    return (
+        np.abs(number - other) <= 0.5 * np.maximum(step, other_step) + _EXACT * number
+    )
 
 
-def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    return np.abs(one - other) <= SAME_TORQUE * np.maximum(one, other)
+def _same_weight(torque: Floats, other: Floats) -> NDArray[np.bool_]:
+    return np.abs(torque - other) <= SAME_TORQUE * np.maximum(torque, other)
 
 
 # --- logs with similar spins: copies in which every number was changed a little ---
@@ -590,7 +594,10 @@ def similar(logs: Logs) -> Pairs:
     may be a copy; from the log to the middle of the class.
     """
     pairs: list[tuple[int, int, float]] = []
-    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.prints]
+    patterns = [
+        tuple(weights(np.array(fingerprint.torque)).tolist())
+        for fingerprint in logs.prints
+    ]
     by_pattern = grouped((pattern, log) for log, pattern in enumerate(patterns))
     for pattern, members in by_pattern.items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:

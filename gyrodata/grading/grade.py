@@ -255,7 +255,9 @@ def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, list[Diagn
     from gyrodata.judging.procedure import what_lacks
 
     analysis = check_fit(fit_log(readings, Options()))
-    asked = {criteria.ASKS[ask] for one in rubric.criteria for ask in one.asks}
+    asked = {
+        criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks
+    }
     if not asked:
         return analysis, []
     measured = analysis.measurements
@@ -277,7 +279,11 @@ def _evidence(
 ) -> Evidence:
     """Collect what the criteria look at, and compare the answer with the own runs."""
     analysis, lacks = log
-    outliers = [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
+    outliers = [
+        diagnostic
+        for diagnostic in analysis.diagnostics
+        if diagnostic.code == diagnostics.OUTLIER
+    ]
     evidence = Evidence(
         rubric,
         analysis,
@@ -287,7 +293,7 @@ def _evidence(
         submission.members,
         bench.added,
         from_cells=ending(answers.file) in WORKBOOKS,
-        unread=tuple(one.message for one in answers.unread),
+        unread=tuple(answer.message for answer in answers.unread),
     )
     answer = answers.inertia
     if answer is None or answer.value is None:
@@ -296,8 +302,8 @@ def _evidence(
     value = answer.value
     step = answer.step or 0.0
     slips = _slips(evidence, answer, value)
-    fits = [one for one in own.values if slips and one.name == slips[0].fit]
-    matched = min(fits or own.values, key=lambda one: abs(one.value - value))
+    fits = [own_fit for own_fit in own.values if slips and own_fit.name == slips[0].fit]
+    matched = min(fits or own.values, key=lambda own_fit: abs(own_fit.value - value))
     d = yardsticks.distance(value, matched.value, step, own.yardstick)
     return replace(evidence, matched=matched, d=d, slips=slips)
 
@@ -325,7 +331,8 @@ def _values_of(evidence: Evidence) -> dict[str, Any]:
         ),
         "slips": evidence.slips,
         "own": {
-            one.name: {"value": one.value, "u": one.u} for one in evidence.own.values
+            own_fit.name: {"value": own_fit.value, "u": own_fit.u}
+            for own_fit in evidence.own.values
         },
         "inertia": analysis.inertia.value,
         "inertia_u": analysis.inertia.u,
@@ -371,11 +378,11 @@ def settle(
     scatters = {}
     if rubric.class_reference:
         references = class_references(
-            (one.station, one.inertia or 0.0, one.inertia_u or 0.0) for one in logs
+            (log.station, log.inertia or 0.0, log.inertia_u or 0.0) for log in logs
         )
     checks = [criterion.check for criterion in rubric.criteria]
     if "from" in rubric.bench and "constancy" in checks:
-        scatters = yardsticks.class_scatter((one.station, one.scatters) for one in logs)
+        scatters = yardsticks.class_scatter((log.station, log.scatters) for log in logs)
     settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
     return tuple(settled), references, scatters
 
@@ -392,13 +399,13 @@ def _settle_one(
     reference = yardsticks.of_station(references, grade.station)
     scatter = yardsticks.of_station(scatters, grade.station)
     marks = []
-    for criterion, one in zip(rubric.criteria, grade.marks, strict=True):
+    for criterion, mark in zip(rubric.criteria, grade.marks, strict=True):
         if criterion.check == "reference":
-            one = criteria.judge_reference(criterion, one, reference)
+            mark = criteria.judge_reference(criterion, mark, reference)
         elif criterion.check == "constancy" and scatter is not None:
-            one = criteria.judge_scatter(criterion, one, grade.scatters, scatter)
-        marks.append(one)
-    zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
+            mark = criteria.judge_scatter(criterion, mark, grade.scatters, scatter)
+        marks.append(mark)
+    zeta = next((mark.detail["z"] for mark in marks if "z" in mark.detail), None)
     return added_up(
         replace(
             grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None
@@ -481,8 +488,10 @@ def reconsider(
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
     wanted = doubt.value if doubt.wrong_log else doubt.reference.inertia
-    found = mistakes.explaining_mistakes(readings, measured, abs(doubt.inertia), wanted)
-    kinds = [kind for kind, _ in found if not kind.kind.startswith("ball_")]
+    explained = mistakes.explaining_mistakes(
+        readings, measured, abs(doubt.inertia), wanted
+    )
+    kinds = [kind for kind, _ in explained if not kind.kind.startswith("ball_")]
     if doubt.wrong_log:
         # Several headers may explain the same factor: the first one tried leaves
         # readings of the usual size.
@@ -529,8 +538,8 @@ def added_up(grade: Grade) -> Grade:
 
     Marks that wait for a person give a sum so far.
     """
-    open_marks = [one for one in grade.marks if one.points is None]
-    reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
+    open_marks = [mark for mark in grade.marks if mark.points is None]
+    reasons = dict.fromkeys(mark.reason for mark in open_marks if not mark.waits)
     if reasons:
         return replace(
             grade,
@@ -538,7 +547,7 @@ def added_up(grade: Grade) -> Grade:
             why="; ".join(reasons) if grade.own else grade.why,
             points=None,
         )
-    total = sum(one.points or 0.0 for one in grade.marks) - grade.late_deduction
+    total = sum(mark.points or 0.0 for mark in grade.marks) - grade.late_deduction
     status: Status = "so far" if open_marks else "graded"
     return replace(grade, status=status, why=None, points=round(max(0.0, total), 2))
 
@@ -558,29 +567,29 @@ def two_decimals(points: float | None) -> str:
 
 def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
-    found = []
+    reasons = []
     words = " or ".join(slip.words for slip in evidence.slips)
     # Two mistakes with the same factor cost the same: nothing needs a decision.
     if any(
         abs(slip.factor / evidence.factor - 1) > yardsticks.SAME
         for slip in evidence.slips
     ):
-        found.append(
+        reasons.append(
             f"several mistakes explain the reported I_zz equally well: {words}"
         )
     elif evidence.slips:
-        found += [f"{doubt}: {words}" for doubt in _doubts_of_slip(evidence)]
-    found += filter(None, [unusual_turns(evidence.analysis.readings)])
+        reasons += [f"{doubt}: {words}" for doubt in _doubts_of_slip(evidence)]
+    reasons += filter(None, [unusual_turns(evidence.analysis.readings)])
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
-        found.append(
+        reasons.append(
             f"the times do not follow from the spins: φ̇ψ̇ scatters by "
             f"{100 * spread:.2g} % within a torque"
         )
     if evidence.d > FAR and not evidence.slips:
-        told = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
-        found.append(f"{told}, and no common mistake explains it")
-    return found
+        far = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
+        reasons.append(f"{far}, and no common mistake explains it")
+    return reasons
 
 
 SAME_VALUE = 0.001
@@ -600,7 +609,7 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     apart = (abs(value / fit.value - 1) - half_step / abs(fit.value) for fit in fits)
     if min(apart) > SAME_VALUE:
         return ["a mistake explains the reported I_zz, but not to its digits"]
-    if all(known[one.kind].rank > 0 for one in evidence.slips):
+    if all(known[slip.kind].rank > 0 for slip in evidence.slips):
         return ["only a rare mistake explains the reported I_zz"]
     return []
 
@@ -625,7 +634,7 @@ def not_graded(
     submission: Submission,
     rubric: Rubric,
     why: str | None,
-    found: Iterable[Diagnostic] = (),
+    diagnostics: Iterable[Diagnostic] = (),
 ) -> Grade:
     """Return the grade of a submission of which only the lateness is judged.
 
@@ -647,7 +656,7 @@ def not_graded(
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
-        diagnostics=tuple(diagnostic.to_dict() for diagnostic in found),
+        diagnostics=tuple(diagnostic.to_dict() for diagnostic in diagnostics),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
@@ -665,7 +674,9 @@ def _why_not(error: Exception) -> str:
             f"the analysis failed with these numbers ({type(error).__name__}: {error})"
         )
     done = "analysed" if isinstance(error, LogError) else "read"
-    first, *more = [one for one in error.diagnostics if one.severity == "error"]
+    first, *more = [
+        diagnostic for diagnostic in error.diagnostics if diagnostic.severity == "error"
+    ]
     where = f"line {first.line}: " if first.line else ""
     return (
         f"the log cannot be {done}: "
@@ -683,7 +694,7 @@ def read_hand_in(
 
     The answer in the submission is reported as well.
     """
-    submission, told = submission_of(paths)
+    submission, notes = submission_of(paths)
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
@@ -697,7 +708,7 @@ def read_hand_in(
         if note.code != diagnostics.ANSWER_ELSEWHERE
     ]
     note = _note_on_answer(submission, answers, handed_in)
-    return readings, handed_in, (*told, *others, note)
+    return readings, handed_in, (*notes, *others, note)
 
 
 def _note_on_answer(
@@ -710,7 +721,7 @@ def _note_on_answer(
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
         return Diagnostic.named("answer_read", file, handed_in.line, told=words)
-    files = sorted(shown(PurePosixPath(one).name) for one in submission.members)
+    files = sorted(shown(PurePosixPath(member).name) for member in submission.members)
     words = f"no I_zz is found in {listing(files)}"
     more = ""
     if answers.inertia is not None:

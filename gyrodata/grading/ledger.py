@@ -84,10 +84,12 @@ WORDS = (
 def words_of(rubric: Rubric) -> dict[str, Word]:
     """Return all that can be decided about a student, by the word of the desk."""
     words = {
-        one.id: Word(one.id, "points", one.title, most=one.points)
-        for one in rubric.criteria
+        criterion.id: Word(
+            criterion.id, "points", criterion.title, most=criterion.points
+        )
+        for criterion in rubric.criteria
     }
-    return words | {one.what: replace(one, most=rubric.points) for one in WORDS}
+    return words | {word.what: replace(word, most=rubric.points) for word in WORDS}
 
 
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
@@ -143,7 +145,12 @@ class Desk(Struct, frozen=True):
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""
         return next(
-            (one.value for one in self.lines.get(student, ()) if one.what == what), None
+            (
+                decision.value
+                for decision in self.lines.get(student, ())
+                if decision.what == what
+            ),
+            None,
         )
 
     def decides(self, student: str, what: str) -> bool:
@@ -163,18 +170,21 @@ class Desk(Struct, frozen=True):
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
-        found = (
-            (student, one)
+        decisions = (
+            (student, decision)
             for student, lines in self.lines.items()
-            for one in lines
-            if one.what == "partner"
+            for decision in lines
+            if decision.what == "partner"
         )
         declared = [
             group
             for group, verdict in self.settled.items()
             if verdict == VERDICTS[0] and len(group) > 1
         ]
-        return [*(frozenset((student, one.value)) for student, one in found), *declared]
+        return [
+            *(frozenset((student, decision.value)) for student, decision in decisions),
+            *declared,
+        ]
 
     def alike(self, flags: Iterable[Flag]) -> list[tuple[str, ...]]:
         """Return the students of each flag, unless their logs are alike by chance."""
@@ -197,7 +207,7 @@ class Desk(Struct, frozen=True):
         It is the digest of the first run with the line.
         """
         lines = self.lines.get(grade.student, ())
-        now = dict(_seen_with(one, grade, item) for one in lines)
+        now = dict(_seen_with(decision, grade, item) for decision in lines)
         return {key: before.get(key, digest) for key, digest in now.items()}
 
     def corrected(self, item: Submission) -> Submission:
@@ -211,30 +221,35 @@ class Desk(Struct, frozen=True):
         path = (self.folder / name).resolve()
         return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
-    def applied(self, grade: Grade, item: Submission, seen: Mapping[str, str]) -> Grade:
+    def applied(
+        self, grade: Grade, item: Submission, first_seen: Mapping[str, str]
+    ) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
         lines = self.lines.get(grade.student, ())
         if not lines:
             return grade
-        given = {one.what: one for one in lines}
+        decisions = {decision.what: decision for decision in lines}
         digest = hashlib.sha256(
             f"{grade.digest}{lines!r}".encode("utf-8", "replace")
         ).hexdigest()
-        stale = _stale(lines, grade, item, seen)
-        grade = _with_points(_with_marks(grade, given), given)
-        looks = () if any(what in given for what in SETTLING) else grade.look
+        stale = _stale(lines, grade, item, first_seen)
+        grade = _with_points(_with_marks(grade, decisions), decisions)
+        looks = () if any(what in decisions for what in SETTLING) else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
 
 
 def _stale(
-    lines: Iterable[Decision], grade: Grade, item: Submission, seen: Mapping[str, str]
+    lines: Iterable[Decision],
+    grade: Grade,
+    item: Submission,
+    first_seen: Mapping[str, str],
 ) -> list[str]:
     """Ask about each line that was written for an earlier submission."""
     stale = []
     for line in lines:
         key, digest = _seen_with(line, grade, item)
         is_about_points = bool(line.value) and line.what not in _SEVERAL
-        if is_about_points and seen.get(key, digest) != digest:
+        if is_about_points and first_seen.get(key, digest) != digest:
             stale.append(
                 f"{STALE} {line.what} {line.value} was set by hand: change its "
                 f"line in {DESK} to confirm it"
@@ -242,16 +257,16 @@ def _stale(
     return stale
 
 
-def _with_marks(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     """Give the points of criteria and lateness that a person decided."""
     marks = []
     for mark in grade.marks:
-        if one := given.get(mark.criterion):
-            points = round(read_number(one.value) or 0.0, 2)
-            reason = f"given by hand: {one.told}".removesuffix(": ")
+        if decision := decisions.get(mark.criterion):
+            points = round(read_number(decision.value) or 0.0, 2)
+            reason = f"given by hand: {decision.told}".removesuffix(": ")
             mark = replace(mark, points=points, reason=reason, detail={}, rule="")
         marks.append(mark)
-    late = given.get("late")
+    late = decisions.get("late")
     if tuple(marks) == grade.marks and late is None:
         return grade
     grade = replace(grade, marks=tuple(marks))
@@ -265,33 +280,33 @@ def _with_marks(grade: Grade, given: Mapping[str, Decision]) -> Grade:
     return added_up(grade)
 
 
-def _with_points(grade: Grade, given: Mapping[str, Decision]) -> Grade:
+def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     """Give the total and the bonus that a person decided, or no points."""
-    if total := given.get("total"):
+    if total := decisions.get("total"):
         points = round(read_number(total.value) or 0.0, 2)
         grade = replace(
             grade, status="graded", why=None, points=points, late_deduction=0.0
         )
-    bonus = given.get("bonus")
+    bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
         points = round(grade.points + (read_number(bonus.value) or 0.0), 2)
         grade = replace(grade, points=max(0.0, points))
-    if "excuse" in given:
+    if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
-    if "hold" in given:
+    if "hold" in decisions:
         return replace(grade, status="on hold", why=None, points=None)
     return grade
 
 
-def _seen_with(one: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
+def _seen_with(decision: Decision, grade: Grade, item: Submission) -> tuple[str, str]:
     """Return the key of a line in the journal, and the digest of its subject.
 
     A corrected log replaces that of the student: a new one is seen by the files that the
     student handed in.
     """
-    if one.what == CORRECTED:
-        return f"handed in: {one!r}", item.original_digest
-    return repr(one), grade.digest
+    if decision.what == CORRECTED:
+        return f"handed in: {decision!r}", item.original_digest
+    return repr(decision), grade.digest
 
 
 NO_DESK = Desk()
@@ -322,7 +337,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     if faults:
         raise InputError(faults)
     decided = {
-        student: tuple(one for _, one in mine.values())
+        student: tuple(decision for _, decision in mine.values())
         for student, mine in read.lines.items()
     }
     left = frozenset(read.left)
@@ -345,28 +360,30 @@ class _ReadDesk(Struct):
         number: int,
         people: list[str],
         word: Word,
-        one: Decision,
+        decision: Decision,
         row: Mapping[str, str],
     ) -> None:
         """Add a line; raise UnfitError if an earlier one says something else."""
-        self.written.append(Line(tuple(people), one.what, row))
-        if not one.value and not word.is_bare:
-            if one.what == REGRADE:
-                self.requests.setdefault(people[0], []).append(one.why)
-            elif one.by:
-                self.left |= {(student, one.what) for student in people}
+        self.written.append(Line(tuple(people), decision.what, row))
+        if not decision.value and not word.is_bare:
+            if decision.what == REGRADE:
+                self.requests.setdefault(people[0], []).append(decision.why)
+            elif decision.by:
+                self.left |= {(student, decision.what) for student in people}
             return
-        if one.what == FLAG:
-            self.settled[frozenset(people)] = one.value
-        about = one.value + one.why if word.is_several else BETWEEN.join(people)
+        if decision.what == FLAG:
+            self.settled[frozenset(people)] = decision.value
+        about = (
+            decision.value + decision.why if word.is_several else BETWEEN.join(people)
+        )
         for student in people:
             mine = self.lines.setdefault(student, {})
-            at, before = mine.get((one.what, about), (number, one))
-            if before.value != one.value:
-                values = {"what": one.what, "who": row["student"]}
-                both = {"here": one.value, "before": before.value}
+            at, before = mine.get((decision.what, about), (number, decision))
+            if before.value != decision.value:
+                values = {"what": decision.what, "who": row["student"]}
+                both = {"here": decision.value, "before": before.value}
                 raise unfit("desk_lines_contradict", line=at, **values, **both)
-            mine[one.what, about] = at, one
+            mine[decision.what, about] = at, decision
 
 
 def _decision(
@@ -378,7 +395,7 @@ def _decision(
     name = row["student"]
     is_group = what == FLAG and name.casefold() not in known
     names = name.split(BETWEEN) if is_group else [name]
-    people = sorted({_student(one, known) for one in names})
+    people = sorted({_student(person, known) for person in names})
     word = words.get(what)
     if word is None:
         near = nearest(row["what"], (*words, "log"))
@@ -567,7 +584,7 @@ class Offer(Struct, frozen=True):
         """The columns of the desk, without a name under ``by``."""
         people = BETWEEN.join(self.people)
         why = short(self.why)
-        return [csv_cell(one) for one in (people, self.what, self.value, "", why)]
+        return [csv_cell(cell) for cell in (people, self.what, self.value, "", why)]
 
     @property
     def can_be_left(self) -> bool:
@@ -603,7 +620,7 @@ def in_general(why: str) -> str:
 
 
 def find_offers(
-    found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()
+    class_grades: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()
 ) -> list[Offer]:
     """List the lines that wait for a person, without those that the desk decides.
 
@@ -612,26 +629,29 @@ def find_offers(
     `by_hand`: Students with other points in the gradebook, and these.
     """
     offers = [
-        one for one in dict.fromkeys(_offers(found, by_hand)) if found.desk.waits(one)
+        offer
+        for offer in dict.fromkeys(_offers(class_grades, by_hand))
+        if class_grades.desk.waits(offer)
     ]
     return list(
-        chain.from_iterable(grouped((one.reason, one) for one in offers).values())
+        chain.from_iterable(grouped((offer.reason, offer) for offer in offers).values())
     )
 
 
-def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
+def _offers(
+    class_grades: ClassGrades, by_hand: Iterable[tuple[str, str]]
+) -> Iterator[Offer]:
     """Give the lines, the most urgent ones first."""
     for student, value in by_hand:
         why = "is in the gradebook"
-        if not is_points(value, found.rubric.points):
+        if not is_points(value, class_grades.rubric.points):
             # The desk would refuse them.
-            value, why = (
-                "",
-                f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}",
-            )
+            most = class_grades.rubric.points
+            why = f"{value} {why}, and is not a number of points from 0 to {most:g}"
+            value = ""
         yield Offer(student, "total", value, why, "other points are in the gradebook")
-    yield from found.desk.open_requests()
-    for grade in found.grades:
+    yield from class_grades.desk.open_requests()
+    for grade in class_grades.grades:
         if grade.why is not None:
             what = (
                 "reported" if grade.own and grade.reported_inertia is None else "total"
@@ -643,41 +663,41 @@ def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[
                 grade.why,
                 f"{UNGRADED} {in_general(grade.why)}",
             )
-    for grade in found.grades:
+    for grade in class_grades.grades:
         yield from (
             Offer(grade.student, "total", "", look, in_general(look))
             for look in grade.look
         )
-    yield from _open_flags(found)
-    for grade in found.grades:
+    yield from _open_flags(class_grades)
+    for grade in class_grades.grades:
         marks = [
             mark
             for mark in grade.marks
             if mark.waits and grade.status in ("so far", "not graded")
         ]
-        for one in marks:
+        for open_mark in marks:
             yield Offer(
                 grade.student,
-                one.criterion,
+                open_mark.criterion,
                 "",
-                one.reason,
-                f"points to give: {one.title}",
+                open_mark.reason,
+                f"points to give: {open_mark.title}",
             )
 
 
-def _open_flags(found: ClassGrades) -> Iterator[Offer]:
+def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
     """Offer each flag that is not settled for all its students."""
-    desk = found.desk
+    desk = class_grades.desk
     graded = {
-        one
-        for one in found.names
-        if any(desk.value(one, what) is not None for what in SETTLING)
+        student
+        for student in class_grades.names
+        if any(desk.value(student, what) is not None for what in SETTLING)
     }
     single = frozenset[str]().union(
         *(group for group in desk.settled if len(group) == 1)
     )
-    every = {*desk.partners, *found.partners, *desk.settled}
-    for flag in found.flags:
+    every = {*desk.partners, *class_grades.partners, *desk.settled}
+    for flag in class_grades.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs
         # too.
         alone = flag.previous or len(flag.students) == 1
@@ -688,7 +708,7 @@ def _open_flags(found: ClassGrades) -> Iterator[Offer]:
             # Student by student rather than pair by pair: thousands of logs may be
             # copies of one.
             groups = [*every, frozenset(graded)]
-            settled = all(students <= _with(one, groups) for one in students)
+            settled = all(students <= _with(student, groups) for student in students)
         if not settled:
             words = f"flag: {flag.kind}"
             yield Offer(
@@ -709,12 +729,12 @@ def todo_csv(
     Each line contains the names of the students and the files to look into.
     """
     rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
-    for one in sorted(
-        offers, key=lambda one: (one.student, one.what, one.value, one.why)
+    for offer in sorted(
+        offers, key=lambda offer: (offer.student, offer.what, offer.value, offer.why)
     ):
-        told = [
-            short(BETWEEN.join(texts[key] for key in one.people))
+        lines = [
+            short(BETWEEN.join(texts[key] for key in offer.people))
             for texts in (names, files)
         ]
-        rows.append([*one.cells, *map(csv_cell, told)])
+        rows.append([*offer.cells, *map(csv_cell, lines)])
     return csv_lines(rows)

@@ -46,7 +46,7 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
     None for a student whose total the desk decides.
     """
     files = (folder / PUBLISHED).glob("grades-????????????.csv")
-    tables = [exports.read_table(one.read_bytes()) or {} for one in files]
+    tables = [exports.read_table(file.read_bytes()) or {} for file in files]
     known = {
         student: {table[student][exports.TOTAL] for table in tables if student in table}
         for student in students
@@ -91,34 +91,37 @@ def write_rubric(folder: Path, text: bytes) -> None:
 
 
 def write_results(
-    found: ClassGrades, folder: Path, filled: Filled | None, anonymous: bool
+    class_grades: ClassGrades, folder: Path, filled: Filled | None, anonymous: bool
 ) -> Iterator[str]:
     """Write everything but the feedback, and keep a table that a person changed.
 
     Say where to look. `anonymous`: The page shows ids, and nothing else that may
     contain the name of a student.
     """
-    names = feedback_names(found)
+    names = feedback_names(class_grades)
     files = {
-        one.student: listing(
-            [basename(file) for file in one.beside_log], exports.MOST_NAMED
+        submission.student: listing(
+            [basename(file) for file in submission.beside_log], exports.MOST_NAMED
         )
-        for one in found.submissions.items
+        for submission in class_grades.submissions.items
     }
-    yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
-    offers = ledger.find_offers(found, filled.by_hand if filled else ())
+    yield from _keep_table(folder, class_grades.table.encode("utf-8", "replace"))
+    offers = ledger.find_offers(class_grades, filled.by_hand if filled else ())
     if anonymous:
-        page = class_page(found.without_names(), lambda _: "", offers, None)
+        page = class_page(class_grades.without_names(), lambda _: "", offers, None)
     else:
         page = class_page(
-            found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder
+            class_grades,
+            lambda student: f"{FEEDBACK}/{names[student]}.html",
+            offers,
+            folder,
         )
     texts = {
-        ledger.TODO: ledger.todo_csv(offers, found.names, files),
-        TABLE: found.table,
+        ledger.TODO: ledger.todo_csv(offers, class_grades.names, files),
+        TABLE: class_grades.table,
         "class.html": page,
-        "flags.csv": exports.flags_csv(found.flags),
-        "grades.json": "".join(exports.grades_document(found)),
+        "flags.csv": exports.flags_csv(class_grades.flags),
+        "grades.json": "".join(exports.grades_document(class_grades)),
     }
     for name, text in texts.items():
         write_whole(
@@ -145,36 +148,38 @@ def write_results(
 FEEDBACK, ARCHIVE, ENDINGS = "feedback", "feedback.zip", (".html", ".md")
 
 
-def feedback_names(found: ClassGrades) -> dict[str, str]:
+def feedback_names(class_grades: ClassGrades) -> dict[str, str]:
     """Name the feedback of each student, without ending; equal names get a number.
 
     The names are those that the platform accepts, unless no system can write them.
     """
     names = dict[str, str]()
     taken = set[str]()
-    for item in found.submissions.items:
+    for item in class_grades.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
         plain = "/".join(
             file_name(part, room=32) for part in item.feedback_name.split("/")
         )
         forms = chain([plain], (f"{plain}-{number}" for number in count(2)))
-        names[item.student] = next(one for one in forms if one.casefold() not in taken)
+        names[item.student] = next(
+            form for form in forms if form.casefold() not in taken
+        )
         taken.add(names[item.student].casefold())
     return names
 
 
-def write_feedback(found: ClassGrades, folder: Path) -> list[str]:
+def write_feedback(class_grades: ClassGrades, folder: Path) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
     A page that a person has changed, and one of a student who is no longer in the
     class, is kept in `PUBLISHED`: a line is returned about each.
     """
-    names = feedback_names(found)
+    names = feedback_names(class_grades)
     archived = _read_archive(folder / ARCHIVE)
     # The digest of each page's content, which is also its comment in the zip.
     digests: dict[str, bytes] = {}
     kept: list[str] = []
-    for grade in found.grades:
+    for grade in class_grades.grades:
         content = repr((__version__, encode(grade))).encode()
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
         digests |= dict.fromkeys(pages, _digest(content).encode())
@@ -259,16 +264,16 @@ def _keep(folder: Path, page: str, why: str, new: bytes = b"") -> list[str]:
 
 
 def _reasons(
-    found: ClassGrades, changes: Iterable[exports.Change]
+    class_grades: ClassGrades, changes: Iterable[exports.Change]
 ) -> dict[str, list[str]]:
     """Say why points change for students whom another version had graded.
 
     These are the reasons of the criteria with other points, by student.
     """
-    grades = {grade.student: grade for grade in found.grades}
+    grades = {grade.student: grade for grade in class_grades.grades}
     reasons = {}
     for change in changes:
-        if not found.again.get(change.student, "").startswith(OTHER_VERSION):
+        if not class_grades.again.get(change.student, "").startswith(OTHER_VERSION):
             continue
         columns = [part.column for part in change.parts]
         reasons[change.student] = [
@@ -280,7 +285,7 @@ def _reasons(
 
 
 def told_of(
-    found: ClassGrades,
+    class_grades: ClassGrades,
     changes: Iterable[exports.Change] | None,
     filled: Filled | None,
     dry_run: bool,
@@ -291,16 +296,19 @@ def told_of(
     gradebook.
     """
     lost = Diagnostic.named(
-        "journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line")
+        "journal_lines_lost", JOURNAL, lines=count_text(class_grades.damaged, "line")
     )
-    again = grouped((why, found.names[student]) for student, why in found.again.items())
+    again = grouped(
+        (why, class_grades.names[student])
+        for student, why in class_grades.again.items()
+    )
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
     values = {
-        "found": found,
+        "found": class_grades,
         "again": again,
         "lost": lost,
         "changes": changes,
-        "reasons": _reasons(found, changes or ()),
+        "reasons": _reasons(class_grades, changes or ()),
         "filled": filled,
         "skipped": skipped,
     }

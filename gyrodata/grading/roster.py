@@ -61,13 +61,21 @@ class Roster(Struct, frozen=True):
     def with_submissions(self, students: Iterable[str]) -> Roster:
         """Return the roster in which absent students have a submission."""
         new = set(students)
-        moved = {one.student: one for one in self.absent if one.student in new}
-        left = tuple(one for one in self.absent if one.student not in new)
+        moved = {
+            absentee.student: absentee
+            for absentee in self.absent
+            if absentee.student in new
+        }
+        left = tuple(
+            absentee for absentee in self.absent if absentee.student not in new
+        )
         return replace(self, people={**self.people, **moved}, absent=left)
 
     def without_names(self) -> Roster:
         """Return the roster with ids instead of names."""
-        nameless = tuple(one._replace(name=one.student) for one in self.absent)
+        nameless = tuple(
+            absentee._replace(name=absentee.student) for absentee in self.absent
+        )
         return replace(self, absent=nameless)
 
     def named(self, grade: Grade, station: str | None) -> Grade:
@@ -97,8 +105,8 @@ class Roster(Struct, frozen=True):
         A key means only its own student.
         """
         called = [
-            (one.student, (one.name, *one.ids))
-            for one in (*self.people.values(), *self.absent)
+            (person.student, (person.name, *person.ids))
+            for person in (*self.people.values(), *self.absent)
         ]
         called += [
             (item.student, (item.name, *item.ids.values()))
@@ -139,12 +147,12 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
         for name in map(str.strip, names)
         if not re.fullmatch(_ONESELF, name)
     }
-    found = {one[0] for one in keys.values() if len(one) == 1}
+    students = {people[0] for people in keys.values() if len(people) == 1}
     # "Eva Berg, we share the data" names one student.
-    return found, [
+    return students, [
         name
-        for name, one in keys.items()
-        if len(one) != 1 and not (found and name[:1].islower())
+        for name, people in keys.items()
+        if len(people) != 1 and not (students and name[:1].islower())
     ]
 
 
@@ -160,10 +168,12 @@ class Partners(NamedTuple):
 
     def of(self, student: str) -> set[str]:
         """Return all partners of a student, also those that one side names."""
-        found = set(self.lines.get(student, ()))
-        found |= {one for one, named in self.lines.items() if student in named}
-        found |= {one for group in self.groups if student in group for one in group}
-        return found - {student}
+        partners = set(self.lines.get(student, ()))
+        partners |= {other for other, named in self.lines.items() if student in named}
+        partners |= {
+            other for group in self.groups if student in group for other in group
+        }
+        return partners - {student}
 
     def lends(self, lender: str, student: str) -> bool:
         """Return whether the roster or the lender says that a student is a partner."""
@@ -227,7 +237,11 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     people: dict[str, Person] = {}
     others = []
     for person in rows:
-        known = [by_id[one.casefold()] for one in person.ids if one.casefold() in by_id]
+        known = [
+            by_id[identifier.casefold()]
+            for identifier in person.ids
+            if identifier.casefold() in by_id
+        ]
         if known:
             people.setdefault(known[0], person._replace(student=known[0]))
         else:
@@ -237,7 +251,9 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     absent = tuple(sorted(named.absent))
     names = {key: person.name for key, person in people.items()}
     shown = different(names, [person.name for person in absent])
-    people = {key: one._replace(name=shown[key]) for key, one in people.items()}
+    people = {
+        key: identifier._replace(name=shown[key]) for key, identifier in people.items()
+    }
     return Roster(people, absent, named.unclear)
 
 

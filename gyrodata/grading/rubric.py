@@ -354,7 +354,9 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     def told(self) -> str:
         """The two conditions in words, for students."""
         name = self.curve.variable
-        full, zero = (_in_words(one, name) for one in (self.full, self.zero))
+        full, zero = (
+            _in_words(condition, name) for condition in (self.full, self.zero)
+        )
         return f"{MEANINGS.get(name, name)}: all points {full}, none {zero}"
 
 
@@ -386,8 +388,8 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     ] = {}
 
     def __post_init__(self) -> None:
-        each = [f"{one.points:g}" for one in self.criteria]
-        total = math.fsum(one.points for one in self.criteria)
+        each = [f"{criterion.points:g}" for criterion in self.criteria]
+        total = math.fsum(criterion.points for criterion in self.criteria)
         if abs(total - self.points) > 1e-9:
             raise unfit(
                 "points_do_not_add_up",
@@ -396,14 +398,16 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
                 parts=" + ".join(each),
                 total=total,
             )
-        ids = [one.id for one in self.criteria]
-        for at, one in enumerate(self.criteria):
-            if one.id in ids[:at]:
-                raise unfit("criterion_twice", "criterion", at, "id", id=one.id)
-            if one.id.casefold() in TABLES["reserved"]:
-                raise unfit("criterion_id_reserved", "criterion", at, "id", id=one.id)
-            if one.check == "reference" and self.reference is None:
-                raise unfit("reference_missing", "criterion", at, id=one.id)
+        ids = [criterion.id for criterion in self.criteria]
+        for at, criterion in enumerate(self.criteria):
+            if criterion.id in ids[:at]:
+                raise unfit("criterion_twice", "criterion", at, "id", id=criterion.id)
+            if criterion.id.casefold() in TABLES["reserved"]:
+                raise unfit(
+                    "criterion_id_reserved", "criterion", at, "id", id=criterion.id
+                )
+            if criterion.check == "reference" and self.reference is None:
+                raise unfit("reference_missing", "criterion", at, id=criterion.id)
         check_bench(self.bench)
         for head, stated in (
             ("reference", self.references),
@@ -419,17 +423,17 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     def references(self) -> Mapping[str, Reference]:
         """References of the rubric, by station; "all" is for all other stations."""
         stated = {
-            name: one
-            for name, one in (self.reference or {}).items()
-            if isinstance(one, Station)
+            name: stated_value
+            for name, stated_value in (self.reference or {}).items()
+            if isinstance(stated_value, Station)
         }
         words = {
             name: f"the rubric{'' if name == 'all' else f', station {name}'}"
             for name in stated
         }
         return {
-            station_key(name): one.reference(words[name])
-            for name, one in stated.items()
+            station_key(name): stated_value.reference(words[name])
+            for name, stated_value in stated.items()
         }
 
 
@@ -487,23 +491,23 @@ def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnos
     """Warn of exceptions for students who are not in the class."""
     known = {
         name.casefold(): name
-        for one in submissions.items
-        for name in (one.student, one.name, *one.ids.values())
+        for submission in submissions.items
+        for name in (submission.student, submission.name, *submission.ids.values())
     }
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     if rubric.late is None:
-        return found
-    for one in rubric.late.exceptions:
-        if one.student.casefold() not in known:
+        return diagnostics
+    for name in rubric.late.exceptions:
+        if name.student.casefold() not in known:
             near = nearest(
-                one.student, known.values(), "write the name, key or id of a student"
+                name.student, known.values(), "write the name, key or id of a student"
             )
-            found.append(
+            diagnostics.append(
                 Diagnostic.named(
-                    "exception_for_nobody", rubric.name, student=one.student, near=near
+                    "exception_for_nobody", rubric.name, student=name.student, near=near
                 )
             )
-    return found
+    return diagnostics
 
 
 def rubric_shape() -> dict[str, Any]:

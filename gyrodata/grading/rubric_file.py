@@ -84,10 +84,10 @@ def _explained(
     value = reduce(getitem, path, values)
     samples = samples_of(kind)
     what, _, field = message.rstrip("`").partition(" field `")
-    key = field or next((one for one in path[::-1] if isinstance(one, str)), "")
+    key = field or next((part for part in path[::-1] if isinstance(part, str)), "")
     if what == "Object contains unknown":
         # A key that is there already is not proposed: it would then be there twice.
-        free = [one for one in samples if one not in value]
+        free = [sample for sample in samples if sample not in value]
         hint = nearest(field, free, "take it out")
         fault = Diagnostic.named("rubric_key_unknown", key=field, hint=hint)
         return fault, (*path, field)

@@ -54,19 +54,19 @@ class SectionFigures(Struct, frozen=True):
         )
 
 
-def section_figures(found: ClassGrades) -> Iterator[SectionFigures]:
+def section_figures(class_grades: ClassGrades) -> Iterator[SectionFigures]:
     """Yield the figures of each section and each grader, if there are several."""
-    people = found.roster.people
+    people = class_grades.roster.people
     points = {
         grade.student: grade.points
-        for grade in found.grades
+        for grade in class_grades.grades
         if grade.status == "graded" and grade.points is not None
     }
     known = [key for key in points if key in people]
     sections = grouped((people[key].section, points[key]) for key in known)
     graders = grouped((people[key].grader, points[key]) for key in known)
-    yield from _compare("section", sections, found.rubric.points)
-    yield from _compare("grader", graders, found.rubric.points)
+    yield from _compare("section", sections, class_grades.rubric.points)
+    yield from _compare("grader", graders, class_grades.rubric.points)
 
 
 def _compare(
@@ -84,7 +84,7 @@ def _compare(
         return
     for name in sorted(groups, key=in_order):
         mine = groups[name]
-        others = [one for key in groups if key != name for one in groups[key]]
+        others = [total for key in groups if key != name for total in groups[key]]
         yield SectionFigures(
             kind,
             name,
@@ -92,7 +92,7 @@ def _compare(
             mean=round(statistics.fmean(mine), 4),
             median=statistics.median(mine),
             spread=round(statistics.stdev(mine), 4) if len(mine) > 1 else None,
-            full=round(sum(one >= out_of for one in mine) / len(mine), 4),
+            full=round(sum(total >= out_of for total in mine) / len(mine), 4),
             p=_probability(mine, others, len(groups)),
         )
 

@@ -206,7 +206,7 @@ def unusual_turns(readings: Readings) -> str:
         return ""
     is_angle = column.role == "angle"
     whole = 2 * math.pi if is_angle else 1.0
-    values = [one or 0.0 for one in column.values]
+    values = [turns or 0.0 for turns in column.values]
     unusual = [
         value
         for value, step in zip(values, column.steps, strict=True)

@@ -104,7 +104,7 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
         The factors have the shape () or (n,).
         """
-        found = []
+        fits = []
         for (suffix, used), name in itertools.product(self.sets, self.accept):
             if name == "recommended" or (
                 name == "mean_of_ratios" and suffix == "loaded"
@@ -118,7 +118,7 @@ class OwnRuns(Struct, frozen=True, dict=True):
             y = (torque * self.torque)[used]
             with np.errstate(all="ignore"):
                 value, u = map(float, fitting.TEXTBOOK[name](x, y))
-            found.append(
+            fits.append(
                 OwnValue(
                     f"{name}:{suffix}".rstrip(":"),
                     value,
@@ -135,10 +135,10 @@ class OwnRuns(Struct, frozen=True, dict=True):
         ):
             factor = float(loaded[0] / product)
             best = self.recommended
-            found.append(
+            fits.append(
                 OwnValue("recommended", factor * best.value, best.u and factor * best.u)
             )
-        return found
+        return fits
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
@@ -150,9 +150,9 @@ class OwnRuns(Struct, frozen=True, dict=True):
         recommended fit.
         """
         kept: list[OwnValue] = []
-        found = [own for own in self.fits() if math.isfinite(own.value) and own.value]
+        fits = [own for own in self.fits() if math.isfinite(own.value) and own.value]
         for own in sorted(
-            found,
+            fits,
             key=lambda own: (
                 ":" in own.name,
                 self.accept.index(own.name.partition(":")[0]),
@@ -292,16 +292,18 @@ def find_slips(
         Several if they explain it equally well; empty if the runs explain the report,
         or no known slip does.
     """
-    honest = [distance(reported, one.value, step, own.yardstick) for one in own.values]
+    honest = [
+        distance(reported, own_fit.value, step, own.yardstick) for own_fit in own.values
+    ]
     if min(honest) <= FROM:
         return []
-    found = []
+    ranked = []
     for kind in possible_mistakes(own, readings, measured).values():
         fits = with_mistake(kind, own)
-        fits.sort(key=lambda one: abs(one.value - reported))
+        fits.sort(key=lambda own_fit: abs(own_fit.value - reported))
         slips = (_slip(kind, fit, reported, step, own) for fit in fits)
-        found += [(kind.rank, slip) for slip in slips if slip is not None][:1]
-    return _most_likely(found)
+        ranked += [(kind.rank, slip) for slip in slips if slip is not None][:1]
+    return _most_likely(ranked)
 
 
 Ranked = list[tuple[int, "Slip"]]
@@ -312,7 +314,7 @@ def _slip(
     kind: Mistake, fit: OwnValue, reported: float, step: float, own: OwnRuns
 ) -> Slip | None:
     """Return a mistake if a fit with it explains the answer."""
-    plain = {one.name: one.value for one in own.values}
+    plain = {own_fit.name: own_fit.value for own_fit in own.values}
     if not fit.value or fit.name not in plain:
         return None
     yardstick = min(own.yardstick, SLIP_U)
@@ -327,13 +329,13 @@ def _slip(
     return Slip(kind.kind, kind.words, kind.check, factor, fit.name, fit.u, away)
 
 
-def _most_likely(found: Ranked) -> list[Slip]:
+def _most_likely(ranked: Ranked) -> list[Slip]:
     """Return the slips that explain an answer equally well, the most likely first."""
-    least = min((slip.distance for _, slip in found), default=0.0)
-    found = [item for item in found if item[1].distance <= least + AS_GOOD]
-    found.sort(key=lambda item: (item[0], item[1].distance))
-    common = [slip for rank, slip in found if rank == 0]
-    named = [slip for rank, slip in found if _is_named(rank, slip, common)]
+    least = min((slip.distance for _, slip in ranked), default=0.0)
+    ranked = [item for item in ranked if item[1].distance <= least + AS_GOOD]
+    ranked.sort(key=lambda item: (item[0], item[1].distance))
+    common = [slip for rank, slip in ranked if rank == 0]
+    named = [slip for rank, slip in ranked if _is_named(rank, slip, common)]
     return named[:MOST]
 
 
@@ -342,15 +344,19 @@ def _is_named(rank: int, slip: Slip, common: Sequence[Slip]) -> bool:
     if rank == 0:
         return slip.distance <= common[0].distance + COMMON_AS_GOOD
     # A mistake suggested by the log's units comes before one with only the same factor.
-    return all(abs(one.factor / slip.factor - 1) >= SAME for one in common)
+    return all(abs(own_fit.factor / slip.factor - 1) >= SAME for own_fit in common)
 
 
 def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
     """Compute the accepted fits of runs with a mistake."""
     if kind.kind == "inverse_slope":
         return [
-            OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2)
-            for one in own.values
+            OwnValue(
+                own_fit.name,
+                1 / own_fit.value,
+                own_fit.u and own_fit.u / own_fit.value**2,
+            )
+            for own_fit in own.values
         ]
     return own.fits(kind.product, kind.torque)
 
@@ -360,11 +366,14 @@ def possible_mistakes(
 ) -> dict[str, Mistake]:
     """List every mistake that the arithmetic can contain for a log, by its kind."""
     possible = [
-        one
-        for one in list_mistakes(readings, measured, own.recommended.value)
-        if one.words
+        mistake
+        for mistake in list_mistakes(readings, measured, own.recommended.value)
+        if mistake.words
     ]
-    return {one.kind: one for one in (*possible, known_mistakes()["inverse_slope"])}
+    return {
+        mistake.kind: mistake
+        for mistake in (*possible, known_mistakes()["inverse_slope"])
+    }
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
@@ -381,22 +390,26 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
     meant = "" if role == "turns" else kind.meant
     # Which role is made from which column, in which unit, and by which factor.
-    made = [(one, one, meant, factor) for one in readings.columns if one in roles]
+    made = [
+        (column_role, column_role, meant, factor)
+        for column_role in readings.columns
+        if column_role in roles
+    ]
     if kind.kind == "exchanged":
         made = [
             ("spin", "time", "rpm", np.array(RPM)),
             ("time", "spin", "s", np.array(1 / RPM)),
         ]
     columns = dict(readings.columns)
-    for one, source, unit, factor in made:
+    for column_role, source, unit, factor in made:
         column = readings.columns[source]
         read = map(
             _times,
             column.readings,
             np.broadcast_to(factor, len(readings.runs)).tolist(),
         )
-        columns[one] = replace(
-            column, role=one, unit=unit or column.unit, readings=tuple(read)
+        columns[column_role] = replace(
+            column, role=column_role, unit=unit or column.unit, readings=tuple(read)
         )
     warning = Diagnostic.named(
         "log_contradicts_answer", readings.name, what=kind.log, remedy=kind.remedy
@@ -406,13 +419,13 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     )
 
 
-def _times(one: Reading, factor: float) -> Reading:
+def _times(reading: Reading, factor: float) -> Reading:
     """Multiply a reading, its step and its uncertainty."""
-    u = one.u and replace(one.u, absolute=factor * one.u.absolute)
+    u = reading.u and replace(reading.u, absolute=factor * reading.u.absolute)
     return replace(
-        one,
-        value=one.value and factor * one.value,
-        step=one.step and factor * one.step,
+        reading,
+        value=reading.value and factor * reading.value,
+        step=reading.step and factor * reading.step,
         u=u,
     )
 
@@ -425,7 +438,9 @@ def unusual(readings: Readings) -> int:
         if size.role in readings.columns
     )
     return sum(
-        any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some)
+        any(
+            value and not size.usual[0] <= abs(value) <= size.usual[1] for value in some
+        )
         for size, some in columns
     )
 
@@ -521,10 +536,10 @@ def by_station(
 
 def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
     """Group people or logs by what is in front."""
-    found: dict[Key, list[Log]] = {}
-    for key, one in pairs:
-        found.setdefault(key, []).append(one)
-    return found
+    groups: dict[Key, list[Log]] = {}
+    for key, log in pairs:
+        groups.setdefault(key, []).append(log)
+    return groups
 
 
 # --- the bench: uncertainties and constants that a log does not state ---
@@ -604,19 +619,19 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
 
 def _stated_in(readings: Readings) -> set[str]:
     """Return the keys of all values and uncertainties that a log states."""
-    found = {*readings.constants, *readings.columns, *readings.uncertainties}
+    keys = {*readings.constants, *readings.columns, *readings.uncertainties}
     for role, column in readings.columns.items():
-        found.update(u_keys(role) if column.stated else ())
+        keys.update(u_keys(role) if column.stated else ())
     if readings.motion:
-        found.add("motion")
+        keys.add("motion")
     # g follows from the latitude, and a test of the balance is better than its usual
     # uncertainty.
     if "latitude" in readings.constants:
-        found.add("g")
+        keys.add("g")
     is_tested = readings.balance_tilt or readings.balance_drift
     if is_tested or readings.balanced is not None:
-        found.add("u_imbalance")
-    return found
+        keys.add("u_imbalance")
+    return keys
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated
@@ -664,11 +679,11 @@ def class_scatter(
     groups = by_station(
         ((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH
     )
-    found = {}
+    scatters = {}
     for name, squares in groups.items():
         factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
         whose = "the class" if name == "all" else f"station {name}"
-        found[name] = BenchScatter(
+        scatters[name] = BenchScatter(
             factor if factor > PLAIN else 1.0, len(squares), whose
         )
-    return found
+    return scatters

@@ -34,26 +34,26 @@ POINTS_ROW = "points possible"  # the text in the column of the students
 TOTAL, STATUS = "total", "status"
 
 
-def grades_csv(found: ClassGrades) -> str:
+def grades_csv(class_grades: ClassGrades) -> str:
     """Write the grades of a class as CSV, with the students without a submission.
 
     Points have two decimals; a cell is blank if nothing was judged. A text that a
     spreadsheet would run as a formula has a ' in front.
     """
     rows: dict[str, Mapping[str, str | float | None]] = {
-        one.student: {
-            "student": one.student,
-            "name": one.name,
+        absentee.student: {
+            "student": absentee.student,
+            "name": absentee.name,
             STATUS: "nothing handed in",
-            "section": one.section,
+            "section": absentee.section,
         }
-        for one in found.roster.absent
+        for absentee in class_grades.roster.absent
     }
     rows |= {
-        grade.student: _cells(grade, found.flags_of.get(grade.student, ()))
-        for grade in found.grades
+        grade.student: _cells(grade, class_grades.flags_of.get(grade.student, ()))
+        for grade in class_grades.grades
     }
-    first = found.grades[0]
+    first = class_grades.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible["name"] = f"graded by gyrodata {__version__}"
     possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
@@ -63,8 +63,8 @@ def grades_csv(found: ClassGrades) -> str:
         [
             *head,
             *(
-                [csv_cell(rows[one].get(column)) for column in columns]
-                for one in sorted(rows)
+                [csv_cell(rows[key].get(column)) for column in columns]
+                for key in sorted(rows)
             ),
         ]
     )
@@ -73,10 +73,14 @@ def grades_csv(found: ClassGrades) -> str:
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
     """Return the cells of one student by column."""
     others = {
-        flag: [one for one in (*flag.students, *flag.previous) if one != grade.student]
+        flag: [
+            student
+            for student in (*flag.students, *flag.previous)
+            if student != grade.student
+        ]
         for flag in flags
     }
-    told = [
+    remarks = [
         f"{flag.kind} with {listing(some, MOST_NAMED)}" if some else flag.kind
         for flag, some in others.items()
     ]
@@ -97,7 +101,7 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "d": None if grade.d is None else float(f"{grade.d:.4g}"),
         "z": None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
         "slips": "; ".join(slip.kind for slip in grade.slips),
-        "flags": "; ".join(told),
+        "flags": "; ".join(remarks),
         "look": "; ".join(grade.look),
         "by_hand": "; ".join(map(str, grade.by_hand)),
         "why_not_graded": grade.why,
@@ -201,7 +205,7 @@ def _total(row: Row | None) -> str | None:
 
 def _same(column: str, old: str, new: str) -> bool:
     """Return whether two cells look the same: distances are shown with two digits."""
-    numbers = [ledger.read_number(one) for one in (old, new)]
+    numbers = [ledger.read_number(cell) for cell in (old, new)]
     if column not in DISTANCES or None in numbers:
         return old == new
     return f"{numbers[0]:.2g}" == f"{numbers[1]:.2g}"
@@ -310,7 +314,7 @@ class GradesDocument(Struct, kw_only=True):
 
 
 def grades_document(
-    found: ClassGrades, changes: Iterable[Change] | None = None
+    class_grades: ClassGrades, changes: Iterable[Change] | None = None
 ) -> Iterator[str]:
     """Write the grades of a class as one JSON object, in pieces.
 
@@ -318,52 +322,60 @@ def grades_document(
 
     `changes`: Differences from the table of an earlier run, if they were asked for.
     """
-    rubric = found.rubric
-    graded = len(found.totals)
-    count = len(found.grades)
+    rubric = class_grades.rubric
+    graded = len(class_grades.totals)
+    count = len(class_grades.grades)
     head = GradesDocument(
         input=ClassInput(
-            found.source, found.submissions.lms, count, rubric.name, rubric.digest
+            class_grades.source,
+            class_grades.submissions.lms,
+            count,
+            rubric.name,
+            rubric.digest,
         ),
         title=rubric.title,
         out_of=rubric.points,
-        summary=ClassSummary(graded, count - graded, found.mean, found.median),
-        criteria=tuple(found.criteria()),
-        sections=tuple(found.sections),
-        stations=found.stations,
-        references=dict(sorted(found.references.items())),
-        scatters=dict(sorted(found.scatters.items())),
-        absent=tuple(
-            AbsentPerson(one.student, one.name, one.section)
-            for one in found.roster.absent
+        summary=ClassSummary(
+            graded, count - graded, class_grades.mean, class_grades.median
         ),
-        slips=found.slips,
-        flags=found.flags,
+        criteria=tuple(class_grades.criteria()),
+        sections=tuple(class_grades.sections),
+        stations=class_grades.stations,
+        references=dict(sorted(class_grades.references.items())),
+        scatters=dict(sorted(class_grades.scatters.items())),
+        absent=tuple(
+            AbsentPerson(absentee.student, absentee.name, absentee.section)
+            for absentee in class_grades.roster.absent
+        ),
+        slips=class_grades.slips,
+        flags=class_grades.flags,
         changes=None if changes is None else tuple(changes),
-        diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
+        diagnostics=tuple(
+            diagnostic.to_dict() for diagnostic in class_grades.submissions.diagnostics
+        ),
     )
     yield json_text(to_json(head)).removesuffix("]\n}\n")
-    for number, grade in enumerate(found.grades):
+    for number, grade in enumerate(class_grades.grades):
         yield (
             ("," if number else "")
             + "\n    "
-            + encode(to_json(_student(found, grade))).decode()
+            + encode(to_json(_student(class_grades, grade))).decode()
         )
     yield "\n  ]\n}\n"
 
 
-def grade_lines(found: ClassGrades) -> Iterator[str]:
+def grade_lines(class_grades: ClassGrades) -> Iterator[str]:
     """Write one JSON object for each student, one per line."""
-    for grade in found.grades:
+    for grade in class_grades.grades:
         line = {
             "schema": "gyro.grade/1",
             "tool": Tool(),
-            **to_json(_student(found, grade)),
+            **to_json(_student(class_grades, grade)),
         }
         yield encode(line).decode() + "\n"
 
 
-def _student(found: ClassGrades, grade: Grade) -> Student:
-    told = {name: getattr(grade, name) for name in ShownGrade.__struct_fields__}
-    flags = tuple(flag.kind for flag in found.flags_of.get(grade.student, ()))
-    return Student(**told, flags=flags, ids=found.ids[grade.student])
+def _student(class_grades: ClassGrades, grade: Grade) -> Student:
+    fields = {name: getattr(grade, name) for name in ShownGrade.__struct_fields__}
+    flags = tuple(flag.kind for flag in class_grades.flags_of.get(grade.student, ()))
+    return Student(**fields, flags=flags, ids=class_grades.ids[grade.student])

@@ -344,9 +344,9 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
         if len(some) == 1 and read_number(*some) is not None
     ]
     if not numbers:
-        told = f"; its columns are: {listing(sheet.head)}"
+        listed_columns = f"; its columns are: {listing(sheet.head)}"
         raise InputError.named(
-            "no_book_of_moodle", sheet.name, name=sheet.name, columns=told
+            "no_book_of_moodle", sheet.name, name=sheet.name, columns=listed_columns
         )
     top = numbers[-1]
     labels = {row: f"{sheet.value(row, 0)} ({sheet.value(row, 1)})" for row in rows}

@@ -38,16 +38,20 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
 
     They are for a zip without a folder around them, which is then uploaded.
     """
-    for one in rubric.criteria:
-        if one.check == "reference" and rubric.class_reference:
-            raise InputError.named("autograder_compares", rubric.name, id=one.id)
+    for criterion in rubric.criteria:
+        if criterion.check == "reference" and rubric.class_reference:
+            raise InputError.named("autograder_compares", rubric.name, id=criterion.id)
     try:
         requirements = requires("gyrodata") or []
     except PackageNotFoundError:
         raise InputError.named(
             "autograder_not_installed", version=__version__
         ) from None
-    needed = [f"{one}\n" for one in requirements if "extra ==" not in one]
+    needed = [
+        f"{requirement}\n"
+        for requirement in requirements
+        if "extra ==" not in requirement
+    ]
     home = Path(__file__).parents[2]
     package = {
         path.relative_to(home.parent).as_posix(): path.read_bytes()
@@ -55,8 +59,8 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
         if path.is_file() and "__pycache__" not in path.parts
     }
     scripts = {
-        one: package[f"gyrodata/grading/autograder/{one}"]
-        for one in ("setup.sh", "run_autograder")
+        name: package[f"gyrodata/grading/autograder/{name}"]
+        for name in ("setup.sh", "run_autograder")
     }
     return {
         **scripts,
@@ -82,8 +86,8 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
         why = error.diagnostics[0].message
         submission = Submission("submission", "submission", {}, root, problem=why)
     # A class of one: a log that takes too long is reported as not graded.
-    found = grade_class(Submissions("gradescope", (submission,)), rubric)
-    return results_json(found.grades[0])
+    class_grades = grade_class(Submissions("gradescope", (submission,)), rubric)
+    return results_json(class_grades.grades[0])
 
 
 # --- its results ---
@@ -96,8 +100,12 @@ def results_json(grade: Grade) -> str:
     """
     judged = [mark for mark in grade.marks if mark.points is not None]
     titles = _secret_titles()
-    errors = [one for one in grade.diagnostics if one["severity"] == "error"]
-    is_secret = any(one["code"] in titles for one in errors)
+    errors = [
+        diagnostic
+        for diagnostic in grade.diagnostics
+        if diagnostic["severity"] == "error"
+    ]
+    is_secret = any(diagnostic["code"] in titles for diagnostic in errors)
     output = environment().get_template("gradescope.txt.jinja")
     text = output.render(
         grade=grade,

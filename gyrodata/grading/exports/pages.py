@@ -154,26 +154,32 @@ def _content(grade: Grade) -> dict[str, Any]:
         )
     words: Any = environment().get_template("words.jinja").module
     short = [
-        one for one in grade.marks if one.points is not None and one.points < one.out_of
+        mark
+        for mark in grade.marks
+        if mark.points is not None and mark.points < mark.out_of
     ]
     cost = next(
-        (one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail),
+        (
+            mark.detail["slip_cost"]
+            for mark in grade.marks
+            if "slip_cost" in mark.detail
+        ),
         None,
     )
     hands = [line for line in words.hands(grade).split("\n") if line]
-    told = {
+    fields = {
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
         "hands": hands,
     }
-    return {"grade": grade, "short": short, "slip_cost": cost, **told}
+    return {"grade": grade, "short": short, "slip_cost": cost, **fields}
 
 
 # --- a class as a page ---
 
 
 def class_page(
-    found: ClassGrades,
+    class_grades: ClassGrades,
     feedback: Callable[[str], str],
     offers: Sequence[Offer],
     folder: Path | None,
@@ -186,9 +192,11 @@ def class_page(
     text from outside is escaped; the page contains no clock time. Its policy allows its
     own style and script only.
     """
-    inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
+    inertias = [
+        grade.inertia for grade in class_grades.grades if grade.inertia is not None
+    ]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
-    items = {item.student: item for item in found.submissions.items}
+    items = {item.student: item for item in class_grades.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
         """Return the name and the address of each file besides the log."""
@@ -203,7 +211,7 @@ def class_page(
         "whole": shown,
     }
     return page.get_template("class.html.jinja").render(
-        found=found,
+        found=class_grades,
         feedback=feedback,
         links=links,
         offers=offers,
@@ -212,19 +220,22 @@ def class_page(
         script=_part("class.js"),
         digest=_digest,
         most={"rows": MOST_STUDENTS, "named": 500},
-        data=Markup(script_data(found, feedback, offers, folder)),
+        data=Markup(script_data(class_grades, feedback, offers, folder)),
         number_of=_numbered(offers),
-        place_of=_numbered(found.names),
+        place_of=_numbered(class_grades.names),
         desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         unit=f"{power} kg·m²" if power else "kg·m²",
         groups=[
             (reason, list(lines))
-            for reason, lines in groupby(offers, lambda one: one.reason)
+            for reason, lines in groupby(offers, lambda offer: offer.reason)
         ],
-        marked={student for one in offers for student in one.people},
-        references=sorted(found.references.items(), key=lambda one: in_order(one[0])),
-        histogram=count_points(found.totals, found.rubric.points),
-        by_key={grade.student: grade for grade in found.grades},
+        marked={student for offer in offers for student in offer.people},
+        references=sorted(
+            class_grades.references.items(),
+            key=lambda reference: in_order(reference[0]),
+        ),
+        histogram=count_points(class_grades.totals, class_grades.rubric.points),
+        by_key={grade.student: grade for grade in class_grades.grades},
     )
 
 

@@ -48,7 +48,7 @@ def address(path: str) -> str:
 
 
 def script_data(
-    found: ClassGrades,
+    class_grades: ClassGrades,
     feedback: Callable[[str], str],
     offers: Sequence[Offer],
     folder: Path | None,
@@ -57,30 +57,30 @@ def script_data(
 
     `feedback`, `offers` and `folder`: As for `class_page`.
     """
-    items = {item.student: item for item in found.submissions.items}
+    items = {item.student: item for item in class_grades.submissions.items}
     students = [
-        _student(found, grade, items[grade.student], folder)
+        _student(class_grades, grade, items[grade.student], folder)
         | {"feedback": address(feedback(grade.student))}
-        for grade in found.grades[:MOST_STUDENTS]
+        for grade in class_grades.grades[:MOST_STUDENTS]
     ]
-    lines = found.desk.written
+    lines = class_grades.desk.written
     extra = {column for line in lines for column in line.cells}
     document = {
         "words": [
             to_builtins(word) | {"how": word.how}
-            for word in words_of(found.rubric).values()
+            for word in words_of(class_grades.rubric).values()
         ],
         "verdicts": VERDICTS,
         "criteria": [
             {
-                "what": one.id,
-                "title": _plain(one.title),
-                "of": points_text(one.points),
+                "what": criterion.id,
+                "title": _plain(criterion.title),
+                "of": points_text(criterion.points),
             }
-            for one in found.rubric.criteria
+            for criterion in class_grades.rubric.criteria
         ],
         "students": students,
-        "offers": [_offer(found, one) for one in offers],
+        "offers": [_offer(class_grades, offer) for offer in offers],
         "columns": [*COLUMNS, *sorted(extra - set(COLUMNS))],
         "desk": to_builtins(lines),
     }
@@ -93,7 +93,7 @@ def _plain(text: str) -> str:
     return short(shown(text))
 
 
-def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
+def _offer(class_grades: ClassGrades, offer: Offer) -> Mapping[str, Any]:
     """Return an open question, with the logs to be compared if it is about a flag."""
     flag = offer.flag
     previous = flag.previous if flag else ()
@@ -106,7 +106,7 @@ def _offer(found: ClassGrades, offer: Offer) -> Mapping[str, Any]:
         # A line without a value also confirms the result for a new submission.
         "leave": offer.can_be_left or offer.why.startswith(STALE),
         "settled_by": _settled_by(offer),
-        "earlier": [_plain(found.label(key)) for key in previous],
+        "earlier": [_plain(class_grades.label(key)) for key in previous],
     }
 
 
@@ -118,18 +118,18 @@ def _settled_by(offer: Offer) -> Sequence[str]:
 
 
 def _student(
-    found: ClassGrades, grade: Grade, item: Submission, folder: Path | None
+    class_grades: ClassGrades, grade: Grade, item: Submission, folder: Path | None
 ) -> dict[str, Any]:
     """Return what a person looks at to decide about one student."""
     student = grade.student
-    log = found.prints.get(student)
-    groups = (group for group in found.groups if student in group)
+    log = class_grades.prints.get(student)
+    groups = (group for group in class_grades.groups if student in group)
     return {
         "id": student,
-        "name": _plain(found.label(student)),
+        "name": _plain(class_grades.label(student)),
         "about": list(_about(grade)),
         "group": [
-            _plain(found.label(key))
+            _plain(class_grades.label(key))
             for group in groups
             for key in group[:MOST_FILES]
             if key != student
@@ -140,7 +140,7 @@ def _student(
         ],
         "answer": _answer(grade, folder is not None),
         "own": _own_runs(grade),
-        "notes": [_note(one) for one in grade.diagnostics[:MOST_ROWS]],
+        "notes": [_note(diagnostic) for diagnostic in grade.diagnostics[:MOST_ROWS]],
         "rows": [] if log is None else _rows(log),
     }
 
@@ -202,10 +202,10 @@ def file_links(
     ]
 
 
-def _note(one: DiagnosticJson) -> str:
+def _note(diagnostic: DiagnosticJson) -> str:
     """Write what was found in a log."""
-    place = f"line {one['line']}: " if one["line"] else ""
-    return place + _plain(one["message"])
+    place = f"line {diagnostic['line']}: " if diagnostic["line"] else ""
+    return place + _plain(diagnostic["message"])
 
 
 def _rows(log: Fingerprint) -> list[list[str]]:

@@ -200,23 +200,25 @@ def _members_of_group(item: Submission) -> list[Submission]:
     members = _names_in(item.student)
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     logs = {name for name, file in files.items() if ending(file) in SHEETS}
-    own = {one: _files_of(one, members, files) for one in members}
+    own = {member: _files_of(member, members, files) for member in members}
     if len(members) < 2 or len(logs) != 1 or not all(own.values()):
         return [item]
     shared = (files.keys() - set().union(*own.values())) | logs
-    return [_member(item, one, some | shared) for one, some in own.items()]
+    return [_member(item, member, some | shared) for member, some in own.items()]
 
 
 def _files_of(
     member: str, members: Sequence[str], files: Mapping[str, str]
 ) -> set[str]:
     """Return the files whose names contain the name of one member of a group alone."""
-    found = set()
+    of_member = set()
     for name, file in files.items():
         words = squeezed_words(file)
-        if [one for one in members if squeezed_words(one) <= words] == [member]:
-            found.add(name)
-    return found
+        if [student for student in members if squeezed_words(student) <= words] == [
+            member
+        ]:
+            of_member.add(name)
+    return of_member
 
 
 def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
@@ -264,11 +266,13 @@ def submission_of(
     """
     files, own = _files_handed_in(paths)
     first = paths[0]
-    one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
-    one = replace(one, **about)
-    parts = {"/": one}
+    submission = Submission(
+        first.name, first.name, {}, files.root, feedback_stem=first.stem
+    )
+    submission = replace(submission, **about)
+    parts = {"/": submission}
     for name, file in own.items():
-        parts[name] = replace(one, log_file=file)
+        parts[name] = replace(submission, log_file=file)
     made, choice = _choose(_joined(files.root, parts, "newest"))
     notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
@@ -294,17 +298,19 @@ def _files_handed_in(paths: Sequence[Path]) -> tuple[Listing, dict[str, str]]:
 def _without_reports(files: Listing) -> Listing:
     """Leave out folders of ``gyro analyze``: their runs.csv reads as a log."""
     reports = tuple(
-        one
-        for one in files.folders
-        if {f"{one}results.json", f"{one}runs.csv"} <= {*files.names}
+        folder
+        for folder in files.folders
+        if {f"{folder}results.json", f"{folder}runs.csv"} <= {*files.names}
     )
     if not reports:
         return files
     note = Faults(files.root.name).message(
-        "report_left_aside", names=listing([shown(one) for one in reports], 5)
+        "report_left_aside", names=listing([shown(report) for report in reports], 5)
     )
     left = tuple(name for name in files.names if not name.startswith(reports))
-    folders = tuple(one for one in files.folders if not one.startswith(reports))
+    folders = tuple(
+        folder for folder in files.folders if not folder.startswith(reports)
+    )
     return Listing(files.root, left, folders, (*files.diagnostics, note))
 
 

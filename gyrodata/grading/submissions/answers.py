@@ -62,15 +62,16 @@ def read_answers(
     cannot be read has a fault.
     """
     documents = [
-        one if isinstance(one, Document) else read_document(*one) for one in reports
+        report if isinstance(report, Document) else read_document(*report)
+        for report in reports
     ]
     if log is not None and "inertia" not in log.reported:
         log = None
     remarks = [Document(log.name, _remarks(log))] if log is not None else []
-    texts = [find_candidates(one) for one in (*remarks, *documents)]
+    texts = [find_candidates(document) for document in (*remarks, *documents)]
     cuts = tuple(filter(None, (text.cut for text in texts)))
     values = [*chain.from_iterable(text.values for text in texts)]
-    named = [one for one in values if not one.compared]
+    named = [candidate for candidate in values if not candidate.compared]
     unread = _unread(documents, has_answer=bool(log or named))
     if log is not None:
         chosen = Candidate(Rank(True, True, True), log.name, _in_log(log))
@@ -93,11 +94,11 @@ def read_answers(
 def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
     """Name the files that cannot be read; a PDF of pictures may be a plot."""
     return tuple(
-        Faults(one.name)
-        .refuse("file_of_class_unreadable", name=one.name, why=one.problem)
+        Faults(document.name)
+        .refuse("file_of_class_unreadable", name=document.name, why=document.problem)
         .diagnostics[0]
-        for one in documents
-        if one.problem and not (has_answer and one.problem == NO_TEXT)
+        for document in documents
+        if document.problem and not (has_answer and document.problem == NO_TEXT)
     )
 
 
@@ -110,25 +111,32 @@ def _in_log(log: readings.Readings) -> Reported:
     part = slice(top, top + MOST_BELOW)
     lines = in_cells(readings.lablog.split_lines(log.source_text), part)
     if read.u is None or read.fault:
-        for one in find_candidates(Document("", lines)).values:
-            if one.read.u is not None and one.read.value == read.value:
-                return replace(one.read, line=read.line)
+        for candidate in find_candidates(Document("", lines)).values:
+            if candidate.read.u is not None and candidate.read.value == read.value:
+                return replace(candidate.read, line=read.line)
     return replace(with_u(read, "".join(lines[1:2])), line=read.line)
 
 
-def _best(found: Sequence[Candidate]) -> tuple[Candidate, Answers]:
+def _best(candidates: Sequence[Candidate]) -> tuple[Candidate, Answers]:
     """Return the candidate that is the answer; None if two are equally good."""
     # A draft is an answer only if it is the only one.
-    final = [one for one in found if one.rank.is_named and not _is_draft(one)]
-    best = max(one.rank for one in final or found)
-    equal = _of_latest_file([one for one in final or found if one.rank == best])
+    final = [
+        candidate
+        for candidate in candidates
+        if candidate.rank.is_named and not _is_draft(candidate)
+    ]
+    best = max(candidate.rank for candidate in final or candidates)
+    equal = _of_latest_file(
+        [candidate for candidate in final or candidates if candidate.rank == best]
+    )
     # The same answer may be written with more digits.
-    chosen = max(equal, key=lambda one: one.read.step or 0.0)
+    chosen = max(equal, key=lambda candidate: candidate.read.step or 0.0)
     read = chosen.read
-    others = [one for one in equal if not _agree(read, one.read)]
+    others = [candidate for candidate in equal if not _agree(read, candidate.read)]
     if others:
         first, second = (
-            f'"{one.read.text}" in {one.place}' for one in (chosen, others[0])
+            f'"{candidate.read.text}" in {candidate.place}'
+            for candidate in (chosen, others[0])
         )
         problem = f"two values are found: {first} and {second}"
         read = Reported(
@@ -140,23 +148,25 @@ def _best(found: Sequence[Candidate]) -> tuple[Candidate, Answers]:
 
 def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
     """Keep the candidates of the latest version, if all are versions of one file."""
-    versions = [version_of(one.file) for one in equal]
+    versions = [version_of(candidate.file) for candidate in equal]
     if len({base for _, base in versions}) > 1:
         return equal
     latest = max(versions)
-    return [one for one in equal if version_of(one.file) == latest]
+    return [candidate for candidate in equal if version_of(candidate.file) == latest]
 
 
-def _is_draft(one: Candidate) -> bool:
-    (rank, _), _ = version_of(one.file)
+def _is_draft(candidate: Candidate) -> bool:
+    (rank, _), _ = version_of(candidate.file)
     return rank < 0
 
 
-def _doubt(chosen: Candidate, found: Iterable[Candidate]) -> str:
+def _doubt(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
     """Ask about an answer that a person may not see, unless it is elsewhere too."""
     if not chosen.doubt or any(
-        one.rank.is_named and not one.doubt and _agree(chosen.read, one.read)
-        for one in found
+        candidate.rank.is_named
+        and not candidate.doubt
+        and _agree(chosen.read, candidate.read)
+        for candidate in candidates
     ):
         return ""
     where = f'the answer "{chosen.read.text}" in {chosen.place}'
@@ -177,27 +187,33 @@ def _remarks(log: readings.Readings) -> list[str]:
     All other lines are empty: lines that are not remarks, and lines that the reader
     reads.
     """
-    found: list[str] = []
+    remarks: list[str] = []
     for line in readings.lablog.split_lines(log.source_text):
         remark = without_marks(visible.line_seen(line)).strip('#%," \t')
         is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
             re.split("[:=]", remark)[0].strip()
         )
-        found.append(remark if is_remark else "")
-    return found if any(re.search(r"\d", remark) for remark in found) else []
+        remarks.append(remark if is_remark else "")
+    return remarks if any(re.search(r"\d", remark) for remark in remarks) else []
 
 
-def _disagrees(chosen: Candidate, file: str, found: Sequence[Candidate]) -> str:
+def _disagrees(chosen: Candidate, file: str, candidates: Sequence[Candidate]) -> str:
     """Describe another named value that differs by more than both uncertainties."""
-    for one in found:
-        if one.file == file:
+    for candidate in candidates:
+        if candidate.file == file:
             # The text may call it an earlier one, and the answer a later one.
-            is_earlier = one.rank.version < 0 < chosen.rank.version
+            is_earlier = candidate.rank.version < 0 < chosen.rank.version
         else:
             # A draft or an earlier log may have another answer.
-            is_earlier = _is_draft(one) or one.file.endswith((".csv", ".tsv"))
-        if one.rank.is_named and not is_earlier and _differ(chosen.read, one.read):
-            return _two_answers(chosen.read, file, one)
+            is_earlier = _is_draft(candidate) or candidate.file.endswith(
+                (".csv", ".tsv")
+            )
+        if (
+            candidate.rank.is_named
+            and not is_earlier
+            and _differ(chosen.read, candidate.read)
+        ):
+            return _two_answers(chosen.read, file, candidate)
     return ""
 
 
@@ -262,18 +278,19 @@ def partners_in(
     Behind ``~`` are all words of any text that may be a name.
     """
     documents = [
-        one if isinstance(one, Document) else read_document(*one) for one in reports
+        report if isinstance(report, Document) else read_document(*report)
+        for report in reports
     ]
     texts = [
-        "\n".join(line[:LONGEST_LINE] for line in one.lines[:MOST_LINES])
-        for one in documents
+        "\n".join(line[:LONGEST_LINE] for line in document.lines[:MOST_LINES])
+        for document in documents
     ]
     # A report says who worked with a student whose log is of others.
     with_lines = texts if log is None else [log.source_text]
     names = []
     for text in with_lines:
         lines = islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
-        names += [one[1].strip() for one in lines]
+        names += [match[1].strip() for match in lines]
     named = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
     called = dict.fromkeys(
         chain.from_iterable(

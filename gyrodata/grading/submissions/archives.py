@@ -162,7 +162,7 @@ def open_file(root: Path, name: str) -> IO[bytes]:
 
 
 def _list_folder(root: Path) -> Listing:
-    found: list[str] = []
+    paths: list[str] = []
     folders: list[str] = []
     left_out: list[Diagnostic] = []
     errors: list[OSError] = []
@@ -178,8 +178,8 @@ def _list_folder(root: Path) -> Listing:
                 # It may lead to the files of another student, or of the grader.
                 left_out.append(faults.message("link_left_out", name=name))
             elif stat.S_ISREG(state.st_mode) and not _STREWN.search(name):
-                found.append(name)
-        if len(folders) + len(found) > MOST_FILES:
+                paths.append(name)
+        if len(folders) + len(paths) > MOST_FILES:
             raise _refusal(root, "class_too_large", most=str(MOST_FILES))
     for error in errors:
         if Path(error.filename) == root:
@@ -189,7 +189,7 @@ def _list_folder(root: Path) -> Listing:
             faults.message("folder_left_out", name=folder, why=error.strerror)
         )
     notes = sorted(left_out, key=lambda note: note.message)
-    return Listing(root, tuple(sorted(found)), tuple(sorted(folders)[1:]), tuple(notes))
+    return Listing(root, tuple(sorted(paths)), tuple(sorted(folders)[1:]), tuple(notes))
 
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -208,13 +208,13 @@ def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
 
     Raises InputError.
     """
-    found = list[str]()
+    members = list[str]()
     for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
         packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
-        found += list_inner(root, whole, depth + 1) if packed else [whole]
-        if len(found) > MOST_FILES:
+        members += list_inner(root, whole, depth + 1) if packed else [whole]
+        if len(members) > MOST_FILES:
             raise _refusal(Path(name), "class_too_large", most=str(MOST_FILES))
-    return found
+    return members
 
 
 @lru_cache(maxsize=2)
@@ -271,6 +271,6 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
         "is a link": stat.S_ISLNK(info.external_attr >> 16),
         "contains a NUL": "\x00" in name,
     }
-    if why := next((why for why, found in reasons.items() if found), ""):
+    if why := next((why for why, is_unsafe in reasons.items() if is_unsafe), ""):
         raise _refusal(root, "zip_not_safe", name=shown(name)[:100], why=why)
     return name

@@ -70,7 +70,9 @@ def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
     sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
-    short = [one for one in sentences if len(one[1]) <= _LONGEST_SENTENCE]
+    short = [
+        sentence for sentence in sentences if len(sentence[1]) <= _LONGEST_SENTENCE
+    ]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
         *document.lines[end:],
@@ -99,14 +101,14 @@ def _end_of_read(lines: Sequence[str]) -> int:
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
-    found = []
+    sentences = []
     plain = [line[:LONGEST_LINE] for line in lines]
     for pattern, text in PLAIN:
         plain = [line and re.sub(pattern, text, line) for line in plain]
     ends = r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])"
     for number, line in enumerate(_rows_as_prose(plain), 1):
-        found += [(number, one) for one in re.split(ends, line)]
-    return [(number, one) for number, one in found if one.strip()]
+        sentences += [(number, sentence) for sentence in re.split(ends, line)]
+    return [(number, sentence) for number, sentence in sentences if sentence.strip()]
 
 
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
@@ -240,10 +242,10 @@ def _unit_behind(text: str) -> str:
 
     It is in brackets, as in "Value (10⁻³ kg m²)".
     """
-    found = re.search(
+    match = re.search(
         rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
     )
-    power, unit = found.groups("") if found else ("", "")
+    power, unit = match.groups("") if match else ("", "")
     return (
         power.lstrip(" x×·*") + unit
         if (power and not unit) or "inertia" in kinds_of(unit)
@@ -297,7 +299,9 @@ def _candidates(
     """Find the quantities of sentences that may be the answer."""
     above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
-        below = [one for _, one in sentences[at + 1 : at + MOST_BELOW]]
+        below = [
+            next_sentence for _, next_sentence in sentences[at + 1 : at + MOST_BELOW]
+        ]
         end = 0
         for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
@@ -338,12 +342,12 @@ def _quantities(
             0
         ]
         read = read_reported("inertia", value[0], number)
-        found = _Quantity(read, before, behind, after, end)
+        quantity = _Quantity(read, before, behind, after, end)
         # A row of an uncertainty does not get that of the next row.
-        found = found._replace(
-            read=with_u(read, sentence[end:] if found.is_unsure else behind)
+        quantity = quantity._replace(
+            read=with_u(read, sentence[end:] if quantity.is_unsure else behind)
         )
-        yield found
+        yield quantity
 
 
 def _candidate(

@@ -74,7 +74,7 @@ def read_document(name: str, data: bytes) -> Document:
             f"it is damaged, or no {kind} file; a person must look, or hand it in again"
         )
         return Document(name, problem=why)
-    plain = [without_marks(visible.line_seen(one)) for one in lines]
+    plain = [without_marks(visible.line_seen(line)) for line in lines]
     return Document(name, plain, doubt, unseen)
 
 
@@ -105,7 +105,7 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
     """
     kind = ending(name)
     if kind in WORKBOOKS:
-        shown = [one for one in workbook.read_sheets(data) if not one.is_hidden]
+        shown = [each for each in workbook.read_sheets(data) if not each.is_hidden]
         lines = [line for sheet in shown for line in _rows_of(sheet)]
         return lines, any(map(workbook.unseen_cells, shown))
     text, doubt = _text_of(name, data, kind)
@@ -177,7 +177,7 @@ def _without_struck(text: str, kind: str) -> str:
         # In a table, a line behind % is a remark.
         patterns.append(r"(?m)^[ \t]*%.*")
     for pattern in patterns:
-        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
+        text = re.sub(pattern, lambda match: "\n" * match[0].count("\n"), text)
     return text.partition(r"\end{document}")[0] if kind == ".tex" else text
 
 
@@ -216,7 +216,7 @@ def hides_cells(name: str, data: bytes) -> bool:
         sheets = workbook.read_sheets(data)
     except ValueError:
         return False
-    return any(one.is_hidden or workbook.unseen_cells(one) for one in sheets)
+    return any(sheet.is_hidden or workbook.unseen_cells(sheet) for sheet in sheets)
 
 
 _WIDE = re.compile(rb"[ \t]{200}(?=[^\s])")
@@ -240,7 +240,7 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
             sources.append(source)
         if not hidden.get("outputs_hidden"):
-            printed += [one.get("text", []) for one in cell.get("outputs", [])]
+            printed += [output.get("text", []) for output in cell.get("outputs", [])]
     # "hide-input", "remove-cell", "remove_output"
     doubt = re.search("(?i)hid|remove|exclu", " ".join(map(str, tags))) is not None
     outputs = ["".join(["\n", *text]) for text in printed]
@@ -252,7 +252,9 @@ def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
 
     A line of prose, where a comma may be a decimal one, stays as it is.
     """
-    sign = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table))
+    sign = max(
+        "\t;,", key=lambda delimiter: sum(line.count(delimiter) > 1 for line in table)
+    )
     lines = table[part]
     rows = (csv.reader([line[:LONGEST_LINE]], delimiter=sign) for line in lines)
     return [

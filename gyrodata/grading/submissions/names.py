@@ -50,7 +50,9 @@ class Platform(Struct, frozen=True):
         None if the platform does not write such names.
         """
         return next(
-            filter(None, (re.fullmatch(one, name, re.DOTALL) for one in self.names)),
+            filter(
+                None, (re.fullmatch(pattern, name, re.DOTALL) for pattern in self.names)
+            ),
             None,
         )
 
@@ -326,7 +328,9 @@ class _Entry(Struct):
     def _people(self) -> dict[str, _Person]:
         """Return the students by number, else by address or name."""
         users = self.submitters or self.users
-        people = {str(one.sid or one.email or one.name or ""): one for one in users}
+        people = {
+            str(user.sid or user.email or user.name or ""): user for user in users
+        }
         people.pop("", None)
         return people
 
@@ -396,7 +400,7 @@ def read_live(data: bytes) -> dict[str, Any]:
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
         assignments = (*(user.assignment for user in live.users), live.assignment)
-        dues = [_time((one or {}).get("due_date")) for one in assignments]
+        dues = [_time((assignment or {}).get("due_date")) for assignment in assignments]
         due = max(filter(None, dues[:-1]), default=dues[-1])
         time = _time(live.created_at)
         late = (time - due).total_seconds() if time and due else None

@@ -45,17 +45,17 @@ def pdf_lines(data: bytes) -> tuple[list[str], list[str]]:
     from pypdf import PdfReader
 
     logging.getLogger("pypdf").setLevel(logging.CRITICAL)
-    seen: list[str] = []
+    texts: list[str] = []
     unseen: list[str] = []
     try:
         for page in islice(PdfReader(io.BytesIO(data)).pages, MOST_PAGES):
             lines, hidden = _lines_of(page)
-            seen += lines
+            texts += lines
             unseen += hidden
     except Exception as error:
         # pypdf raises errors of many kinds for a file that is damaged on purpose.
         raise ValueError(str(error)) from None
-    return seen, unseen
+    return texts, unseen
 
 
 def _lines_of(page: PageObject) -> tuple[list[str], list[str]]:
@@ -63,13 +63,13 @@ def _lines_of(page: PageObject) -> tuple[list[str], list[str]]:
     content = page.get_contents()
     if content is None:
         return [], []
-    whole, seen = _operations(page, content.operations)
+    whole, shown = _operations(page, content.operations)
     if whole != content.operations:
         _replace(page, whole)
     lines = page.extract_text(extraction_mode="layout").splitlines()
-    if len(seen) == len(whole):
+    if len(shown) == len(whole):
         return lines, []
-    _replace(page, seen)
+    _replace(page, shown)
     kept = page.extract_text(extraction_mode="layout").splitlines()
     return kept, [line for line in lines if line not in kept]
 
@@ -88,7 +88,7 @@ def _operations(
     ink |= {operator: [0] for operator in (b"Tr", _COLOUR, _RISE)}
     outer = []
     whole: Operations = []
-    seen: Operations = []
+    shown: Operations = []
     last = (0.0, 0.0)
     for operands, operator in operations:
         step = [(operands, operator)]
@@ -106,8 +106,8 @@ def _operations(
         if operator != _RISE:
             # pypdf puts raised text into a line of its own.
             whole += step
-            seen += step if is_seen else []
-    return whole, seen
+            shown += step if is_seen else []
+    return whole, shown
 
 
 def _baseline(ink: Mapping[bytes, Any]) -> tuple[float, float]:

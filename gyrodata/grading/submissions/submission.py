@@ -88,15 +88,15 @@ class Submission(Struct, frozen=True, dict=True):
     @cached_property
     def texts(self) -> Mapping[str, bytes | InputError]:
         """The log and the other texts, or why they cannot be read."""
-        found: dict[str, bytes | InputError] = {}
+        texts: dict[str, bytes | InputError] = {}
         for name in filter(None, (*self.report_names, self.log_name)):
             most = readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
             reads_file(place_of(name))
             try:
-                found[name] = read_file(self.source, name, most)
+                texts[name] = read_file(self.source, name, most)
             except InputError as error:
-                found[name] = error
-        return found
+                texts[name] = error
+        return texts
 
     def log(self) -> bytes:
         """Return the log; raise InputError if it cannot be read."""
@@ -118,13 +118,13 @@ class Submission(Struct, frozen=True, dict=True):
     @cached_property
     def documents(self) -> tuple[Document, ...]:
         """The other texts that may contain the answer; each is read once."""
-        found = []
+        documents = []
         for name in self.report_names:
             if isinstance(data := self.texts[name], bytes):
                 reads_file(place_of(name))
-                found.append(read_document(shown(name.rpartition("/")[2]), data))
+                documents.append(read_document(shown(name.rpartition("/")[2]), data))
         reads_file("")
-        return tuple(found)
+        return tuple(documents)
 
     def read(
         self, settings: Mapping[str, str] = {}

@@ -95,10 +95,10 @@ class _Seen(HTMLParser):
         self.written.append(f"<{tag}>")
         if tag in _WITHOUT_END:
             return
-        given = dict(attrs)
-        style = f";{given.get('style')};color:{given.get('color')}"
+        attributes = dict(attrs)
+        style = f";{attributes.get('style')};color:{attributes.get('color')}"
         plain = re.sub(r"\s", "", style.lower())
-        is_hidden = self.open[-1][1] or tag in _NO_TEXT or "hidden" in given
+        is_hidden = self.open[-1][1] or tag in _NO_TEXT or "hidden" in attributes
         is_hidden = is_hidden or _HIDES.search(plain) is not None
         is_hidden |= not self.shows_white and _WHITE.search(plain) is not None
         self.open.append((tag, is_hidden))
@@ -149,7 +149,7 @@ def text_seen(text: str) -> str:
     """Return a text without what LaTeX and Word do not show; lines keep their numbers."""
     patterns = [_NOT_TYPESET] if has_background(text) else [_NOT_TYPESET, _IN_WHITE]
     for pattern in patterns:
-        text = pattern.sub(lambda found: "\n" * found[0].count("\n"), text)
+        text = pattern.sub(lambda match: "\n" * match[0].count("\n"), text)
     return text
 
 

@@ -58,7 +58,7 @@ UNTOUCHED = 0.5
 """Probability that M0 does not differ between weights, if the log does not say: five of
 14 published logs clearly show a difference."""
 
-CHANGES = CHANGE * np.exp(np.linspace(-1.5, 2.6, 6))
+CHANGES = CHANGE * np.exp(np.linspace(-1.5, 2.2, 6))
 """Widths v above zero, over the lightest torque [1]."""
 
 SPREAD_DEFAULT = math.log(3.75)

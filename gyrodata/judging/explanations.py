@@ -58,6 +58,10 @@ RARE = 0.05
 """A balance that differs between weights by more than this part of the lightest torque
 is less common by this factor than its prior in the fit, whose tails make u safe."""
 
+OFTEN = 5 / 9
+"""Other differences are less common than in the fit too: five of 14 published logs show
+one, and the fit supposes as many logs with as without."""
+
 LARGE = math.log(2.0)
 """A load that is wrong by a larger factor is less common by the factor `RARE`."""
 
@@ -164,7 +168,7 @@ class Log(Struct, frozen=True):
             # The log decides whether the balance differs.
             return evidence, -math.inf
         lightest = fitting.lightest_torque(self.measured, fit.adjusted.kept)
-        common = np.where(level > FAR * lightest, RARE, 1.0)
+        common = np.where(level > FAR * lightest, RARE, OFTEN)
         with np.errstate(divide="ignore"):
             of_alike = weight @ (level == 0)
             of_different = weight @ (common * (level > 0))

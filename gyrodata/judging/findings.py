@@ -185,6 +185,10 @@ def _stated_scatter(measured: Measurements) -> str:
     return f"{float(times[0].absolute[0]):.2g} s"
 
 
+EVEN = 0.5
+"""Three weights or more disagree if M0 is more probably different than the same; of two
+weights, the prior of M0 decides too much."""
+
 TELLING = 4
 """Smallest number of weights that can show which one of them is different."""
 
@@ -198,7 +202,8 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     chance = lab.fit.chance_of_one_balance
     kinds = [each.kind for each in lab.explanations]
     is_other = bool(kinds) and "balance" not in kinds
-    if lab.contradicts_itself or is_other or chance >= ONE_BALANCE:
+    is_shown = chance < (EVEN if len(_weights(lab)) > 2 else ONE_BALANCE)
+    if lab.contradicts_itself or is_other or not is_shown:
         return
     yield lab.readings.say(
         "weights_disagree",
@@ -208,10 +213,15 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     )
 
 
+def _weights(lab: JudgedLab) -> list[list[int]]:
+    """Return the runs of each weight that has a torque."""
+    measured = lab.measured
+    return [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+
+
 def _odd_weight(lab: JudgedLab) -> str:
     """Name the weight whose M0 differs most, if the log has enough weights for it."""
-    weights = [runs for runs in lab.measured.by_weight if lab.measured.torque[runs[0]]]
-    if len(weights) < TELLING:
+    if len(_weights(lab)) < TELLING:
         return "so few weights cannot show which one is different"
     run = int(np.abs(lab.fit.error_of(BALANCE_CHANGE)).argmax())
     return f"M0 differs most with {load_words(lab.measured, run)}"

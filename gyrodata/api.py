@@ -311,6 +311,6 @@ def sample() -> Path:
     >>> import gyrodata
     >>> lab = gyrodata.analyze(gyrodata.sample())
     >>> print(lab.inertia)
-    0.004416±0.000032 kg·m²
+    0.004416±0.000033 kg·m²
     """
     return Path(__file__).with_name("docs") / "demo.csv"

@@ -64,9 +64,9 @@ def table() -> pd.DataFrame:
 
 @pytest.mark.slow
 def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
-    answer = "I_zz = 0.004416±0.000032 kg·m²; 10 runs, 0 diagnostics"
+    answer = "I_zz = 0.004416±0.000033 kg·m²; 10 runs, 0 diagnostics"
     assert repr(lab) == f"<Analysis of air_gyroscope.csv: {answer}>"
-    assert "I_zz = (4.416 ± 0.032) × 10⁻³ kg·m²" in str(lab)
+    assert "I_zz = (4.416 ± 0.033) × 10⁻³ kg·m²" in str(lab)
     assert len(str(lab).splitlines()) < 15
     assert "gyro analyze" not in str(lab)
     assert lab._repr_markdown_().startswith("# Gyroscope lab report")
@@ -74,9 +74,9 @@ def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
 
 @pytest.mark.slow
 def test_a_result_is_text_and_a_number(lab: Analysis) -> None:
-    assert f"{lab.inertia:.2u}" == "0.004416+/-0.000032 kg*m^2"
+    assert f"{lab.inertia:.2u}" == "0.004416+/-0.000033 kg*m^2"
     assert f"{lab.inertia:.1uS}" == "0.00442(3) kg*m^2"
-    assert str(lab.inertia) == f"{lab.inertia}" == "0.004416±0.000032 kg·m²"
+    assert str(lab.inertia) == f"{lab.inertia}" == "0.004416±0.000033 kg·m²"
     assert float(lab.inertia) == lab.inertia.value
 
 

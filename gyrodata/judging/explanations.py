@@ -54,7 +54,7 @@ WRONG_WEIGHT = 0.03
 """
 
 FAR = 0.1
-RARE = 0.05
+SELDOM = 0.02
 """A balance that differs between weights by more than this part of the lightest torque
 is less common by this factor than its prior in the fit, whose tails make u safe."""
 
@@ -63,7 +63,8 @@ OFTEN = 5 / 9
 one, and the fit supposes as many logs with as without."""
 
 LARGE = math.log(2.0)
-"""A load that is wrong by a larger factor is less common by the factor `RARE`."""
+RARE = 0.05
+"""A load that is wrong by a factor above 2 is less common by this factor."""
 
 POORLY_BALANCED = 0.25
 POOR = 5.0
@@ -168,7 +169,7 @@ class Log(Struct, frozen=True):
             # The log decides whether the balance differs.
             return evidence, -math.inf
         lightest = fitting.lightest_torque(self.measured, fit.adjusted.kept)
-        common = np.where(level > FAR * lightest, RARE, OFTEN)
+        common = np.where(level > FAR * lightest, SELDOM, OFTEN)
         with np.errstate(divide="ignore"):
             of_alike = weight @ (level == 0)
             of_different = weight @ (common * (level > 0))

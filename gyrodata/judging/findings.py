@@ -186,8 +186,8 @@ def _stated_scatter(measured: Measurements) -> str:
 
 
 EVEN = 0.5
-"""Three weights or more disagree if M0 is more probably different than the same; of two
-weights, the prior of M0 decides too much."""
+"""Weights disagree if M0 is more probably different than the same. With two weights, or
+with one run of each, the priors of M0 and of the scatter decide too much for that."""
 
 TELLING = 4
 """Smallest number of weights that can show which one of them is different."""
@@ -202,8 +202,8 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     chance = lab.fit.chance_of_one_balance
     kinds = [each.kind for each in lab.explanations]
     is_other = bool(kinds) and "balance" not in kinds
-    is_shown = chance < (EVEN if len(_weights(lab)) > 2 else ONE_BALANCE)
-    if lab.contradicts_itself or is_other or not is_shown:
+    limit = EVEN if _can_show_weights(lab) else ONE_BALANCE
+    if lab.contradicts_itself or is_other or chance >= limit:
         return
     yield lab.readings.say(
         "weights_disagree",
@@ -217,6 +217,12 @@ def _weights(lab: JudgedLab) -> list[list[int]]:
     """Return the runs of each weight that has a torque."""
     measured = lab.measured
     return [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+
+
+def _can_show_weights(lab: JudgedLab) -> bool:
+    """Return whether there are three weights or more, and repeated runs of one."""
+    weights = _weights(lab)
+    return len(weights) > 2 and max(map(len, weights)) > 1
 
 
 def _odd_weight(lab: JudgedLab) -> str:

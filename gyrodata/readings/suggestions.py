@@ -16,7 +16,7 @@ from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights, unused_words
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen
-from gyrodata.readings.names import DIAMETER, PRECESSION
+from gyrodata.readings.names import DIAMETER, INDEX, PRECESSION
 from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.unnamed import suggest_role
 
@@ -151,6 +151,8 @@ def _time_of_turns(header: str, words: str) -> str:
 def _timed_turns(lack: Lack) -> str:
     """Return the number in the header of a time that gyro does not understand; else ""."""
     headers = [column.header for column in lack.likely if lack.role == "time"]
+    # "T_P_1" is the first of several times.
+    headers = [header for header in headers if not re.fullmatch(INDEX, header.name)]
     return " ".join(chain.from_iterable(map(unused_words, headers)))
 
 

@@ -107,7 +107,7 @@ EFFECTS = [
     ("G407", "2.1 % instead of 0.74 %", ",15.00,", ",15,", 1, 2.06),
     ("G408", "0.63 % instead of 0.74 %", r"(?s)(1,20.*)", r"\1\1", 0.999, 0.627),
     ("G414", "9 % instead of 0.74 %", "(?s)4,39.*", "", 0.988, 9.1),
-    ("G426", "1.3 % instead of 0.74 %", ",ccw|,precession_sense", "", 0.992, 1.27),
+    ("G426", "1.2 % instead of 0.74 %", ",ccw|,precession_sense", "", 0.992, 1.24),
     ("G440", "1000 times too large", r"mass \[g\]", "mass [kg]", 1000, 0),
     (
         "G441",
@@ -117,7 +117,7 @@ EFFECTS = [
         932,
         0,
     ),
-    ("G454", "1.0 % instead of 0.74 %", "10,0,.*", "", 0.99, 1.03),
+    ("G454", "1.1 % instead of 0.74 %", "10,0,.*", "", 0.99, 1.06),
 ]
 """Code, words of its text, what is changed in the sample log; I_zz after and before,
 and u(I_zz) [%] if not 0."""

@@ -354,7 +354,6 @@ ASKED = {
     "unknown units below the names": "G207",
     "a letter for a place": "G203",
     "± beside each column": "G210",
-    "ten turns": "G301",
     "start and stop of a clock": "G301",
     "two parts": "G212",
     "other turns in each table": "G212",

@@ -122,7 +122,7 @@ TEXTS: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "rows of LaTeX": (
         "a.csv",
         lambda: (HEAD + "a & b \\\\\n" * 50_000).encode(),
-        "this is a table in LaTeX",
+        "this is LaTeX source",
     ),
     "lines with a key": (
         "a.csv",

@@ -45,9 +45,10 @@ def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> 
         0.683, abs=0.1
     )  # three standard deviations of a binomial of 200
     assert best["coverage_95"] == pytest.approx(0.954, abs=0.044)
-    assert best["bias"] == pytest.approx(0, abs=0.003)  # M0 is 20 % of a torque
+    # M0 is up to a fifth of the lightest torque.
+    assert best["bias"] == pytest.approx(0, abs=0.003)
     # u also contains a balance that may differ between weights; here it does not.
-    assert best["mean_u"] == pytest.approx(best["rmse"], rel=0.25)
+    assert 0.8 < best["mean_u"] / best["rmse"] < 1.4
     for name in ("through_origin", "with_constant", "mean_of_ratios"):
         assert by_name[name]["coverage_95"] < 0.9
 

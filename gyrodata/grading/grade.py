@@ -44,6 +44,7 @@ from gyrodata.judging import mistakes
 from gyrodata.judging.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
 from gyrodata.readings import Reported as ReportedValue
+from gyrodata.readings.names import STATION_WORDS, squeeze
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn, Options
 
@@ -620,7 +621,7 @@ def station_of(readings: Readings) -> str | None:
         (
             value
             for key, value in readings.metadata.items()
-            if key.strip().lower() == "station"
+            if squeeze(key).lower() in STATION_WORDS
         ),
         "",
     )

@@ -423,20 +423,19 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         if role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
-            words = _open_words(column, role in choice.mapped)
-            if words:
+            words = " ".join(unused_words(column.header))
+            if words and _may_change(words, column, role in choice.mapped):
                 named = header_of(role, column.header.unit or "")
                 values = {"words": words, "named": named, "role": role}
                 faults.add("words_not_used", column.cell, **values)
 
 
-def _open_words(column: Chosen, is_mapped: bool) -> str:
-    """Return the words of a header that may change its meaning; "" if none do."""
-    words = " ".join(unused_words(column.header))
-    is_counted = column.role in _TIMED and re.search("[0-9]", words)
-    if _uses_words(column) or (is_mapped and not is_counted):
-        return ""
-    return words
+def _may_change(words: str, column: Chosen, is_mapped: bool) -> bool:
+    """Return whether words of a header may change the meaning of its column."""
+    if _uses_words(column):
+        return False
+    is_count = column.role in _TIMED and re.search("[0-9]", words) is not None
+    return is_count or not is_mapped
 
 
 _TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")

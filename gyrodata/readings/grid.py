@@ -255,15 +255,18 @@ def _take_note(grid: Grid, index: int, line: str) -> None:
     # A spreadsheet may have put the line in quotes or added delimiters.
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
-    if station := station_in(content):
-        place = Place(index + 1, start + content.index(station) + 1)
-        grid.metadata.append(("station", Text(station, place)))
-    elif match := _KEY.fullmatch(content):
+    if match := _KEY.fullmatch(content):
         key = "_".join(match[1].replace("-", " ").split())
         place = Place(index + 1, start + match.start(2) + 1)
         grid.metadata.append((key, Text(match[2].strip(), place)))
+    elif len(content) <= _SHORT_LINE and (station := station_in(content)):
+        grid.metadata.append(("station", Text(station, Place(index + 1, start + 1))))
     else:
         grid.comments.append(Text(content.strip(), Place(index + 1, start)))
+
+
+_SHORT_LINE = 30
+"""Characters of a line that may be nothing but "Station 2"."""
 
 
 def _find_delimiter(lines: list[str], body: list[int]) -> str:

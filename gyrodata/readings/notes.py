@@ -58,6 +58,7 @@ _HALF_TURN = (
 _PERIODS = tuple([name for name in NAMES if "precession_period" in NAMES[name]])
 _STEMS = tuple([name[:-1] for name in _PERIODS if len(name) > 4 or name > FIRST_SIGN])
 """Names of a period without their last letter, which can be inflected."""
+_A_PERIOD = re.compile("|".join(_STEMS))
 
 
 _DIGITS = frozenset("23456789")
@@ -68,7 +69,7 @@ def _names_part_of_period(note: str) -> bool:
     spaced = re.sub(SIGNS, r" \g<0> ", note.lower())
     squeezed = " ".join(map(squeeze, TOKENS.split(spaced)))
     # "halvperioder" is "halv perioder".
-    words = re.sub("|".join(_STEMS), r" \g<0>", squeezed).split()
+    words = _A_PERIOD.sub(r" \g<0>", squeezed).split()
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue
@@ -92,7 +93,7 @@ def altered_readings(note: str) -> list[str]:
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
-    if not is_altered and not turns_in(note):
+    if not (is_altered or turns_in(note)) and _A_PERIOD.search(squeeze(note).lower()):
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return []

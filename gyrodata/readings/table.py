@@ -633,7 +633,7 @@ class TableReader:
         texts = {role: self._texts(role, rows) for role in BLOCKS}
         role, blocks = find_blocks(texts, columns)
         read = {role}
-        if day := only_day(texts["day"]):
+        if "day" in self.choice.used and (day := only_day(texts["day"])):
             self.settings.metadata.setdefault("day", day)
             read.add("day")
         for other in {*BLOCKS}.intersection(self.choice.used) - read:

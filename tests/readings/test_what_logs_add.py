@@ -10,6 +10,7 @@ from simulated_labs import analyze_briefly
 from typed_labs import FOUR, START, is_true, log, questions
 
 from gyrodata.base.errors import Diagnostic
+from gyrodata.grading.grade import station_of
 from gyrodata.readings import Readings, read_log
 
 FIVE = f"{FOUR},{{turns}}"
@@ -153,13 +154,13 @@ def _typed(cell: str) -> object:
     ],
 )
 def test_a_log_names_its_station(line: str) -> None:
-    assert readings(f"{line}\n{PLAIN}").metadata["station"] == "2"
+    assert station_of(readings(f"{line}\n{PLAIN}")) == "2"
     assert is_true(f"{line}\n{PLAIN}")
 
 
 @pytest.mark.parametrize("line", ["Station 2 on Monday", "station", "# my station: ok"])
 def test_other_lines_are_no_station(line: str) -> None:
-    assert "station" not in readings(f"{line}\n{PLAIN}").metadata
+    assert station_of(readings(f"{line}\n{PLAIN}")) is None
 
 
 def test_a_blank_cell_below_percent_is_a_run_that_lacks_its_turns() -> None:

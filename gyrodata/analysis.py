@@ -179,7 +179,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     except LogError as error:
         reasons = error.diagnostics
         if unusual_sizes and reasons[0].code == diagnostic_of("not_measured").code:
-            reasons = (replace(reasons[0], hint=FIRST_THE_SIZES),)
+            reasons = (replace(reasons[0], hint=FIRST_THE_SIZES), *reasons[1:])
         raise LogError([*diagnostics, *reasons]) from None
     lab = recommended.lab
     outliers = recommended.outliers
@@ -216,7 +216,7 @@ def fit_log(readings: Readings, options: Options) -> FittedLog:
     )
 
 
-FIRST_THE_SIZES = "first correct the readings that the warnings above ask about"
+FIRST_THE_SIZES = "first correct the readings that the warnings ask about"
 """What to do if the interval is useless because readings have an unusual size."""
 
 

@@ -235,7 +235,7 @@ def check(
         worst = _print(_check_submission(logs), form)
     else:
         named = list(zip(logs, names_of(logs), strict=True))
-        parts = [named] if together else [[each] for each in named]
+        parts = _parts(named, fix, together)
         if form == "json" and len(parts) > 1:
             refuse("json_for_one_log")
         options = {
@@ -247,6 +247,15 @@ def check(
     raise typer.Exit(worst if worst != 1 else int(not exit_zero))
 
 
+def _parts(
+    named: list[tuple[str, str]], fix: bool, together: bool
+) -> list[list[tuple[str, str]]]:
+    """Return the logs that are checked together, each with its name."""
+    if fix and "-" in [log for log, _ in named]:
+        refuse("fix_of_standard_input")
+    return [named] if together else [[each] for each in named]
+
+
 def _check_part(
     named: Sequence[tuple[str, str]],
     options: dict[str, Any],
@@ -255,8 +264,6 @@ def _check_part(
     form: CheckFormat,
 ) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
-    if fix and "-" in [log for log, _ in named]:
-        refuse("fix_of_standard_input")
 
     def read() -> Readings:
         from gyrodata.readings import read_log

@@ -23,7 +23,7 @@ from msgspec import Struct, ValidationError
 from msgspec.structs import replace
 
 from gyrodata.base import disk
-from gyrodata.base.errors import Diagnostic, insist_on_type
+from gyrodata.base.errors import Diagnostic, count_text, insist_on_type
 from gyrodata.base.version import __version__
 from gyrodata.base.workers import Failed, in_workers
 from gyrodata.grading import exports, yardsticks
@@ -197,9 +197,7 @@ def grade_class(
     same_data = [*groups, *desk.partners, *desk.alike(flags)]
     settled, references, scatters = _settled(items, entries, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
-    looked = [
-        _with_look(submission, looks.get(submission.student)) for submission in settled
-    ]
+    looked = [_with_look(grade, looks.get(grade.student)) for grade in settled]
     grades = [
         desk.applied(grade, item, entries[grade.student].seen)
         for grade, item in zip(looked, items, strict=True)
@@ -731,9 +729,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
         reference = self.references.get("all")
         if not missing or reference is None or not reference.is_vague:
             return ""
+        logs = count_text(missing, "log")
         return (
-            f"{missing} logs state no station, and I_zz of the class has several "
-            f"values: ask for the stations, and write them into {DESK}"
+            f"{logs} without a station, and I_zz of the class has several values: ask "
+            f"for the stations, and write them into {DESK}"
         )
 
     @property

@@ -171,10 +171,10 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     )
     # A note costs nothing: students who write down what went wrong do the right thing.
     doubted = [
-        role
-        for role in read
-        if role.severity == "warning"
-        and role.code != diagnostics.NOTE_MAY_CHANGE_READING
+        diagnostic
+        for diagnostic in read
+        if diagnostic.severity == "warning"
+        and diagnostic.code != diagnostics.NOTE_MAY_CHANGE_READING
     ]
     content = (
         f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
@@ -253,10 +253,8 @@ def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
         else USUAL
     )
     if any(
-        torque.startswith(
-            ("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")
-        )
-        for torque in evidence.bench
+        line.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession"))
+        for line in evidence.bench
     ):
         words = "the uncertainties that the rubric gives your bench"
     return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
@@ -406,6 +404,9 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     return mark(criterion, "the reference is not known yet", detail, None)
 
 
+NO_STATION = "the log names no station (# station: 3), or too few logs are of it"
+
+
 def judge_reference(
     criterion: Criterion, pending: Mark, reference: Reference | None
 ) -> Mark:
@@ -444,7 +445,7 @@ def judge_reference(
         far = f"{detail['percent']:.2g} %"
     reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
-        reason = f"{words} has no reference: add the station to your log: # station: 3"
+        reason = f"{words} has no reference: {NO_STATION}"
     return mark(criterion, reason, detail)
 
 

@@ -179,7 +179,7 @@ class Desk(Struct, frozen=True):
         declared = [
             group
             for group, verdict in self.settled.items()
-            if verdict == VERDICTS[0] and len(group) > 1
+            if verdict == "partners" and len(group) > 1
         ]
         return [
             *(frozenset((student, decision.value)) for student, decision in decisions),
@@ -191,7 +191,7 @@ class Desk(Struct, frozen=True):
         return [
             flag.students
             for flag in flags
-            if self.settled.get(frozenset(flag.students)) != VERDICTS[2]
+            if self.settled.get(frozenset(flag.students)) != "cleared"
         ]
 
     def partners_of(self, student: str) -> set[str]:
@@ -224,7 +224,7 @@ class Desk(Struct, frozen=True):
     def applied(
         self, grade: Grade, item: Submission, first_seen: Mapping[str, str]
     ) -> Grade:
-        """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
+        """Apply the decisions to a grade; `first_seen` as the function of this name returned it."""
         lines = self.lines.get(grade.student, ())
         if not lines:
             return grade

@@ -251,9 +251,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     absent = tuple(sorted(named.absent))
     names = {key: person.name for key, person in people.items()}
     shown = different(names, [person.name for person in absent])
-    people = {
-        key: identifier._replace(name=shown[key]) for key, identifier in people.items()
-    }
+    people = {key: member._replace(name=shown[key]) for key, member in people.items()}
     return Roster(people, absent, named.unclear)
 
 

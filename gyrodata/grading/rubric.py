@@ -497,14 +497,19 @@ def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnos
     diagnostics: list[Diagnostic] = []
     if rubric.late is None:
         return diagnostics
-    for name in rubric.late.exceptions:
-        if name.student.casefold() not in known:
+    for exception in rubric.late.exceptions:
+        if exception.student.casefold() not in known:
             near = nearest(
-                name.student, known.values(), "write the name, key or id of a student"
+                exception.student,
+                known.values(),
+                "write the name, key or id of a student",
             )
             diagnostics.append(
                 Diagnostic.named(
-                    "exception_for_nobody", rubric.name, student=name.student, near=near
+                    "exception_for_nobody",
+                    rubric.name,
+                    student=exception.student,
+                    near=near,
                 )
             )
     return diagnostics

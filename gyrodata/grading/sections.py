@@ -110,6 +110,8 @@ def _probability(
     _, place, counts = np.unique(
         [*mine, *others], return_inverse=True, return_counts=True
     )
+    if len(counts) == 1:
+        return 1.0
     # Equal points share the mean of their ranks.
     ranks = (np.cumsum(counts) - (counts - 1) / 2)[place]
     is_mine = np.arange(len(ranks)) < len(mine)

@@ -54,7 +54,8 @@ class Robust(NamedTuple):
     @property
     def spread(self) -> float:
         """The standard deviation of a usual value [kg*m^2]."""
-        return self.scatter * math.sqrt(len(self.values) / self.weights.sum())
+        used = np.count_nonzero(self.weights)
+        return self.scatter * math.sqrt(used / self.weights.sum())
 
 
 def robust(values: Iterable[tuple[float, float]]) -> Robust:
@@ -109,8 +110,12 @@ def depend(
     mean = np.average(values, weights=weights)
     around_mean = float(weights @ (values - mean) ** 2)
     whole = max(around_mean, left, 1e-300)
+    # A residual that is only rounding explains nothing.
+    left = max(left, 1e-24 * float(weights @ values**2))
+    whole = max(whole, left)
     dof = int(np.count_nonzero(weights) - rank)
     variance = left / max(dof, 1) * np.linalg.pinv(design.T @ design).diagonal()
+    # χ² of the residuals grows by the shared variance of each degree of freedom.
     wider = 1 + shared * dof / max(left, 1e-300)
     u = np.sqrt(wider * variance[1:].clip(0))
     explained = (whole - left) / wider

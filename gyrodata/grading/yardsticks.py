@@ -467,7 +467,7 @@ class Reference(Struct, frozen=True, dict=True):
     def words(self) -> str:
         """The value and its origin."""
         if self.is_vague:
-            return f"no value, because I_zz of {self.source} has several values"
+            return f"no value, because the logs differ ({self.source})"
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:

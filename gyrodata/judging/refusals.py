@@ -112,8 +112,13 @@ RUNNING_CLOCK = (
 
 
 def _times_grow(measured: Measurements) -> bool:
-    """Return whether each time is longer than the one before it."""
-    return measured.timed and bool((np.diff(measured.time) > 0).all())
+    """Return whether each of several times is longer than the one before it."""
+    is_growing = bool((np.diff(measured.time) > 0).all())
+    return measured.timed and is_growing and len(measured.runs) >= TELLING
+
+
+TELLING = 4
+"""So few times can grow by chance."""
 
 
 def not_measured(

@@ -156,7 +156,7 @@ def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> 
         absolute=absolute,
         relative=relative,
         groups=number_groups(keys, groups >= 0),
-        default=any(sources.default for sources in known),
+        default=any(source.default for source in known),
     )
 
 

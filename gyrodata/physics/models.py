@@ -457,7 +457,7 @@ class Earth(MotionModel, frozen=True):
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
         # Equations (8) and (9) give the rate against the stars, which is the rate
-        # against the floor plus that of the floor: stars = seen + direction * floor.
+        # against the floor plus that of the floor: stars = observed + direction * floor.
         # The fit needs the ratio stars/seen, with `seen` from the readings, which do
         # not depend on I_zz.
         observed = 2 * np.pi * runs.turns / runs.time

@@ -426,7 +426,8 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
             words = " ".join(unused_words(column.header))
             if words and _may_change(words, column, role in choice.mapped):
                 named = header_of(role, column.header.unit or "")
-                values = {"words": words, "named": named, "role": role}
+                values = {"words": words, "named": named}
+                values["role"] = role.replace("_", " ")
                 faults.add("words_not_used", column.cell, **values)
 
 

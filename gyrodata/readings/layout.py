@@ -195,7 +195,7 @@ def layout_of(
 
 
 def _sample_of(grid: Grid) -> str:
-    """Return a header and the first run that sentences give, as they should be."""
+    """Return a header and the first run of sentences, as they should be typed."""
     first: dict[str, str] = {}
     for row in grid.rows:
         statements = captions.statements_in(row)

@@ -402,12 +402,12 @@ def reported_key(key: str) -> str:
 def station_in(line: str) -> str:
     """Return the station that a line names, as "Station 2" and "# poste: B"; else ""."""
     name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
-    is_short = len(names) == 1 and len(names[0]) <= MAX_STATION
-    return names[0] if is_short and squeeze(name).lower() in STATION_WORDS else ""
+    is_named = len(names) == 1 and re.fullmatch(STATION, names[0])
+    return names[0] if is_named and squeeze(name).lower() in STATION_WORDS else ""
 
 
-MAX_STATION = 3
-"""Characters of the name of a station: 2, 12, B, A2."""
+STATION = r"[^\W\d]?[0-9]{0,2}"
+"""The name of a station: 2, 12, B, A2."""
 
 
 # --- The record of a header ---

@@ -182,7 +182,7 @@ class _Lines:
             self.report(key, text)
         elif known in roles.KEYS and not _is_remark(known, text.text):
             self.enter(known, text)
-        else:
+        elif known != "station" or not self.is_other(known, text):
             self.settings.metadata[key] = text.text
             is_short = len(key) <= 30 and len(self.settings.metadata) < 200
             if text.text and known not in roles.KEYS and is_short:
@@ -190,13 +190,21 @@ class _Lines:
 
     def enter(self, key: str, text: Text) -> None:
         """Enter the value of a key; ask if it is given twice."""
-        first = self.texts.setdefault(key, text)
-        if first.text != text.text and key != "spin_down":
-            lines = {"first": first.place.line, "second": text.place.line}
-            self.faults.add("key_given_twice", text, key=key, **lines)
+        if key == "spin_down":
+            self.texts.setdefault(key, text)
+        elif self.is_other(key, text):
             return
         setting = Setting(key, text.text, f"# {key}", text.place)
         _enter(self.settings, setting, self.ask, self.faults)
+
+    def is_other(self, key: str, text: Text) -> bool:
+        """Return whether a key already has another text; if so, ask which is right."""
+        first = self.texts.setdefault(key, text)
+        if first.text == text.text:
+            return False
+        lines = {"first": first.place.line, "second": text.place.line}
+        self.faults.add("key_given_twice", text, key=key, **lines)
+        return True
 
     def report(self, key: str, text: Text) -> None:
         """Keep a reported value.

@@ -212,10 +212,11 @@ def ask_for(
 
 def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> str:
     """Return the header row with each missing role above the column that may be it."""
+    if any(map(_timed_turns, lacks)):
+        return ""  # the header of the time has to state its turns
     headers = dict(choice.corrected)
     for lack in lacks:
-        is_clear = len(lack.likely) == 1 and not (lack.instead or _timed_turns(lack))
-        if is_clear:
+        if len(lack.likely) == 1 and not lack.instead:
             headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]

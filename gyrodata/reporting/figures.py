@@ -696,11 +696,11 @@ def alt_text(analysis: Analysis, name: str) -> str:
     answer, which a report states once.
     """
     scene = gather(analysis)
-    log, *_, quality = _facts(scene)
+    log, _, *quality = _facts(scene)
     shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
     hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
-    return f"{shows}. {log}; {quality}.{hollow}"
+    return f"{shows}. {log}; {'; '.join(quality)}.{hollow}"

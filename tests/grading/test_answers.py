@@ -221,3 +221,10 @@ def test_two_answers_of_one_version_are_none() -> None:
     answers = read_answers(None, [("report.txt", text.encode())])
     assert answers.inertia
     assert answers.inertia.fault == "given twice"
+
+
+def test_keys_of_another_table_belong_to_no_value_above_it() -> None:
+    text = 'I_zz = "4.4e-3 kg m^2"\n[time]\nu = 0.14\n'
+    answers = read_answers(None, [("answers.toml", text.encode())])
+    assert answers.inertia is not None
+    assert answers.inertia.u is None

@@ -14,6 +14,8 @@ from grading.students_reports import a_log
 from grading.test_class_page import Lab
 from scipy.stats import mannwhitneyu
 
+from gyrodata.grading.sections import _probability
+
 FIRST = ("Ada", "Bela", "Cem", "Dora", "Emil", "Fia", "Gero", "Hana", "Ilja", "Jana")
 LAST = ("Ångström", "Bernoulli")
 
@@ -130,3 +132,9 @@ def test_comments_and_answers_are_in_feedback_and_gradebook(tmp_path: Path) -> N
         student = row[0].split()[1]
         feedback = lab.read(f"feedback/{student}/feedback.md")
         assert all(text in row[5] and text in feedback for text in texts[student])
+
+
+@pytest.mark.parametrize("sizes", [(5, 12), (6, 20), (7, 7)])
+def test_sections_with_equal_points_do_not_differ(sizes: tuple[int, int]) -> None:
+    mine, others = ([10.0] * size for size in sizes)
+    assert _probability(mine, others, 2) == 1.0

@@ -181,3 +181,8 @@ def test_a_clock_that_ran_on_between_the_runs_is_named() -> None:
         rows.append(",".join([*settings, f"{total:.1f}", turns]))
     (refusal,) = questions("\n".join(["# g: 9.80665 m/s^2", head, *rows]) + "\n")
     assert "write the differences" in refusal.hint
+
+
+def test_a_log_of_two_stations_is_asked_about() -> None:
+    (fault,) = questions(f"Station 1\n{PLAIN}Station 2\n")
+    assert fault.code == "G307"

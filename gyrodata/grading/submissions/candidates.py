@@ -144,6 +144,8 @@ def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
         sign = _sign_of(key, name, prose[at])
         if not value:
             table = key.strip("[] ").rpartition(".")[2] or table
+            # The keys of another table belong to no value above it.
+            name *= not key.startswith("[")
             prose[number] += part
         elif sign is None:
             name = key

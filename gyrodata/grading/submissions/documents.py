@@ -38,7 +38,7 @@ WORD = ".docx"
 MOST_LINES, LONGEST_LINE = 1000, 20_000
 NO_TEXT = "it contains no text, only pictures; a person must look"
 """Why a PDF cannot be read, such as a scan."""
-NOT_READ = "it is a text of LibreOffice; a person must look, or hand in a PDF"
+NOT_READ = "it is a text of LibreOffice; a person must look at it, or the student hands in a PDF"
 
 
 class Document(Struct, frozen=True):
@@ -71,7 +71,8 @@ def read_document(name: str, data: bytes) -> Document:
             return Document(name, problem=str(error))
         kind = ending(name) or "text"
         why = (
-            f"it is damaged, or no {kind} file; a person must look, or hand it in again"
+            f"it is damaged, or no {kind} file; a person must look at it, or the "
+            "student hands it in again"
         )
         return Document(name, problem=why)
     plain = [without_marks(visible.line_seen(line)) for line in lines]

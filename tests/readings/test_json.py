@@ -111,15 +111,18 @@ def refusal(text: str) -> str:
     return str(caught.value)
 
 
+DEPTH = 100_000
+"""More brackets than any version of Python reads."""
+BRACKETS = "[" * DEPTH + "]" * DEPTH
+
 DEEP = {
-    "lists": "[" * 2000 + "]" * 2000,
-    "objects": '{"a":' * 2000 + "1" + "}" * 2000,
-    "inside of a table": typed(LOG)[:-1] + ', "b": ' + "[" * 2000 + "]" * 2000 + "}",
+    "lists": BRACKETS,
+    "objects": '{"a":' * DEPTH + "1" + "}" * DEPTH,
+    "inside of a table": typed(LOG)[:-1] + ', "b": ' + BRACKETS + "}",
     "inside of a notebook": '{"cells": [{"cell_type": "code", "source": ["x"], "m": '
-    + "[" * 5000
-    + "]" * 5000
+    + BRACKETS
     + "}]}",
-    "never closed": '{"a":' * 5000,
+    "never closed": '{"a":' * DEPTH,
 }
 
 

@@ -281,7 +281,6 @@ def _findings(
         outliers=fitted.outliers,
         without_outliers=fitted.without_outliers,
         explanations=fitted.explanations,
-        p=fitted.p,
         constancy=fitted.constancy,
         blocks=fitted.blocks,
         agreement=fitted.blocks_agreement,

@@ -53,11 +53,12 @@ from gyrodata.physics.motion import Top
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
 
-UNEXPECTED = 0.001
-"""If chi-square is less probable than this, runs may have been stopped late …"""
+UNLIKELY = 1e-3
+"""If chi-square is less probable than this, the runs do not agree."""
 
 LATE_DEVIATION = 3.0
-"""… if they are longer than predicted by more than this many standard uncertainties."""
+"""Runs of such a log may have been stopped late if they are longer than predicted by
+more than this many standard uncertainties."""
 
 LATE_LABS = 0.1
 LATE_RUNS = 0.15
@@ -115,10 +116,7 @@ class Outlier(Struct, frozen=True):
     """Time that the other runs predict [s]."""
     cells: tuple[str, ...] = ()
     """Corrections of one cell with which the run agrees with the others, in words, the
-    likeliest first."""
-    maybe: str = ""
-    """A less certain correction in words: the spin that fits the time, or a typing
-    error in a run that is not far off."""
+    likeliest first. If the run is not certainly wrong, one at most."""
 
 
 class Widths(Struct, frozen=True):
@@ -158,9 +156,19 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """Runs whose clock was probably stopped late; they hardly count in the answer."""
     posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
-    as_stated: FitResult | None = None
+    begun: FitResult | None = None
     """The fit at the stated widths, from which the others were found; None for a fit at
     fixed widths."""
+
+    @property
+    def as_stated(self) -> FitResult:
+        """The fit at the stated widths, or this fit at fixed widths."""
+        return self.begun or self
+
+    @property
+    def p(self) -> float:
+        """Probability of a larger chi-square."""
+        return chi2_tail(self.chi2, max(self.dof, 1))
 
     @cached_property
     def inertia(self) -> Estimate:
@@ -339,8 +347,7 @@ def fit(
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
     result = _integrated(measured, begun)
-    stated = result.as_stated or result
-    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
+    is_likely = result.as_stated.p > UNLIKELY
     if is_likely or not measured.timed or result.two_signs:
         return result
     return _with_late_runs(measured, result)
@@ -392,8 +399,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         first = replace(first, two_signs=True)
         answer = posterior.mixed([answer, answers[1][2]])
     stated = min(begun, key=attrgetter("chi2"))
-    first = replace(first, as_stated=stated)
-    return replace(first, posterior=answer)
+    return replace(first, begun=stated, posterior=answer)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -428,8 +434,7 @@ def _without_late_runs(
     kept = result.adjusted.kept.copy()
     tilted = result.adjusted.problem.tilted
     for _ in range(int(kept.sum() / 3)):
-        stated = result.as_stated or result
-        deviations = np.where(kept > 0, stated.deviations, -np.inf)
+        deviations = np.where(kept > 0, result.as_stated.deviations, -np.inf)
         run = int(deviations.argmax())
         if deviations[run] < LATE_DEVIATION:
             return

@@ -53,8 +53,6 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
     """I_zz without any outlier [kg*m^2], if one is kept."""
     explanations: tuple[Explanation, ...]
     """Mistakes with which the runs would agree, the most probable first."""
-    p: float | None
-    """Probability of a larger chi-square; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     blocks: tuple[Block, ...]
@@ -115,11 +113,6 @@ OTHER_LAW = 4.0
 """An exponent at least this many u from 1 means another law; its u includes the
 remaining scatter of the runs."""
 
-NO_ACCIDENT = 0.001
-"""If the scatter of the runs has a smaller probability, they do not follow the law
-within their uncertainties."""
-
-
 def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""
     if not lab.fit.late:
@@ -151,8 +144,8 @@ def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
-    p = lab.p or fitting.chi2_tail(fit.chi2, max(fit.dof, 1))
-    if p < NO_ACCIDENT and not (_is_balance_change(lab) or _is_explained(lab)):
+    is_unlikely = fit.p < fitting.UNLIKELY
+    if is_unlikely and not (_is_balance_change(lab) or _is_explained(lab)):
         yield _say_scatter(lab)
 
 
@@ -167,7 +160,7 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
         "late": _causes_of_scatter(lab),
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < NO_ACCIDENT:
+    if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < fitting.UNLIKELY:
         return lab.readings.say("not_one_line", **values)
     return lab.readings.say(
         "scatter_too_large",
@@ -296,7 +289,7 @@ def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
     other_law = fit.adjusted.problem.tilted or lab.measured.slowing is not None
-    if other_law and (lab.p or 0.0) > NO_ACCIDENT:
+    if other_law and fit.p > fitting.UNLIKELY:
         return
     rest = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
     far = exponent.deviation / math.sqrt(max(rest, 1.0))

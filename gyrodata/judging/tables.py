@@ -104,14 +104,15 @@ def run_table(
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     """Return why a run is an outlier: corrections that fit, or its distance."""
-    if outlier.cells:
-        return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    cells = "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    if cells and outlier.slip:
+        return cells
     name = "time" if measured.timed else "period"
     time = measured.time[outlier.index]
     return (
         f"its {name} is {time:.4g} s, "
         f"and the other runs predict {outlier.expected:.4g} s "
-        f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
+        f"({abs(outlier.deviation):.0f} u apart){cells and '; '}{cells}"
     )
 
 

@@ -350,11 +350,16 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
     Each unit is listed with the factor on the values of the column.
     """
     kind = roles.kind_of_role(column.role)
-    own = parse_unit(column.unit, kind).factor if column.unit else 1.0
     for unit in next((size.units for size in SIZES if size.role == column.role), ()):
-        factor = parse_unit(unit, kind).factor / own
+        factor = parse_unit(unit, kind).factor / unit_size(column)
         if not math.isclose(factor, 1.0):
             yield unit, factor
+
+
+def unit_size(column: Column) -> float:
+    """Return one unit of a column [SI unit]; 1 for a column of numbers."""
+    kind = roles.kind_of_role(column.role)
+    return parse_unit(column.unit, kind).factor if column.unit else 1.0
 
 
 def exchanged(readings: Readings) -> bool:

@@ -54,11 +54,11 @@ class Source(Struct, frozen=True):
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
     relative: Floats
     """Shape (n,), standard uncertainty [1]."""
-    shared_by: str
+    shared_by: str = ""
     """In words: "runs with the same weight"; "" if every run has its own error."""
-    default: bool
+    default: bool = True
     """True if the log does not state it."""
-    usual: str
+    usual: str = ""
     """The default in words: "0.2 %"."""
     of_motion: bool = False
     """True if it comes from a model of the motion, and not from a reading."""

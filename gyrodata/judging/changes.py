@@ -731,6 +731,21 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     return answered_changes
 
 
+def gains(
+    lab: Lab, table: str, worth: float = WORTH
+) -> Iterator[tuple[str, float, float]]:
+    """List the changes of a table that reduce u of I_zz to at most this part.
+
+    Each is listed by its words, with u of I_zz now and after it [%].
+    """
+    now = 100 * fitting.relative_u(lab.fit.inertia)
+    for change, answer in answers(lab, table):
+        if answer.inertia:
+            then = 100 * fitting.relative_u(answer.inertia)
+            if then <= worth * now or change.is_always_advised:
+                yield change.words, now, then
+
+
 class Fits:
     """The fits of one log with several motions, each made once.
 

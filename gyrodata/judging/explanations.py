@@ -464,8 +464,7 @@ def _words_of_runs(measured: Measurements, outliers: Sequence[Outlier]) -> str:
 
 def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the load of one weight is wrong in all its runs."""
-    measured = log.measured
-    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+    weights = log.measured.by_weight
     if not 2 <= len(weights) <= MOST_WEIGHTS:
         return
     prior = math.log(WRONG_WEIGHT / len(weights))

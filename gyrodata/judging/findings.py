@@ -32,13 +32,12 @@ from gyrodata.judging.tables import (
     scatter_in_u,
 )
 from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
-from gyrodata.measurements.checks import unit_within
+from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
-from gyrodata.quantities.units import from_si
-from gyrodata.readings import Column, Readings, kind_of_role, to_display
+from gyrodata.readings import Column, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -72,12 +71,8 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
 
 def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name each outlier, unless an explanation says more."""
-    if lab.outliers and not _is_explained(lab):
-        yield from _say_outliers(lab)
-
-
-def _say_outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Say for each outlier what was done with it, and what it does to the answer."""
+    if _is_explained(lab):
+        return
     readings = lab.readings
     without = lab.without_outliers
     kept = ""
@@ -117,10 +112,9 @@ def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""
     if not lab.fit.late:
         return ""
-    names = [lab.measured.runs[run] for run in lab.fit.late]
-    runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
     return (
-        f"the clock of {runs} was perhaps stopped late, "
+        f"the clock of {lab.measured.run_words(lab.fit.late)} "
+        f"was perhaps stopped late, "
         f"and the answer hardly depends on them: repeat them; "
     )
 
@@ -154,9 +148,10 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     measured = lab.measured
     fit = lab.fit
     scatter = fit.widths.scatter
+    time_u = measured.time_u
     values = {
         "scatter": scatter,
-        "u_time": scatter * (measured.time_u or 0.14),
+        "u_time": scatter * (time_u or 0.14),
         "late": _causes_of_scatter(lab),
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
@@ -165,17 +160,9 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     return lab.readings.say(
         "scatter_too_large",
         **values,
-        stated=_stated_scatter(measured),
+        stated="stated" if time_u is None else f"{time_u:.2g} s",
         in_u=scatter_in_u(lab.constancy, measured),
     )
-
-
-def _stated_scatter(measured: Measurements) -> str:
-    """Return the stated uncertainty of every time, or "stated" if the times differ."""
-    times = [source for source in measured.sources if source.quantity == "time"]
-    if not times or times[0].relative.any() or np.ptp(times[0].absolute):
-        return "stated"
-    return f"{float(times[0].absolute[0]):.2g} s"
 
 
 EVEN = 0.5
@@ -206,21 +193,15 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     )
 
 
-def _weights(lab: JudgedLab) -> list[list[int]]:
-    """Return the runs of each weight that has a torque."""
-    measured = lab.measured
-    return [runs for runs in measured.by_weight if measured.torque[runs[0]]]
-
-
 def _can_show_weights(lab: JudgedLab) -> bool:
     """Return whether there are three weights or more, and repeated runs of one."""
-    weights = _weights(lab)
+    weights = lab.measured.by_weight
     return len(weights) > 2 and max(map(len, weights)) > 1
 
 
 def _odd_weight(lab: JudgedLab) -> str:
     """Name the weight whose M0 differs most, if the log has enough weights for it."""
-    if len(_weights(lab)) < TELLING:
+    if len(lab.measured.by_weight) < TELLING:
         return "so few weights cannot show which one is different"
     run = int(np.abs(lab.fit.error_of(BALANCE_CHANGE)).argmax())
     return f"M0 differs most with {load_words(lab.measured, run)}"
@@ -231,15 +212,16 @@ def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     agreement = lab.agreement
     if lab.contradicts_itself or agreement is None or agreement.p > DISAGREE:
         return
-    alone = [block for block in lab.blocks if block.inertia]
-    values = [
-        f"{1e3 * block.inertia.value:.4g} ± {1e3 * (block.inertia.u or 0.0):.2g}"
-        for block in alone
-        if block.inertia
-    ]
-    names = listing([block.name for block in alone])
+    values = {
+        block.name: f"{1e3 * inertia.value:.4g} ± {1e3 * (inertia.u or 0.0):.2g}"
+        for block in lab.blocks
+        if (inertia := block.inertia)
+    }
     yield lab.readings.say(
-        "blocks_disagree", names=names, p=agreement.p, values=listing(values)
+        "blocks_disagree",
+        names=listing([*values]),
+        p=agreement.p,
+        values=listing([*values.values()]),
     )
 
 
@@ -357,15 +339,10 @@ BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 4
 
 def _direction(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Ask for the direction of the runs without a weight, if this reduces u of I_zz."""
-    now = 100 * relative_u(lab.fit.inertia)
-    for _, answer in changes.answers(lab, "direction"):
-        then = 100 * relative_u(answer.inertia) if answer.inertia else now
-        if then > changes.WORTH * now:
-            continue
+    for _, now, then in changes.gains(lab, "direction"):
         bare = (lab.measured.sense == 0) & (lab.fit.adjusted.kept > 0)
         runs = np.flatnonzero(bare).tolist()
-        names = f"run{'s' * (len(runs) > 1)} "
-        names += listing([lab.measured.runs[run] for run in runs])
+        names = lab.measured.run_words(runs)
         place = lab.readings.place(runs[0])
         yield lab.readings.say(
             "direction_missing", place, runs=names, now=now, then=then
@@ -488,12 +465,8 @@ def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report each column with which one more digit would make u(I_zz) much smaller."""
-    now = 100 * relative_u(lab.fit.inertia)
-    for change, answer in changes.answers(lab, "one_more_digit"):
-        then = 100 * relative_u(answer.inertia) if answer.inertia else now
-        if then < MUCH_BETTER * now:
-            column = lab.readings.columns[change.words]
-            yield _say_too_few_digits(lab.readings, column, now, then)
+    for role, now, then in changes.gains(lab, "one_more_digit", MUCH_BETTER):
+        yield _say_too_few_digits(lab.readings, lab.readings.columns[role], now, then)
 
 
 MUCH_BETTER = 0.88
@@ -505,7 +478,6 @@ def _say_too_few_digits(
     readings: Readings, column: Column, now: float, then: float
 ) -> Diagnostic:
     """Report a column with too few digits, and show a number with enough of them."""
-    kind = kind_of_role(column.role)
     steps = np.array(column.steps)
     steps[[run for run, _ in column.stated]] = 0.0
     size = np.abs(values_of(column))
@@ -514,8 +486,8 @@ def _say_too_few_digits(
     reading = column.readings[run]
     typed = take_apart(reading.text)
     # A position may count from the surface of the ball: the number is as it was typed.
-    value = typed.value if typed else from_si(reading.value or 0.0, column.unit, kind)
-    step = from_si(float(steps[run]), column.unit, kind)
+    value = typed.value if typed else (reading.value or 0.0) / unit_size(column)
+    step = float(steps[run]) / unit_size(column)
     digits = max(0, 1 - round(math.log10(step)))
     half, unit = to_display(steps[run] / 20, column.role)
     return readings.say(

@@ -84,13 +84,12 @@ def _compare(
     if not runs:
         return
     first = runs[0]
-    noun = "run" if len(runs) == 1 else "runs"
     yield readings.say(
         "derived_column_disagrees",
         column.cell(first),
         header=column.header,
         ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=f"{noun} {listing([readings.runs[run] for run in runs])}",
+        runs=measured.run_words(runs),
         role=column.role,
     )
 

@@ -10,6 +10,7 @@ correction are iterated.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import cached_property
@@ -602,25 +603,18 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     of_m0, of_bias = np.square(gain[count : count + 2]).tolist()
     by_bias = SOURCES["time_bias"].shared_by
     shared = {problem.sources[number].name for number in problem.owners}
-    rows = [
-        (variance, source.name, source.name in shared, source.shared_by)
-        for source, variance in zip(problem.sources, stated.tolist(), strict=True)
-    ]
-    rows.append((of_m0, DAY_BALANCE, True, "all runs"))
-    rows.append((of_bias, DAY_BIAS, True, by_bias))
-    rows.append((excess, "unexplained_scatter", False, ""))
     # The differences of M0 and of b between days are in the rows of M0 and b.
-    sums: dict[tuple[str, bool, str], float] = {}
-    for variance, name, several, by in rows:
-        sums[name, several, by] = sums.get((name, several, by), 0.0) + variance
-    parts = [(math.sqrt(variance), *row) for row, variance in sums.items()]
-    parts.sort(key=itemgetter(0), reverse=True)
-    total = math.fsum([size**2 for size, *_ in parts])
-    factor = u / math.sqrt(total or 1.0)
+    rows = Counter[tuple[str, bool, str]]()
+    for source, variance in zip(problem.sources, stated.tolist(), strict=True):
+        rows[source.name, source.name in shared, source.shared_by] += variance
+    rows[DAY_BALANCE, True, "all runs"] += of_m0
+    rows[DAY_BIAS, True, by_bias] += of_bias
+    rows["unexplained_scatter", False, ""] += excess
+    total = math.fsum(rows.values())
     return tuple(
-        Share(name, several, by, factor * size, size**2 / total)
-        for size, name, several, by in parts
-        if size
+        Share(*row, u * math.sqrt(variance / total), variance / total)
+        for row, variance in rows.most_common()
+        if variance
     )
 
 

@@ -30,6 +30,7 @@ it."""
 OUTLIER = 5.0
 """A run that deviates by more than this many standard uncertainties is flagged."""
 
+
 def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
     """Find the runs that do not agree with the others.
 

@@ -717,16 +717,15 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     answer = lab.fit.inertia
     answered_changes = []
     for change in CHANGES[table](lab):
-        fit = None
+        inertia = deviation = None
         with suppress(fitting.NoFit):
-            fit = _fit_of(lab, change)
-        # An interval that includes zero is not an answer.
-        if fit is None or (fit.inertia.interval_95 or (1.0, 1.0))[0] <= 0:
-            answered = Sensitivity(change.name, change.words, None, None)
-        else:
-            off = fit.inertia.value - answer.value
-            deviation = off / answer.u if answer.u else None
-            answered = Sensitivity(change.name, change.words, fit.inertia, deviation)
+            fitted = _fit_of(lab, change).inertia
+            # An interval that includes zero is not an answer.
+            if (fitted.interval_95 or (1.0, 1.0))[0] > 0:
+                inertia = fitted
+                off = fitted.value - answer.value
+                deviation = off / answer.u if answer.u else None
+        answered = Sensitivity(change.name, change.words, inertia, deviation)
         answered_changes.append((change, answered))
     return answered_changes
 

@@ -31,7 +31,7 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
+from gyrodata.measurements import BALANCE_CHANGE, spin_columns
 from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import values_of
 from gyrodata.physics import RPM
@@ -107,6 +107,7 @@ CONTRADICTING = 10.0
 OTHER_LAW = 4.0
 """An exponent at least this many u from 1 means another law; its u includes the
 remaining scatter of the runs."""
+
 
 def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""

@@ -363,22 +363,29 @@ def unit_size(column: Column) -> float:
 
 def exchanged(readings: Readings) -> bool:
     """Return whether spin and time are possible only if they are exchanged."""
-    spins = readings.columns.get("spin")
-    times = readings.columns.get("time")
-    if spins is None or times is None or (spins.unit, times.unit) != ("rpm", "s"):
+    if not _are_usual_exchanged(readings, SPIN, TIME):
         return False
+    spins = readings.columns["spin"]
+    times = readings.columns["time"]
     # A value of the whole log is in no column.
     is_stated = min(*spins.spots, *times.spots) < 0
-    spin = np.abs(values_of(spins))
-    time = np.abs(values_of(times))
-    is_usual = _are_within(RPM * time, SPIN.usual)
-    is_usual = is_usual and _are_within(spin / RPM, TIME.usual)
     # In a minute a ball turns more often than a rod needs seconds for a timed angle.
-    return is_usual and not is_stated and bool((spin / RPM < time).all())
+    is_slow = np.abs(values_of(spins)) / RPM < np.abs(values_of(times))
+    return bool(is_slow.all()) and not is_stated
 
 
-def _are_within(values: Floats, limits: tuple[float, float]) -> bool:
-    return bool(((limits[0] <= values) & (values <= limits[1])).all())
+def _are_usual_exchanged(readings: Readings, first: Size, second: Size) -> bool:
+    """Return whether two columns in usual units have usual values if exchanged."""
+    for size, other in ((first, second), (second, first)):
+        column = readings.columns.get(size.role)
+        if column is None or column.unit != size.units[0]:
+            return False
+        meant = parse_unit(other.units[0], roles.kind_of_role(other.role)).factor
+        values = np.abs(values_of(column)) / unit_size(column) * meant
+        low, high = other.usual
+        if not ((low <= values) & (values <= high)).all():
+            return False
+    return True
 
 
 INSIDE = 0.04
@@ -454,16 +461,7 @@ def _say_size(
 def _is_mass(readings: Readings, positions: Column) -> bool:
     """Return whether positions [cm] and masses [g] are possible if they are exchanged.
 
-    1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside
-    the ball.
+    Positions in mm are as large, but none is inside the ball.
     """
-    masses = readings.columns.get("mass")
-    if masses is None or (masses.unit, positions.unit) != ("g", "cm"):
-        return False
-    mass = np.abs(values_of(masses))
-    position = np.abs(values_of(positions))
-    return (
-        _are_within(0.1 * position, MASS.usual)
-        and _are_within(10 * mass, POSITION.usual)
-        and position.min() < 10 * INSIDE
-    )
+    is_inside = np.abs(values_of(positions)).min() < 10 * INSIDE
+    return bool(is_inside) and _are_usual_exchanged(readings, MASS, POSITION)

@@ -524,10 +524,6 @@ def adjust(
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
-    # The places of the derivatives to the shared errors, in `plain` and in the slopes.
-    into = problem.from_run * width + 3 + problem.to_column
-    out_of = problem.from_source * count + problem.from_run
-    upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
@@ -536,12 +532,13 @@ def adjust(
             single = _onto_conditions(at, unknowns[0] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain[:, :3] = at.to_unknowns * scale
-        plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
+        of_shared = at.slopes[problem.from_source, problem.from_run]
+        plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
         _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
-        whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
+        whole = np.linalg.qr(rows, mode="r")[:width]
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
             raise NoFit("these runs do not determine the unknowns separately")

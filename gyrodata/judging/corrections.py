@@ -18,10 +18,10 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
-from gyrodata.measurements.checks import SIZES, other_units, unit_size
+from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role, values_of
 from gyrodata.physics import Floats
-from gyrodata.quantities.numerals import PLAIN
+from gyrodata.quantities.numerals import PLAIN, as_read
 from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
 
@@ -236,12 +236,11 @@ def _cells(readings: Readings, column: Column, index: int) -> Iterator[Cell]:
 
 def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
     """Leave out cells with a number that is there already, or that is impossible."""
-    sizes = [size.possible for size in SIZES if size.role == column.role]
+    low, high = possible_range(column.role)
     listed = {0.0, float(f"{column.values[index]:.6g}")}
     for cell in cells:
         rounded = float(f"{cell.value:.6g}")
-        is_possible = all(low <= cell.value <= high for low, high in sizes)
-        if is_possible and rounded not in listed:
+        if low <= cell.value <= high and rounded not in listed:
             listed.add(rounded)
             yield cell
 
@@ -323,7 +322,10 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
         # A position with another origin changes by as much as the number.
         moved = factor * float(new - number) * sign
         words = f" would fit, not {{old}} ({why})"
-        yield Cell(kind, _like(f"{new:f}", text), words, value + moved)
+        shown = f"{new:f}"
+        if "," in text:
+            shown = shown.replace(".", ",")
+        yield Cell(kind, shown, words, value + moved)
     if column.unit and not is_shifted:
         for unit, times in other_units(column):
             words = f" would fit, not {{old}} (is it in {unit}?)"
@@ -337,7 +339,10 @@ def _guesses(
     for power in (-1, 1, -2, 2):
         kind = "point" if abs(power) == 1 else "two places"
         yield kind, number.scaleb(power), "is the decimal point misplaced?"
-    for new in exchanged_digits(_with_last_zeros(column, text, number)):
+    step = column.steps[0] / unit_size(column)
+    # A spreadsheet writes 43 for 43.0.
+    digits = as_read(float(number), step) if step and text.isdigit() else text
+    for new in exchanged_digits(digits):
         yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
@@ -356,14 +361,6 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
     yield "minute", number - 60, "is it a minute less?"
 
 
-def _with_last_zeros(column: Column, text: str, number: Decimal) -> str:
-    """Return a number with the digits of its column, as 43.0 for 43."""
-    step = (column.readings[0].step or 0.0) / unit_size(column)
-    if not 0 < step < 1 or "." in text or "," in text:
-        return text
-    return f"{number:.{round(-math.log10(step))}f}"
-
-
 def exchanged_digits(number: str) -> Iterator[str]:
     """List the numbers that result if two neighbouring digits are exchanged.
 
@@ -376,11 +373,6 @@ def exchanged_digits(number: str) -> Iterator[str]:
         signs[second] = number[first]
         if signs[digits[0]] != "0" and signs != [*number]:
             yield "".join(signs)
-
-
-def _like(number: str, text: str) -> str:
-    """Return a number with the decimal sign of another number."""
-    return number.replace(".", ",") if "," in text else number
 
 
 # --- how well a corrected run agrees with the others ---

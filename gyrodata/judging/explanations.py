@@ -34,7 +34,7 @@ from gyrodata.judging.corrections import (
 )
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
-from gyrodata.measurements.checks import SIZES, other_units, unit_size
+from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
@@ -616,9 +616,7 @@ def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
     measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
     value = factor * measured
     written = column.values[run] or 0.0
-    low, high = next(
-        (size.possible for size in SIZES if size.role == column.role), (0.0, math.inf)
-    )
+    low, high = possible_range(column.role)
     if not low <= abs(value) <= high:
         return ""
     name = column.role.replace("_", " ")

@@ -317,6 +317,14 @@ POSITION = Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m"))
 SIZES = (MASS, FORCE, POSITION, SPIN, TIME)
 
 
+def possible_range(role: str) -> tuple[float, float]:
+    """Return the smallest and the largest possible reading of a role [SI unit]."""
+    for size in SIZES:
+        if size.role == role:
+            return size.possible
+    return -math.inf, math.inf
+
+
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Return another unit that brings a column into a usual range [SI unit].
 

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import copy
 import math
-from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -391,7 +390,6 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     return Start(float(lines.inertia[best, 0]), float(lines.residual_torque[best, 0]))
 
 
-@lru_cache(maxsize=32)
 def _pairs(count: int) -> tuple[Any, Any]:
     """Return pairs of runs: all of them, or about 80 that are spread evenly."""
     first, second = np.triu_indices(count, 1)
@@ -657,8 +655,7 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
             f"the fit gives {inertia:.2g} kg·m², "
             f"but the single runs give about {start:.2g} kg·m²"
         )
-    if (np.abs(adjusted.shared) > MOVED_U).any():
-        _insist_on_readings(adjusted)
+    _insist_on_readings(adjusted)
 
 
 def _insist_on_readings(adjusted: Adjusted) -> None:

@@ -493,9 +493,8 @@ def _result(
     """Create the result of a fit at fixed widths."""
     measured = adjusted.problem.measured
     kept = adjusted.kept
-    unknowns = 1 + int(_separates_balance(measured, kept))
-    if not measured.one_block:
-        unknowns += len({*measured.day[kept > 0].tolist()}) - 1
+    days = len({*measured.day[kept > 0].tolist()})
+    unknowns = days + int(_separates_balance(measured, kept))
     return FitResult(
         chi2=chi2,
         dof=int(kept.sum()) - unknowns,
@@ -507,8 +506,6 @@ def _result(
 
 def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     """Return whether the torques of a day differ, so that they determine its M0."""
-    if measured.one_block:
-        return adjustment.torques_differ(measured.torque[kept > 0])
     used = kept > 0
     return any(
         adjustment.torques_differ(measured.torque[used & (measured.day == day)])

@@ -90,7 +90,7 @@ def of_run(
     """List the corrections of a run; `kept` are runs that agree with each other."""
     yield from _other_counts(measured, kept, index)
     yield from _exchanged_in_run(readings, index)
-    loads = _load_roles(readings) if measured.torque[index] else []
+    loads = load_roles(readings) if measured.torque[index] else []
     spins = [column.role for column in spin_columns(readings)]
     for role in (timing_role(readings), *spins, *loads):
         column = readings.columns[role]
@@ -140,7 +140,8 @@ def timing_role(readings: Readings) -> str:
     return next(role for role in TIMINGS if role in readings.columns)
 
 
-def _load_roles(readings: Readings) -> list[str]:
+def load_roles(readings: Readings) -> list[str]:
+    """Return the roles of the columns that give the torque."""
     load = load_role(readings.columns)
     return [load] if load == "torque" else [load, "position"]
 
@@ -220,7 +221,7 @@ def _with_readings(
 def _cells(readings: Readings, column: Column, index: int) -> Iterator[Cell]:
     """List other contents of a cell, without those that are the same number."""
     role = column.role
-    is_load = column.role in _load_roles(readings)
+    is_load = column.role in load_roles(readings)
     if role not in TIMINGS:
         yield from _of_neighbours(column, index, is_load)
     others = {

@@ -576,11 +576,10 @@ def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
 
 def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
     """List the masses and positions of a weight, the one with a known cause first."""
-    columns = log.readings.columns
-    roles = [load_role(columns)]
-    if roles[0] != "torque" and "position" in columns:
-        roles.append("position")
-    each = [_value_words(log, columns[role], runs[0], factor) for role in roles]
+    each = [
+        _value_words(log, log.readings.columns[role], runs[0], factor)
+        for role in corrections.load_roles(log.readings)
+    ]
     return sorted([f"its {words}" for words in each if words], key=_has_no_cause)
 
 
@@ -687,8 +686,6 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
         for number, runs in enumerate(measured.by_torque)
         if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
     }
-    if len(groups) < 2:
-        return []
     own = np.abs(measured.torque / measured.product)
     single = np.array([fitting.median(own[runs]) for runs in groups.values()])
     written = np.array([measured.turns[runs[0]] for runs in groups.values()])

@@ -239,14 +239,12 @@ def _is_explained(lab: JudgedLab) -> bool:
 
 def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name the mistake with which the runs would agree, or the probable ones."""
-    if not _is_explained(lab):
-        return
     if len(lab.explanations) > 1:
         yield _list_explanations(lab)
-        return
-    only = lab.explanations[0]
-    name = "weight_wrong" if only.kind == "weight" else "shared_error"
-    yield lab.readings.say(name, words=only.words, remedy=only.remedy)
+    elif _is_explained(lab):
+        only = lab.explanations[0]
+        name = "weight_wrong" if only.kind == "weight" else "shared_error"
+        yield lab.readings.say(name, words=only.words, remedy=only.remedy)
 
 
 def _list_explanations(lab: JudgedLab) -> Diagnostic:
@@ -572,9 +570,6 @@ def _silent_motion(
         yield lab.readings.say(is_not_used, off=off, direction=direction)
 
 
-BY_HAND = (60 * RPM, 2000 * RPM)
-"""Range of spins of a ball that is spun by hand [rad/s], with a margin."""
-
 NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a
 motor have 1 to 2 [kg*m^2/s]."""
@@ -588,6 +583,13 @@ precession over spin [1]."""
 
 LONGEST_ARM = 0.6
 """An arm is usually shorter [m]."""
+
+USUAL = {
+    "spin": (60 * RPM, 2000 * RPM),
+    "time": (1.0, LONG_TURN),
+    "position": (SHORT_ARM, LONGEST_ARM),
+}
+"""Range of the readings of a ball that is spun by hand, with a margin [SI unit]."""
 
 
 def _unusual(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -608,35 +610,31 @@ def _unusual(lab: JudgedLab) -> Iterator[Diagnostic]:
     fastest = float(spin.max())
     by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
     if fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM):
-        yield _ask(lab, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
+        yield _ask(lab, "spin_not_usual", "spin", fastest / RPM)
     elif lever > LONG_LEVER and arm < LONGEST_ARM:
-        yield _ask(lab, "weight_too_large", "spin", BY_HAND, lever)
+        yield _ask(lab, "weight_too_large", "spin", lever)
     if turn > LONG_TURN:
-        yield _ask(lab, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
+        yield _ask(lab, "turn_not_usual", "time", turn / 60)
     elif (rate / spin).min() > NEARLY_AS_FAST:
-        yield _ask(lab, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
+        yield _ask(lab, "turn_too_fast", "time", turn)
     if arm < SHORT_ARM:
-        yield _ask(
-            lab, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
-        )
+        yield _ask(lab, "arm_not_usual", "position", 100 * arm)
 
 
-def _ask(
-    lab: JudgedLab, name: str, role: str, usual: tuple[float, float], value: float
-) -> Diagnostic:
+def _ask(lab: JudgedLab, name: str, role: str, value: float) -> Diagnostic:
     """Ask about the readings of a column, and propose another unit.
 
-    `name` is that of the message, and `usual` the range in this lab [SI unit].
+    `name` is that of the message.
     """
-    readings = lab.readings
-    column = readings.columns.get(role)
-    unit = unit_within(readings, role, usual) if column else ""
-    hint = ""
-    if unit:
-        hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
+    column = lab.readings.columns.get(role)
+    if column is None:
+        return lab.readings.say(name, value=value, hint="")
     first = int(np.flatnonzero(lab.measured.torque)[0])
-    place = column.place(first) if column else None
-    asked = readings.say(name, place, value=value, hint=hint)
+    unit = unit_within(lab.readings, role, USUAL[role])
+    hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
+    asked = lab.readings.say(
+        name, column.place(first), value=value, hint=hint if unit else ""
+    )
     # If another unit makes the column usual, the answer is not safe to quote.
     return replace(asked, doubt="size" if unit else asked.doubt)
 

@@ -76,15 +76,12 @@ def refusal(
     readings: Readings, measured: Measurements, why: str, keep_flagged: bool
 ) -> Diagnostic:
     """Make the error of a log without an answer: the reason, and what to check."""
-    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
-    single = [
-        sorted(np.abs(measured.torque[group] / measured.product[group]).tolist())
-        for group in groups
-    ]
-    low = min(values[0] for values in single)
-    high = max(values[-1] for values in single)
     if keep_flagged:
         return readings.say("no_inertia_with_flagged", why=why)
+    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
+    own = np.abs(measured.torque / measured.product)
+    low = own[own > 0].min()
+    high = own.max()
     across = np.median(fitting.transverse_inertia(measured))
     if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
         return readings.say(
@@ -94,10 +91,9 @@ def refusal(
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
-    middle = [each[len(each) // 2] for each in single]
     shown = [
-        f"{load_words(measured, group[0])}: {value:.2g}"
-        for group, value in zip(groups, middle, strict=True)
+        f"{load_words(measured, group[0])}: {np.sort(own[group])[len(group) // 2]:.2g}"
+        for group in groups
     ]
     return readings.say(
         "no_inertia_fits",

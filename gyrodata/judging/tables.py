@@ -58,14 +58,8 @@ def run_table(
     left_out: tuple[int, ...],
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
-    count = len(measured.runs)
-    reasons = [""] * count
-    flagged = np.zeros(count, dtype=bool)
-    out = np.zeros(count, dtype=bool)
-    for outlier in outliers:
-        reasons[outlier.index] = outlier_reason(measured, outlier)
-        flagged[outlier.index] = True
-    out[list(left_out)] = True
+    reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
+    runs = range(len(measured.runs))
     read = (
         measured.mass,
         measured.position,
@@ -95,9 +89,9 @@ def run_table(
             measured.runs,
             measured.lines,
             *columns.tolist(),
-            flagged.tolist(),
-            out.tolist(),
-            reasons,
+            [run in reasons for run in runs],
+            [run in left_out for run in runs],
+            [reasons.get(run, "") for run in runs],
         )
     )
 

@@ -29,7 +29,7 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     readings = without_loads(readings)
     timing = timing_column(readings.columns)
     return [
-        *_find_contradictions(readings, measured, timing),
+        *_find_contradictions(readings, measured),
         *_find_fast_precession(readings, measured),
         *_find_unheard(readings, measured),
         *_find_copies(readings, measured, timing),
@@ -57,17 +57,14 @@ shape (n,)."""
 
 
 def _find_contradictions(
-    readings: Readings, measured: Measurements, timing: Column
+    readings: Readings, measured: Measurements
 ) -> Iterator[Diagnostic]:
     """Name the rows in which a column next to the readings disagrees with them.
 
     Such a column is a period, rate, torque, inertia or second spin.
     """
-    measured_roles = {"mass", "position", "time"}
-    if timing.role == "time":
-        measured_roles.add("turns")
-    used = [readings.columns.get(role) for role in measured_roles]
-    used += spin_columns(readings)
+    # The mean spin is corrected; another reading agrees with itself.
+    used = spin_columns(readings)
     for column in (*readings.columns.values(), *readings.others):
         is_used = any(column is each for each in used)
         if column.role in DERIVED and not is_used:

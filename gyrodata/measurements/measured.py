@@ -185,8 +185,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         loaded = np.flatnonzero(self.torque)
         before = np.searchsorted(loaded, np.arange(len(groups)), side="right") - 1
         groups = groups[loaded[np.maximum(before, 0)]]
-        if self.one_block:
-            return groups
         return parts.number_groups([*zip(self.day, groups, strict=True)])
 
     @cached_property

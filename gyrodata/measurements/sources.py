@@ -502,11 +502,10 @@ def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
     absolute, relative, default = _reading_errors(column, values, key)
     touched = loaded & np.isfinite(values)
     group = number_groups(values, touched)
-    if column.stated or len({*column.steps}) > 1:
-        for sizes in (absolute, relative):
-            most = np.zeros_like(sizes)
-            np.maximum.at(most, group[touched], sizes[touched])
-            sizes[touched] = most[group[touched]]
+    for sizes in (absolute, relative):
+        most = np.zeros_like(sizes)
+        np.maximum.at(most, group[touched], sizes[touched])
+        sizes[touched] = most[group[touched]]
     return _source(key, group, absolute, relative, default)
 
 

@@ -19,7 +19,7 @@ from gyrodata import fitting
 from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
-from gyrodata.measurements.sources import load_role, values_of
+from gyrodata.measurements.sources import load_role, timing_column, values_of
 from gyrodata.physics import Floats
 from gyrodata.quantities.numerals import PLAIN, as_read
 from gyrodata.readings import Column, Reading, Readings
@@ -92,7 +92,8 @@ def of_run(
     yield from _exchanged_in_run(readings, index)
     loads = load_roles(readings) if measured.torque[index] else []
     spins = [column.role for column in spin_columns(readings)]
-    for role in (timing_role(readings), *spins, *loads):
+    timing = timing_column(readings.columns).role
+    for role in (timing, *spins, *loads):
         column = readings.columns[role]
         if column.spots[index] < 0 or not column.values[index]:
             continue
@@ -112,7 +113,7 @@ def of_run(
 def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]:
     """List the corrections that exchange cells of two runs."""
     runs = (first, second)
-    timing = timing_role(readings)
+    timing = timing_column(readings.columns).role
     spins = [column.role for column in spin_columns(readings)]
     counts = [role for role in ("turns", "angle") if role in readings.columns]
     names = f"runs {readings.runs[first]} and {readings.runs[second]}"
@@ -133,11 +134,6 @@ def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]
             text = f"are {words} of {names} exchanged? Then both would fit"
             after = measure(_with_readings(readings, changed))
             yield Correction(runs, text, COMMON[kind], after, is_certain=True)
-
-
-def timing_role(readings: Readings) -> str:
-    """Return the role of the column with times, periods or rates."""
-    return next(role for role in TIMINGS if role in readings.columns)
 
 
 def load_roles(readings: Readings) -> list[str]:

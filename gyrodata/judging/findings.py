@@ -21,7 +21,6 @@ from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
-from gyrodata.judging.corrections import timing_role
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -33,7 +32,7 @@ from gyrodata.judging.tables import (
 )
 from gyrodata.measurements import BALANCE_CHANGE, spin_columns
 from gyrodata.measurements.checks import unit_size, unit_within
-from gyrodata.measurements.sources import values_of
+from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
@@ -94,7 +93,7 @@ def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
 
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
     """Return the cell of an outlier that its correction is about, or its time."""
-    timing = readings.columns[timing_role(readings)]
+    timing = timing_column(readings.columns)
     # "position 15.4 cm would fit" is about the position.
     first_word = "".join(outlier.cells[:1]).partition(" ")[0]
     about = readings.columns.get(first_word.replace("fits", "turns"), timing)

@@ -19,7 +19,7 @@ from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, without_loads
 from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
+from gyrodata.quantities.units import Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.readings.lablog import listing
 
@@ -447,10 +447,10 @@ def _say_size(
     elif in_unit := meant_in(readings, size, run):
         name = "size_of_cell"
         meant, there = in_unit
-    kind = roles.kind_of_role(size.role)
-    own = column.unit or roles.to_display(1.0, size.role)[1]
     values = abs(column.values[run] or 0.0), *size.possible, there
-    value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in values]
+    value, low, high, near = [
+        f"{value / unit_size(column):.4g} {column.unit}" for value in values
+    ]
     return readings.say(
         name,
         column.cell(run),

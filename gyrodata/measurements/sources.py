@@ -577,8 +577,6 @@ class Drag(Struct, frozen=True):
     rate: float
     """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay
     time."""
-    u_rate: float
-    """[1/s]"""
     spin: float
     """[rad/s]"""
     exponent: float
@@ -626,6 +624,7 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     distance = np.log(spin / middle)
     rate = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2))
     bend = 0.0
+    information = np.diag([0.0, prior**-2])
     # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
     # prior.
     for _step in range(20):
@@ -634,9 +633,9 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
         shape = np.exp(bend * distance)
         left = (measured_rate - rate * shape) / u
         rows = np.array([shape, rate * distance * shape]) / u
-        covariance = np.linalg.inv(rows @ rows.T + np.diag([0.0, prior**-2]))
-        step = covariance @ (rows @ left - [0.0, bend / prior**2])
-        rate = rate + float(step[0])
+        covariance = np.linalg.inv(rows @ rows.T + information)
+        step = covariance @ (rows @ left - information @ [rate, bend])
+        rate += float(step[0])
         bend = float(np.clip(bend + step[1], -2.0, 2.0))
     left = (measured_rate - rate * shape) / u
     misfit = float(left @ left) / max(len(u) - 2, 1)
@@ -645,9 +644,9 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     if rate <= CERTAIN * u_rate:
         return None
     if misfit > NO_LAW:
-        return Drag(rate, u_rate, middle, 1.0, u_exponent)
+        return Drag(rate, middle, 1.0, u_exponent)
     u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
-    return Drag(rate, u_rate, middle, 1 + bend, u_bend)
+    return Drag(rate, middle, 1 + bend, u_bend)
 
 
 def _usual_u_of_spin(readings: Readings) -> float:

@@ -301,7 +301,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
 
 def rough_inertia(measured: Measurements) -> float:
     """Compute the median of M/(φ̇ψ̇) of the loaded runs [kg*m^2]."""
-    ratios = np.abs(measured.torque / measured.product)
+    ratios = measured.single_inertia
     ratios = ratios[ratios > 0]
     return median(ratios) if len(ratios) else 1e-3
 

@@ -143,12 +143,8 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Compute the mean of y/x over the runs with a torque, and its standard error."""
     loaded = y[(0,) * (y.ndim - 1)] != 0
     ratios = y[..., loaded] / x[..., loaded]
-    count = ratios.shape[-1]
-    mean = np.add.reduce(ratios, axis=-1) / count
-    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
-    if count > 1:
-        return mean, np.sqrt(squares / (count - 1) / count)
-    return mean, np.full_like(mean, np.nan)
+    # A mean is a line through the origin if each x is 1.
+    return ordinary_line(np.ones_like(ratios), ratios, intercept=False)[:2]
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
@@ -168,7 +164,7 @@ def insist_on_lines(
     against φ̇ (ψ̇ + φ̇ cosθ).
     """
     slowing = 1.0 if measured.slowing is None else measured.slowing
-    rate = fit.sense * 2 * np.pi * measured.turns / measured.time * slowing
+    rate = fit.sense * measured.precession_rate * slowing
     vertical = rate * np.sin(measured.pitch)
     transverse = adjustment.transverse_inertia(measured)
     product = np.delete(rate * (measured.spin + vertical), left_out)

@@ -686,7 +686,7 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
         for number, runs in enumerate(measured.by_torque)
         if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
     }
-    own = np.abs(measured.torque / measured.product)
+    own = measured.single_inertia
     single = np.array([fitting.median(own[runs]) for runs in groups.values()])
     written = np.array([measured.turns[runs[0]] for runs in groups.values()])
     usual = np.tile(USUAL_COUNTS, (len(groups), 1))

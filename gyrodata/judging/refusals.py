@@ -35,7 +35,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
     # The lower quartile of the runs is nearest to the truth, and one wrong run does not
     # change it.
-    own = np.abs(torque / loaded.product)
+    own = loaded.single_inertia
     inertia = np.sort(own)[(len(own) + 1) // 4]
     top = motion.Top(np.full(len(own), inertia), across(inertia), torque)
     spin = conserved_spin(top, fitting.timed_runs(loaded))
@@ -79,7 +79,7 @@ def refusal(
     if keep_flagged:
         return readings.say("no_inertia_with_flagged", why=why)
     groups = [group for group in measured.by_torque if measured.torque[group[0]]]
-    own = np.abs(measured.torque / measured.product)
+    own = measured.single_inertia
     low = own[own > 0].min()
     high = own.max()
     across = np.median(fitting.transverse_inertia(measured))

@@ -68,7 +68,7 @@ def run_table(
         measured.time,
         measured.turns,
     )
-    rate = fit.sense * (2 * np.pi * measured.turns / measured.time)
+    rate = fit.sense * measured.precession_rate
     period = measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)

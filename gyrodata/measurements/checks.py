@@ -49,8 +49,8 @@ DERIVED: Mapping[str, Callable[[Measurements], Any]] = {
     "turns": lambda runs: runs.turns,
     "angle": lambda runs: 2 * np.pi * runs.turns,
     "precession_period": lambda runs: runs.time / runs.turns,
-    "precession_rate": lambda runs: 2 * np.pi * runs.turns / runs.time,
-    "inertia": lambda runs: runs.torque / runs.product,
+    "precession_rate": lambda runs: runs.precession_rate,
+    "inertia": lambda runs: runs.single_inertia,
 }
 """Columns that also follow from other readings: their values [SI unit of the role],
 shape (n,)."""

@@ -226,11 +226,21 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             usual="estimated from the runs",
         )
 
+    @property
+    def precession_rate(self) -> Floats:
+        """Size of the mean precession rate [rad/s], shape (n,)."""
+        return 2 * np.pi * self.turns / self.time
+
     @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
-        return sign * 2 * np.pi * self.turns / self.time * self.spin
+        return sign * self.precession_rate * self.spin
+
+    @property
+    def single_inertia(self) -> Floats:
+        """I_zz of each run alone by eq. (9) [kg*m^2]; 0 without a weight, shape (n,)."""
+        return np.abs(self.torque / self.product)
 
     @cached_property
     def whole_turns(self) -> Any:

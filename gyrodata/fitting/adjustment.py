@@ -260,9 +260,8 @@ def _observed(measured: Measurements, tilted: bool) -> Floats:
     """Return the readings, shape (10, n)."""
     observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
-    slowing = 1.0 if measured.slowing is None else measured.slowing
     observed[TIME] = measured.time
-    observed[TURNS] = measured.turns * slowing
+    observed[TURNS] = measured.turns * measured.slowing
     observed[SPIN] = measured.corrected_spin
     observed[ADDED] = measured.added
     is_torque = not np.isnan(measured.given_torque).all()

@@ -757,7 +757,7 @@ def fit_model(
         If there is no credible solution.
     """
     sources = tuple([source for source in measured.sources if not source.of_motion])
-    bare = runs = replace(measured, slowing=None, sources=sources)
+    bare = runs = replace(measured, slowing=1.0, sources=sources)
     if not chosen.is_corrected(timed_runs(bare)):
         return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
     result = near
@@ -777,8 +777,6 @@ def _correct_alike(runs: Measurements, other: Measurements, result: FitResult) -
 
     They do if they differ by a small part of u of I_zz.
     """
-    assert runs.slowing is not None
-    assert other.slowing is not None
     differ = np.abs(runs.slowing - other.slowing)
     # A run without a steady precession has no correction.
     worst = float(np.max(differ[np.isfinite(differ)], initial=0.0))

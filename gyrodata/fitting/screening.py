@@ -163,8 +163,7 @@ def insist_on_lines(
     The lines are corrected for tilt and release. Eq. (8) is a line, too: M + I φ̇² cosθ
     against φ̇ (ψ̇ + φ̇ cosθ).
     """
-    slowing = 1.0 if measured.slowing is None else measured.slowing
-    rate = fit.sense * measured.precession_rate * slowing
+    rate = fit.sense * measured.precession_rate * measured.slowing
     vertical = rate * np.sin(measured.pitch)
     transverse = adjustment.transverse_inertia(measured)
     product = np.delete(rate * (measured.spin + vertical), left_out)

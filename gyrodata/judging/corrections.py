@@ -170,7 +170,7 @@ def _other_counts(
             (index,),
             f"fits {turn_words(count)}, not {written}",
             COMMON[kind],
-            replace(measured, turns=counts, slowing=None),
+            replace(measured, turns=counts, slowing=1.0),
             is_certain=True,
         )
 

@@ -240,7 +240,8 @@ def diagnose(
     tried.sort(key=lambda each: each.log_probability, reverse=True)
     likely = _comparable(tried)
     if not likely or "none" in [each.kind for each in likely]:
-        return Diagnosis(outliers=_outliers_of(likely) or tuple(outliers))
+        of_runs = [each.outliers for each in likely if each.kind == "runs"]
+        return Diagnosis(outliers=(*of_runs, tuple(outliers))[0])
     wrong = set.intersection(*[set(each.wrong) for each in likely])
     best = likely[0].log_probability
     total = sum(math.exp(each.log_probability - best) for each in tried)
@@ -250,12 +251,6 @@ def diagnose(
     ]
     shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
-
-
-def _outliers_of(likely: Sequence[Hypothesis]) -> tuple[Outlier, ...]:
-    """Return the wrong runs of the most probable hypothesis about single runs."""
-    runs = [each.outliers for each in likely if each.kind == "runs"]
-    return runs[0] if runs else ()
 
 
 def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:

@@ -268,7 +268,7 @@ def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
-    other_law = fit.adjusted.problem.tilted or lab.measured.slowing is not None
+    other_law = lab.motion.tilted or np.any(lab.measured.slowing != 1)
     if other_law and fit.p > fitting.UNLIKELY:
         return
     rest = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)

@@ -90,9 +90,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
     """Number of readings of the spin in each run."""
-    slowing: Floats | None = None
-    """Steady precession rate over the mean rate of the run [1]; None if the rate is
-    steady."""
+    slowing: Floats | float = 1.0
+    """Steady precession rate over the mean rate of the run [1]; 1 if the rate is steady.
+    """
     balanced: bool | None = None
     """Whether the ball is balanced; None if the log does not say."""
     balance: str | None = None

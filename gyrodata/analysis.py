@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, TypeAlias
 
@@ -281,7 +282,6 @@ def _findings(
         outliers=fitted.outliers,
         without_outliers=fitted.without_outliers,
         explanations=fitted.explanations,
-        p=fitted.p,
         constancy=fitted.constancy,
         blocks=fitted.blocks,
         agreement=fitted.blocks_agreement,
@@ -368,14 +368,11 @@ def _advice(lab: Lab, doubts: Sequence[Doubt]) -> tuple[str, ...]:
 
 def _worthwhile_changes(lab: Lab) -> list[str]:
     """List the measurements that would make u of I_zz much smaller, best first."""
-    now = 100 * fitting.relative_u(lab.fit.inertia)
-    gains = []
-    for change, answer in changes.answers(lab, "advice"):
-        then = 100 * fitting.relative_u(answer.inertia) if answer.inertia else math.inf
-        if then < changes.WORTH * now or change.is_always_advised:
-            text = f"{answer.words}: u of I_zz from {now:.2g} % to {then:.2g} %"
-            gains.append((then, answer.words, text))
-    return [text for *_, text in sorted(gains)]
+    gains = sorted(changes.gains(lab, "advice"), key=itemgetter(2, 0))
+    return [
+        f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %"
+        for words, now, then in gains
+    ]
 
 
 def check_log(

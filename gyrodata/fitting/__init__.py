@@ -20,6 +20,7 @@ from gyrodata.fitting.adjustment import (
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
     AS_STATED,
+    UNLIKELY,
     Estimate,
     FitResult,
     Outlier,

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import copy
 import math
-from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -261,9 +260,8 @@ def _observed(measured: Measurements, tilted: bool) -> Floats:
     """Return the readings, shape (10, n)."""
     observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
-    slowing = 1.0 if measured.slowing is None else measured.slowing
     observed[TIME] = measured.time
-    observed[TURNS] = measured.turns * slowing
+    observed[TURNS] = measured.turns * measured.slowing
     observed[SPIN] = measured.corrected_spin
     observed[ADDED] = measured.added
     is_torque = not np.isnan(measured.given_torque).all()
@@ -302,7 +300,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
 
 def rough_inertia(measured: Measurements) -> float:
     """Compute the median of M/(φ̇ψ̇) of the loaded runs [kg*m^2]."""
-    ratios = np.abs(measured.torque / measured.product)
+    ratios = measured.single_inertia
     ratios = ratios[ratios > 0]
     return median(ratios) if len(ratios) else 1e-3
 
@@ -391,7 +389,6 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     return Start(float(lines.inertia[best, 0]), float(lines.residual_torque[best, 0]))
 
 
-@lru_cache(maxsize=32)
 def _pairs(count: int) -> tuple[Any, Any]:
     """Return pairs of runs: all of them, or about 80 that are spread evenly."""
     first, second = np.triu_indices(count, 1)
@@ -524,10 +521,6 @@ def adjust(
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
-    # The places of the derivatives to the shared errors, in `plain` and in the slopes.
-    into = problem.from_run * width + 3 + problem.to_column
-    out_of = problem.from_source * count + problem.from_run
-    upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
@@ -536,12 +529,13 @@ def adjust(
             single = _onto_conditions(at, unknowns[0] * scale[0])
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain[:, :3] = at.to_unknowns * scale
-        plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
+        of_shared = at.slopes[problem.from_source, problem.from_run]
+        plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
         _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
-        whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
+        whole = np.linalg.qr(rows, mode="r")[:width]
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
             raise NoFit("these runs do not determine the unknowns separately")
@@ -660,8 +654,7 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
             f"the fit gives {inertia:.2g} kg·m², "
             f"but the single runs give about {start:.2g} kg·m²"
         )
-    if (np.abs(adjusted.shared) > MOVED_U).any():
-        _insist_on_readings(adjusted)
+    _insist_on_readings(adjusted)
 
 
 def _insist_on_readings(adjusted: Adjusted) -> None:

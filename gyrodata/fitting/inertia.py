@@ -10,6 +10,7 @@ correction are iterated.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import cached_property
@@ -53,11 +54,12 @@ from gyrodata.physics.motion import Top
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
 
-UNEXPECTED = 0.001
-"""If chi-square is less probable than this, runs may have been stopped late …"""
+UNLIKELY = 1e-3
+"""If chi-square is less probable than this, the runs do not agree."""
 
 LATE_DEVIATION = 3.0
-"""… if they are longer than predicted by more than this many standard uncertainties."""
+"""Runs of such a log may have been stopped late if they are longer than predicted by
+more than this many standard uncertainties."""
 
 LATE_LABS = 0.1
 LATE_RUNS = 0.15
@@ -115,10 +117,7 @@ class Outlier(Struct, frozen=True):
     """Time that the other runs predict [s]."""
     cells: tuple[str, ...] = ()
     """Corrections of one cell with which the run agrees with the others, in words, the
-    likeliest first."""
-    maybe: str = ""
-    """A less certain correction in words: the spin that fits the time, or a typing
-    error in a run that is not far off."""
+    likeliest first. If the run is not certainly wrong, one at most."""
 
 
 class Widths(Struct, frozen=True):
@@ -158,9 +157,19 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """Runs whose clock was probably stopped late; they hardly count in the answer."""
     posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
-    as_stated: FitResult | None = None
+    begun: FitResult | None = None
     """The fit at the stated widths, from which the others were found; None for a fit at
     fixed widths."""
+
+    @property
+    def as_stated(self) -> FitResult:
+        """The fit at the stated widths, or this fit at fixed widths."""
+        return self.begun or self
+
+    @property
+    def p(self) -> float:
+        """Probability of a larger chi-square."""
+        return chi2_tail(self.chi2, max(self.dof, 1))
 
     @cached_property
     def inertia(self) -> Estimate:
@@ -339,8 +348,7 @@ def fit(
     if widths is not None:
         return min(begun, key=attrgetter("chi2"))
     result = _integrated(measured, begun)
-    stated = result.as_stated or result
-    is_likely = chi2_tail(stated.chi2, max(stated.dof, 1)) > UNEXPECTED
+    is_likely = result.as_stated.p > UNLIKELY
     if is_likely or not measured.timed or result.two_signs:
         return result
     return _with_late_runs(measured, result)
@@ -392,8 +400,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         first = replace(first, two_signs=True)
         answer = posterior.mixed([answer, answers[1][2]])
     stated = min(begun, key=attrgetter("chi2"))
-    first = replace(first, as_stated=stated)
-    return replace(first, posterior=answer)
+    return replace(first, begun=stated, posterior=answer)
 
 
 def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
@@ -428,8 +435,7 @@ def _without_late_runs(
     kept = result.adjusted.kept.copy()
     tilted = result.adjusted.problem.tilted
     for _ in range(int(kept.sum() / 3)):
-        stated = result.as_stated or result
-        deviations = np.where(kept > 0, stated.deviations, -np.inf)
+        deviations = np.where(kept > 0, result.as_stated.deviations, -np.inf)
         run = int(deviations.argmax())
         if deviations[run] < LATE_DEVIATION:
             return
@@ -487,9 +493,8 @@ def _result(
     """Create the result of a fit at fixed widths."""
     measured = adjusted.problem.measured
     kept = adjusted.kept
-    unknowns = 1 + int(_separates_balance(measured, kept))
-    if not measured.one_block:
-        unknowns += len({*measured.day[kept > 0].tolist()}) - 1
+    days = len({*measured.day[kept > 0].tolist()})
+    unknowns = days + int(_separates_balance(measured, kept))
     return FitResult(
         chi2=chi2,
         dof=int(kept.sum()) - unknowns,
@@ -501,8 +506,6 @@ def _result(
 
 def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     """Return whether the torques of a day differ, so that they determine its M0."""
-    if measured.one_block:
-        return adjustment.torques_differ(measured.torque[kept > 0])
     used = kept > 0
     return any(
         adjustment.torques_differ(measured.torque[used & (measured.day == day)])
@@ -597,25 +600,18 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     of_m0, of_bias = np.square(gain[count : count + 2]).tolist()
     by_bias = SOURCES["time_bias"].shared_by
     shared = {problem.sources[number].name for number in problem.owners}
-    rows = [
-        (variance, source.name, source.name in shared, source.shared_by)
-        for source, variance in zip(problem.sources, stated.tolist(), strict=True)
-    ]
-    rows.append((of_m0, DAY_BALANCE, True, "all runs"))
-    rows.append((of_bias, DAY_BIAS, True, by_bias))
-    rows.append((excess, "unexplained_scatter", False, ""))
     # The differences of M0 and of b between days are in the rows of M0 and b.
-    sums: dict[tuple[str, bool, str], float] = {}
-    for variance, name, several, by in rows:
-        sums[name, several, by] = sums.get((name, several, by), 0.0) + variance
-    parts = [(math.sqrt(variance), *row) for row, variance in sums.items()]
-    parts.sort(key=itemgetter(0), reverse=True)
-    total = math.fsum([size**2 for size, *_ in parts])
-    factor = u / math.sqrt(total or 1.0)
+    rows = Counter[tuple[str, bool, str]]()
+    for source, variance in zip(problem.sources, stated.tolist(), strict=True):
+        rows[source.name, source.name in shared, source.shared_by] += variance
+    rows[DAY_BALANCE, True, "all runs"] += of_m0
+    rows[DAY_BIAS, True, by_bias] += of_bias
+    rows["unexplained_scatter", False, ""] += excess
+    total = math.fsum(rows.values())
     return tuple(
-        Share(name, several, by, factor * size, size**2 / total)
-        for size, name, several, by in parts
-        if size
+        Share(*row, u * math.sqrt(variance / total), variance / total)
+        for row, variance in rows.most_common()
+        if variance
     )
 
 
@@ -761,7 +757,7 @@ def fit_model(
         If there is no credible solution.
     """
     sources = tuple([source for source in measured.sources if not source.of_motion])
-    bare = runs = replace(measured, slowing=None, sources=sources)
+    bare = runs = replace(measured, slowing=1.0, sources=sources)
     if not chosen.is_corrected(timed_runs(bare)):
         return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
     result = near
@@ -781,8 +777,6 @@ def _correct_alike(runs: Measurements, other: Measurements, result: FitResult) -
 
     They do if they differ by a small part of u of I_zz.
     """
-    assert runs.slowing is not None
-    assert other.slowing is not None
     differ = np.abs(runs.slowing - other.slowing)
     # A run without a steady precession has no correction.
     worst = float(np.max(differ[np.isfinite(differ)], initial=0.0))

@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -385,7 +384,6 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     return Posterior(weight, mean, u, factor, width, level, evidence.max())
 
 
-@lru_cache(maxsize=8)
 def level_prior(untouched: float) -> tuple[Floats, Floats]:
     """Return widths v and the logarithm of the probability of each, shape (V,).
 
@@ -538,7 +536,6 @@ TAIL_SERIES = np.array(
 # --- chi-square ---
 
 
-@lru_cache(maxsize=64)
 def chi2_tail(chi2: float, dof: int) -> float:
     """Compute the probability of a chi-square at least this large: Q(dof/2, chi2/2).
 

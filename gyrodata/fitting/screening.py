@@ -7,7 +7,7 @@ intercept, and the mean of the ratios), which a fit must not contradict.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
@@ -15,16 +15,13 @@ from gyrodata.fitting import adjustment
 from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, median
 from gyrodata.fitting.inertia import (
     AS_STATED,
+    UNLIKELY,
     FitResult,
     Outlier,
     fit,
 )
-from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-
-MASKED = 1e-3
-"""If chi-square is less probable than this, the fit is tried without the worst run."""
 
 GROSS = 10.0
 """A run that deviates more than this is certainly wrong, also if no correction explains
@@ -33,52 +30,32 @@ it."""
 OUTLIER = 5.0
 """A run that deviates by more than this many standard uncertainties is flagged."""
 
-Screened = tuple[list[Outlier], FitResult | None]
 
-
-def screen(
-    measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
-) -> Screened:
+def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
     """Find the runs that do not agree with the others.
 
     A run is compared with the prediction of the *other* runs, in units of the
     uncertainty of this difference or of the scatter of the runs, the larger one.
-    `as_stated` is the fit of all runs, if it is there already.
 
     Returns
     -------
     list of Outlier
         In the order of the log. Empty for fewer than four runs, or if more than a third
         would be outliers: then the stated uncertainties are wrong, not the runs.
-    FitResult or None
-        The fit without these runs, if there is one.
     """
-    count = len(measured.runs)
-    if count < 4:
-        return [], None
-    if as_stated is not None and _agrees(as_stated):
-        return [], as_stated
-    outliers, result = _settle(measured, tilted, _far_runs(measured), as_stated)
-    if result is None or chi2_tail(result.chi2, max(result.dof, 1)) >= MASKED:
-        return outliers, result
+    if len(measured.runs) < 4:
+        return []
+    outliers, result = _settle(measured, tilted, _far_runs(measured))
+    if result is None or result.p >= UNLIKELY:
+        return outliers
     # One bad run can increase the scatter so much that it is not an outlier.
     named = {outlier.index for outlier in outliers}
     deviations = np.abs(result.deviations)
     deviations[list(named)] = 0.0
     named.add(int(deviations.argmax()))
     more, without = _settle(measured, tilted, named)
-    if without is not None and named <= {outlier.index for outlier in more}:
-        return more, without
-    return outliers, result
-
-
-def _agrees(fit: FitResult) -> bool:
-    """Return whether each run agrees with the others, and all with their uncertainties.
-
-    Then no run is masked.
-    """
-    is_likely = chi2_tail(fit.chi2, max(fit.dof, 1)) >= MASKED
-    return is_likely and bool(np.abs(fit.deviations).max() <= OUTLIER)
+    is_masked = without is not None and named <= {outlier.index for outlier in more}
+    return more if is_masked else outliers
 
 
 def _far_runs(measured: Measurements) -> set[int]:
@@ -93,11 +70,8 @@ def _far_runs(measured: Measurements) -> set[int]:
 
 
 def _settle(
-    measured: Measurements,
-    tilted: bool,
-    out: set[int],
-    as_stated: FitResult | None = None,
-) -> Screened:
+    measured: Measurements, tilted: bool, out: set[int]
+) -> tuple[list[Outlier], FitResult | None]:
     """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
     outliers: list[Outlier] = []
@@ -107,22 +81,19 @@ def _settle(
         if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = (as_stated if not out else None) or fit(
-                measured, AS_STATED, tilted=tilted, left_out=out
-            )
+            result = fit(measured, AS_STATED, tilted=tilted, left_out=out)
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
-        far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
-        outliers = []
-        for run in far.tolist():
-            deviation = float(result.deviations[run])
-            outliers.append(
-                Outlier(run, deviation, slip=abs(deviation) > GROSS * typical)
-            )
-        if set(far.tolist()) == out:
+        outliers = [
+            Outlier(run, deviation, slip=abs(deviation) > GROSS * typical)
+            for run, deviation in enumerate(result.deviations.tolist())
+            if abs(deviation) > OUTLIER * typical
+        ]
+        far = {outlier.index for outlier in outliers}
+        if far == out:
             return outliers, result
-        out = set(far.tolist())
+        out = far
     return (outliers if len(outliers) <= count / 3 else []), None
 
 
@@ -172,12 +143,8 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Compute the mean of y/x over the runs with a torque, and its standard error."""
     loaded = y[(0,) * (y.ndim - 1)] != 0
     ratios = y[..., loaded] / x[..., loaded]
-    count = ratios.shape[-1]
-    mean = np.add.reduce(ratios, axis=-1) / count
-    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
-    if count > 1:
-        return mean, np.sqrt(squares / (count - 1) / count)
-    return mean, np.full_like(mean, np.nan)
+    # A mean is a line through the origin if each x is 1.
+    return ordinary_line(np.ones_like(ratios), ratios, intercept=False)[:2]
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
@@ -189,19 +156,18 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
 
 
 def insist_on_lines(
-    measured: Measurements, fit: FitResult, tilted: bool, kept: Floats
+    measured: Measurements, fit: FitResult, left_out: Collection[int]
 ) -> None:
     """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines.
 
-    The lines are corrected for tilt and release.
+    The lines are corrected for tilt and release. Eq. (8) is a line, too: M + I φ̇² cosθ
+    against φ̇ (ψ̇ + φ̇ cosθ).
     """
-    index = np.flatnonzero(kept)
-    product = fit.sense * np.abs(measured.product)
-    torque = measured.torque
-    if tilted or measured.slowing is not None:
-        product, torque = _line_of_motion(measured, fit, tilted)
-    product = product[index]
-    torque = torque[index]
+    rate = fit.sense * measured.precession_rate * measured.slowing
+    vertical = rate * np.sin(measured.pitch)
+    transverse = adjustment.transverse_inertia(measured)
+    product = np.delete(rate * (measured.spin + vertical), left_out)
+    torque = np.delete(measured.torque + transverse * rate * vertical, left_out)
     slopes = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
@@ -216,21 +182,3 @@ def insist_on_lines(
         f"the fit gives {fit.inertia.value:.2g} kg·m², "
         f"but a straight line gives {lines}"
     )
-
-
-def _line_of_motion(
-    measured: Measurements, fit: FitResult, tilted: bool
-) -> tuple[Floats, Floats]:
-    """Return φ̇ψ̇ and the torque of each run, corrected for tilt and release.
-
-    Eq. (8) is a line, too: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
-    """
-    rate = fit.sense * 2 * np.pi * measured.turns / measured.time
-    if measured.slowing is not None:
-        rate = rate * measured.slowing
-    if not tilted:
-        return rate * measured.spin, measured.torque
-    height = np.sin(measured.pitch)
-    transverse = adjustment.transverse_inertia(measured)
-    torque = measured.torque + transverse * rate**2 * height
-    return rate * (measured.spin + rate * height), torque

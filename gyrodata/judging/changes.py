@@ -717,18 +717,32 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     answer = lab.fit.inertia
     answered_changes = []
     for change in CHANGES[table](lab):
-        fit = None
+        inertia = deviation = None
         with suppress(fitting.NoFit):
-            fit = _fit_of(lab, change)
-        # An interval that includes zero is not an answer.
-        if fit is None or (fit.inertia.interval_95 or (1.0, 1.0))[0] <= 0:
-            answered = Sensitivity(change.name, change.words, None, None)
-        else:
-            off = fit.inertia.value - answer.value
-            deviation = off / answer.u if answer.u else None
-            answered = Sensitivity(change.name, change.words, fit.inertia, deviation)
+            fitted = _fit_of(lab, change).inertia
+            # An interval that includes zero is not an answer.
+            if (fitted.interval_95 or (1.0, 1.0))[0] > 0:
+                inertia = fitted
+                off = fitted.value - answer.value
+                deviation = off / answer.u if answer.u else None
+        answered = Sensitivity(change.name, change.words, inertia, deviation)
         answered_changes.append((change, answered))
     return answered_changes
+
+
+def gains(
+    lab: Lab, table: str, worth: float = WORTH
+) -> Iterator[tuple[str, float, float]]:
+    """List the changes of a table that reduce u of I_zz to at most this part.
+
+    Each is listed by its words, with u of I_zz now and after it [%].
+    """
+    now = 100 * fitting.relative_u(lab.fit.inertia)
+    for change, answer in answers(lab, table):
+        if answer.inertia:
+            then = 100 * fitting.relative_u(answer.inertia)
+            if then <= worth * now or change.is_always_advised:
+                yield change.words, now, then
 
 
 class Fits:
@@ -771,7 +785,7 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
     motion = change.motion
     if not lab.asked and len(measured.runs) <= FEW:
         # As for the log itself, the models are chosen with all runs: `fits` has fewer.
-        motion, _ = choose_model(measured, fits=None if change.left_out else fits)
+        motion = choose_model(measured, fits=None if change.left_out else fits)
     return fits.lab(motion).fit
 
 
@@ -780,7 +794,7 @@ def _fit_of(lab: Lab, change: Change) -> FitResult:
 
 def choose_model(
     measured: Measurements, model: str = AUTO, fits: Fits | None = None
-) -> tuple[Motion, Lab | None]:
+) -> Motion:
     """Choose the requested model, or the simplest that are good enough.
 
     A model is offered if the log states its motion, or if the log is silent and the
@@ -801,15 +815,13 @@ def choose_model(
     -------
     Motion
         The models.
-    Lab or None
-        The fit of all runs with these models, if the choice needed exactly this fit.
     """
     fits = fits or Fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
     silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
     if model != AUTO or not (stated.models or silent):
-        return stated, None
+        return stated
     try:
         # The evidence of a silent log needs the whole fit; for what a log states, the
         # sizes of the effects are enough, and a quick fit gives them.
@@ -817,7 +829,7 @@ def choose_model(
         top = fitting.top_of(lab.measured, lab.fit)
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return stated, None
+        return stated
     offered = stated
     for each in silent:
         if each.is_possible(top, runs):
@@ -826,9 +838,7 @@ def choose_model(
     for each in set(silent).intersection(motion.models):
         if _is_contradicted(fits, motion, each):
             motion = motion.without(each.effect)
-    # A fit with the stated widths alone has no posterior distribution.
-    is_the_fit = lab.fit.posterior is not None and motion == Motion()
-    return motion, lab if is_the_fit else None
+    return motion
 
 
 def _fit_as_stated(measured: Measurements) -> Lab:

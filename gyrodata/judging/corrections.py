@@ -18,12 +18,11 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.judging.tables import turn_words
 from gyrodata.measurements import Measurements, measure, spin_columns
-from gyrodata.measurements.checks import SIZES, other_units
-from gyrodata.measurements.sources import load_role, values_of
+from gyrodata.measurements.checks import other_units, possible_range, unit_size
+from gyrodata.measurements.sources import load_role, timing_column, values_of
 from gyrodata.physics import Floats
-from gyrodata.quantities.numerals import PLAIN
-from gyrodata.quantities.units import from_si, parse_unit
-from gyrodata.readings import Column, Reading, Readings, kind_of_role
+from gyrodata.quantities.numerals import PLAIN, as_read
+from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
 
 COMMON: Mapping[str, float] = {
@@ -91,30 +90,30 @@ def of_run(
     """List the corrections of a run; `kept` are runs that agree with each other."""
     yield from _other_counts(measured, kept, index)
     yield from _exchanged_in_run(readings, index)
-    timing = timing_role(readings)
-    loads = _load_roles(readings) if measured.torque[index] else []
+    loads = load_roles(readings) if measured.torque[index] else []
     spins = [column.role for column in spin_columns(readings)]
+    timing = timing_column(readings.columns).role
     for role in (timing, *spins, *loads):
         column = readings.columns[role]
         if column.spots[index] < 0 or not column.values[index]:
             continue
         usual = _range_of(column, kept)
-        for cell in _distinct(_cells(readings, column, usual, index), column, index):
-            common = COMMON[cell.kind] * _unusual(column, usual, index, cell.value)
-            unit = f" {column.unit}" if column.unit else ""
-            words = cell.words.format(old=written(column, index))
+        reading = column.readings[index]
+        for cell in _distinct(_cells(readings, column, index), column, index):
+            words = f"{role.replace('_', ' ')} {cell.text} {column.unit}".rstrip()
+            changed = {(role, index): replace(reading, value=cell.value)}
             yield Correction(
                 (index,),
-                f"{role.replace('_', ' ')} {cell.text}{unit}{words}",
-                common,
-                measure(_with_value(readings, column, index, cell.value)),
+                words + cell.words.format(old=written(column, index)),
+                COMMON[cell.kind] * _unusual(column, usual, index, cell.value),
+                measure(_with_readings(readings, changed)),
             )
 
 
 def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]:
     """List the corrections that exchange cells of two runs."""
     runs = (first, second)
-    timing = timing_role(readings)
+    timing = timing_column(readings.columns).role
     spins = [column.role for column in spin_columns(readings)]
     counts = [role for role in ("turns", "angle") if role in readings.columns]
     names = f"runs {readings.runs[first]} and {readings.runs[second]}"
@@ -124,20 +123,21 @@ def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]
         ([timing, *counts], "the times and turns", "exchanged runs"),
         ([*spins, timing, *counts], "the weights", "exchanged runs"),
     ):
-        changed = _exchanged(readings, roles, first, second)
-        if changed is not None:
+        columns = [readings.columns[role] for role in roles]
+        if min([column.spots[run] for column in columns for run in runs]) < 0:
+            continue
+        changed = {}
+        for column in columns:
+            changed[column.role, first] = column.readings[second]
+            changed[column.role, second] = column.readings[first]
+        if any(column.values[first] != column.values[second] for column in columns):
             text = f"are {words} of {names} exchanged? Then both would fit"
-            yield Correction(
-                runs, text, COMMON[kind], measure(changed), is_certain=True
-            )
+            after = measure(_with_readings(readings, changed))
+            yield Correction(runs, text, COMMON[kind], after, is_certain=True)
 
 
-def timing_role(readings: Readings) -> str:
-    """Return the role of the column with times, periods or rates."""
-    return next(role for role in TIMINGS if role in readings.columns)
-
-
-def _load_roles(readings: Readings) -> list[str]:
+def load_roles(readings: Readings) -> list[str]:
+    """Return the roles of the columns that give the torque."""
     load = load_role(readings.columns)
     return [load] if load == "torque" else [load, "position"]
 
@@ -170,7 +170,7 @@ def _other_counts(
             (index,),
             f"fits {turn_words(count)}, not {written}",
             COMMON[kind],
-            replace(measured, turns=counts, slowing=None),
+            replace(measured, turns=counts, slowing=1.0),
             is_certain=True,
         )
 
@@ -181,61 +181,43 @@ def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
     time = readings.columns.get("time")
     if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
         return
-    values = []
-    for column, other in ((spin, time), (time, spin)):
-        factor = _factor(column) / _factor(other)
-        values.append(factor * (other.values[index] or 0.0))
-    if not all(values):
+    if not (spin.values[index] and time.values[index]):
         return
-    changed = _with_value(readings, spin, index, values[0])
-    changed = _with_value(changed, time, index, values[1])
+    changed = {}
+    for column, other in ((spin, time), (time, spin)):
+        number = (other.values[index] or 0.0) / unit_size(other)
+        reading = replace(column.readings[index], value=number * unit_size(column))
+        changed[column.role, index] = reading
     words = (
         f"are time and spin exchanged? Spin {written(time, index)} {spin.unit} and "
         f"time {written(spin, index)} {time.unit} would fit"
     )
-    yield Correction((index,), words, COMMON["exchanged cells"], measure(changed))
+    after = measure(_with_readings(readings, changed))
+    yield Correction((index,), words, COMMON["exchanged cells"], after)
 
 
-def _exchanged(
-    readings: Readings, roles: Sequence[str], first: int, second: int
-) -> Readings | None:
-    """Exchange the cells of two runs in some columns; None if nothing changes."""
-    columns = dict(readings.columns)
-    is_changed = False
-    for role in roles:
-        column = columns[role]
-        if min(column.spots[first], column.spots[second]) < 0:
-            return None
-        cells = list(column.readings)
-        is_changed |= cells[first].value != cells[second].value
-        cells[first], cells[second] = cells[second], cells[first]
-        columns[role] = replace(column, readings=tuple(cells))
-    return replace(readings, columns=columns) if is_changed else None
-
-
-def _with_value(
-    readings: Readings, column: Column, index: int, value: float
+def _with_readings(
+    readings: Readings, changed: Mapping[tuple[str, int], Reading]
 ) -> Readings:
-    """Change a cell, also for the blank cells below for which it counts."""
-
-    def changed(reading: Reading, spot: int) -> Reading:
-        is_cell = spot == column.spots[index]
-        return replace(reading, value=value) if is_cell else reading
-
-    cells = tuple(map(changed, column.readings, column.spots))
-    columns = {**readings.columns, column.role: replace(column, readings=cells)}
+    """Change cells, by role and run, also for the blank cells that they fill."""
+    columns = dict(readings.columns)
+    for (role, run), reading in changed.items():
+        column = columns[role]
+        cells = list(column.readings)
+        for other, spot in enumerate(column.spots):
+            if spot == column.spots[run]:
+                cells[other] = reading
+        columns[role] = replace(column, readings=tuple(cells))
     return replace(readings, columns=columns)
 
 
 # --- other contents of a cell ---
 
 
-def _cells(
-    readings: Readings, column: Column, usual: tuple[float, float], index: int
-) -> Iterator[Cell]:
+def _cells(readings: Readings, column: Column, index: int) -> Iterator[Cell]:
     """List other contents of a cell, without those that are the same number."""
     role = column.role
-    is_load = column.role in _load_roles(readings)
+    is_load = column.role in load_roles(readings)
     if role not in TIMINGS:
         yield from _of_neighbours(column, index, is_load)
     others = {
@@ -251,12 +233,11 @@ def _cells(
 
 def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
     """Leave out cells with a number that is there already, or that is impossible."""
-    sizes = [size.possible for size in SIZES if size.role == column.role]
+    low, high = possible_range(column.role)
     listed = {0.0, float(f"{column.values[index]:.6g}")}
     for cell in cells:
         rounded = float(f"{cell.value:.6g}")
-        is_possible = all(low <= cell.value <= high for low, high in sizes)
-        if is_possible and rounded not in listed:
+        if low <= cell.value <= high and rounded not in listed:
             listed.add(rounded)
             yield cell
 
@@ -283,18 +264,9 @@ def written(column: Column, index: int) -> str:
     If it is not a plain number, its value in the unit of the column.
     """
     text = column.readings[index].text
-    value = column.values[index] or 0.0
     if PLAIN.fullmatch(text):
         return text
-    if column.unit:
-        value = from_si(value, column.unit, kind_of_role(column.role))
-    return f"{value:.6g}"
-
-
-def _factor(column: Column) -> float:
-    """Return one unit of a column [SI unit]."""
-    kind = kind_of_role(column.role)
-    return parse_unit(column.unit, kind).factor if column.unit else 1.0
+    return f"{(column.values[index] or 0.0) / unit_size(column):.6g}"
 
 
 def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
@@ -337,7 +309,7 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
     text = written(column, index)
     value = column.values[index] or 0.0
     number = Decimal(text.replace(",", "."))
-    factor = _factor(column)
+    factor = unit_size(column)
     is_shifted = origin in ("surface", "tip")
     is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
     if not number or not (is_shifted or is_plain):
@@ -347,7 +319,10 @@ def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
         # A position with another origin changes by as much as the number.
         moved = factor * float(new - number) * sign
         words = f" would fit, not {{old}} ({why})"
-        yield Cell(kind, _like(f"{new:f}", text), words, value + moved)
+        shown = f"{new:f}"
+        if "," in text:
+            shown = shown.replace(".", ",")
+        yield Cell(kind, shown, words, value + moved)
     if column.unit and not is_shifted:
         for unit, times in other_units(column):
             words = f" would fit, not {{old}} (is it in {unit}?)"
@@ -361,7 +336,10 @@ def _guesses(
     for power in (-1, 1, -2, 2):
         kind = "point" if abs(power) == 1 else "two places"
         yield kind, number.scaleb(power), "is the decimal point misplaced?"
-    for new in exchanged_digits(_with_last_zeros(column, text, number)):
+    step = column.steps[0] / unit_size(column)
+    # A spreadsheet writes 43 for 43.0.
+    digits = as_read(float(number), step) if step and text.isdigit() else text
+    for new in exchanged_digits(digits):
         yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
@@ -380,14 +358,6 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
     yield "minute", number - 60, "is it a minute less?"
 
 
-def _with_last_zeros(column: Column, text: str, number: Decimal) -> str:
-    """Return a number with the digits of its column, as 43.0 for 43."""
-    step = (column.readings[0].step or 0.0) / _factor(column)
-    if not 0 < step < 1 or "." in text or "," in text:
-        return text
-    return f"{number:.{round(-math.log10(step))}f}"
-
-
 def exchanged_digits(number: str) -> Iterator[str]:
     """List the numbers that result if two neighbouring digits are exchanged.
 
@@ -400,11 +370,6 @@ def exchanged_digits(number: str) -> Iterator[str]:
         signs[second] = number[first]
         if signs[digits[0]] != "0" and signs != [*number]:
             yield "".join(signs)
-
-
-def _like(number: str, text: str) -> str:
-    """Return a number with the decimal sign of another number."""
-    return number.replace(".", ",") if "," in text else number
 
 
 # --- how well a corrected run agrees with the others ---

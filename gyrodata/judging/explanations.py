@@ -13,8 +13,10 @@ No explanation is tried for a log whose runs agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from itertools import combinations
+from operator import itemgetter
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -32,12 +34,11 @@ from gyrodata.judging.corrections import (
 )
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
-from gyrodata.measurements.checks import SIZES, other_units
+from gyrodata.measurements.checks import other_units, possible_range, unit_size
 from gyrodata.measurements.sources import load_role
-from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import Quantity
-from gyrodata.quantities.units import from_si, parse_unit
-from gyrodata.readings import Column, Readings, kind_of_role
+from gyrodata.quantities.numerals import as_read
+from gyrodata.readings import Column, Readings
 
 ONE_BALANCE = 1 / 3
 """If M0 is the same with every weight with a smaller probability, the weights do not
@@ -239,7 +240,8 @@ def diagnose(
     tried.sort(key=lambda each: each.log_probability, reverse=True)
     likely = _comparable(tried)
     if not likely or "none" in [each.kind for each in likely]:
-        return Diagnosis(outliers=_outliers_of(likely) or tuple(outliers))
+        of_runs = [each.outliers for each in likely if each.kind == "runs"]
+        return Diagnosis(outliers=(*of_runs, tuple(outliers))[0])
     wrong = set.intersection(*[set(each.wrong) for each in likely])
     best = likely[0].log_probability
     total = sum(math.exp(each.log_probability - best) for each in tried)
@@ -249,12 +251,6 @@ def diagnose(
     ]
     shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
-
-
-def _outliers_of(likely: Sequence[Hypothesis]) -> tuple[Outlier, ...]:
-    """Return the wrong runs of the most probable hypothesis about single runs."""
-    runs = [each.outliers for each in likely if each.kind == "runs"]
-    return runs[0] if runs else ()
 
 
 def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
@@ -326,15 +322,12 @@ def _runs_hypothesis(
     prediction = Prediction(measured, others)
     kept = np.flatnonzero(others.adjusted.kept).tolist()
     of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
-    partners: dict[int, Scores] = {}
     for words, scores in _exchanges(log, prediction, of_run):
         for run, score in scores.items():
-            entry = Score(score, words, is_certain=True)
-            of_run.get(run, partners.setdefault(run, [])).append(entry)
+            of_run.setdefault(run, []).append(Score(score, words, is_certain=True))
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(of_run.get(run, [])) - math.log(measured.time[run])
-    of_run = {**{run: [] for run in runs}, **partners, **of_run}
+        total += _log_sum(of_run.setdefault(run, [])) - math.log(measured.time[run])
     outliers = [
         _with_corrections(others, run, scores, known.get(run))
         for run, scores in sorted(of_run.items())
@@ -384,30 +377,26 @@ def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> 
 
 def _exchanges(
     log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> Iterator[tuple[str, dict[int, float]]]:
+) -> list[tuple[str, dict[int, float]]]:
     """Find runs whose cells are exchanged: words, and the score of each run."""
     gains: list[tuple[float, Correction, dict[int, float]]] = []
-    for correction in _possible_exchanges(log, of_run):
-        scores = _scores_of_pair(log, prediction, of_run, correction)
-        before = [_log_sum(of_run[run]) for run in scores if run in of_run]
-        gain = sum(scores.values()) - sum(before)
-        if math.isfinite(gain) and gain > 0:
-            gains.append((gain, correction, scores))
-    gains.sort(key=lambda item: item[0], reverse=True)
+    for first, second in combinations(range(len(log.measured.runs)), 2):
+        if not (first in of_run or second in of_run):
+            continue
+        for correction in corrections.of_pair(log.readings, first, second):
+            scores = _scores_of_pair(log, prediction, of_run, correction)
+            before = [_log_sum(of_run[run]) for run in scores if run in of_run]
+            gain = sum(scores.values()) - sum(before)
+            if math.isfinite(gain) and gain > 0:
+                gains.append((gain, correction, scores))
+    gains.sort(key=itemgetter(0), reverse=True)
     used: set[int] = set()
+    exchanges = []
     for _, correction, scores in gains:
         if not used.intersection(correction.runs):
             used.update(correction.runs)
-            yield correction.words, scores
-
-
-def _possible_exchanges(log: Log, odd: Collection[int]) -> Iterator[Correction]:
-    """List the exchanges of an outlier with any other run."""
-    for first in odd:
-        for second in range(len(log.measured.runs)):
-            is_seen = second in odd and second <= first
-            if not is_seen and second != first:
-                yield from corrections.of_pair(log.readings, first, second)
+            exchanges.append((correction.words, scores))
+    return exchanges
 
 
 def _scores_of_pair(
@@ -420,13 +409,13 @@ def _scores_of_pair(
 
     The partner of an outlier may agree with the others by itself.
     """
-    first, second = correction.runs
     score = math.log(correction.common)
     for run in correction.runs:
         score += prediction.log_density(correction.measured, run)
-    if second in of_run:
-        return {first: score / 2, second: score / 2}
-    return {first: score - prediction.log_density(log.measured, second), second: 0.0}
+        if run not in of_run:
+            score -= prediction.log_density(log.measured, run)
+    odd = of_run.keys() & correction.runs
+    return {run: score / len(odd) * (run in odd) for run in correction.runs}
 
 
 def _with_corrections(
@@ -439,20 +428,18 @@ def _with_corrections(
     probable = [
         score for score in scores if score.log_density > scores[0].log_density - CLEARLY
     ]
-    likely = [score.words for score in probable]
+    likely = [score.words for score in probable[:MOST_SHOWN]]
     is_wrong = outlier.slip or any(score.is_certain for score in probable)
-    maybe = ""
-    if not is_wrong:
+    if not is_wrong and len(probable) > 1:
         # A run that is not clearly wrong may be odd by chance; then several
         # corrections may fit, or none.
-        likely, maybe = [], likely[0] if len(likely) == 1 else ""
+        likely = []
     return replace(
         outlier,
         deviation=deviation,
         expected=float(others.fitted_time[run]),
         slip=is_wrong,
-        cells=tuple(likely[:MOST_SHOWN]),
-        maybe=maybe,
+        cells=tuple(likely),
     )
 
 
@@ -472,8 +459,7 @@ def _words_of_runs(measured: Measurements, outliers: Sequence[Outlier]) -> str:
 
 def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the load of one weight is wrong in all its runs."""
-    measured = log.measured
-    weights = [runs for runs in measured.by_weight if measured.torque[runs[0]]]
+    weights = log.measured.by_weight
     if not 2 <= len(weights) <= MOST_WEIGHTS:
         return
     prior = math.log(WRONG_WEIGHT / len(weights))
@@ -489,7 +475,11 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     changed = _with_free_load(log, runs, factor)
     fit = log.fit(changed)
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
-    slips = _slips_of(log, factor)
+    slips = [
+        words
+        for words, of_load in _slips(log.readings)
+        if abs(factor / of_load - 1) < NEAR
+    ]
     counts = _counts_of(log, runs, factor)
     causes = [*slips, *counts, *_values_of(log, runs, factor)]
     if not causes:
@@ -555,8 +545,8 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     factors = np.where(of_weight, factor, 1.0)
     name = "given_torque" if role == "torque" else role
     group = np.where(of_weight, 0, -1)
-    wide: Floats = np.where(of_weight, WIDE, 0.0)
-    free = _wide_source(FREE_LOAD, quantity, group, np.zeros(len(wide)), wide)
+    wide = np.where(of_weight, WIDE, 0.0)
+    free = Source(FREE_LOAD, quantity, group, 0 * wide, wide)
     changed = {name: factors * getattr(measured, name)}
     return replace(
         measured,
@@ -564,15 +554,6 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
         sources=(*measured.sources, free),
         **changed,
     )
-
-
-def _slips_of(log: Log, factor: float) -> list[str]:
-    """List the mistakes in a whole column that are the same as a factor on the load."""
-    return [
-        words
-        for words, of_load in _slips(log.readings)
-        if abs(factor / of_load - 1) < NEAR
-    ]
 
 
 def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
@@ -590,11 +571,10 @@ def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
 
 def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
     """List the masses and positions of a weight, the one with a known cause first."""
-    columns = log.readings.columns
-    roles = [load_role(columns)]
-    if roles[0] != "torque" and "position" in columns:
-        roles.append("position")
-    each = [_value_words(log, columns[role], runs[0], factor) for role in roles]
+    each = [
+        _value_words(log, log.readings.columns[role], runs[0], factor)
+        for role in corrections.load_roles(log.readings)
+    ]
     return sorted([f"its {words}" for words in each if words], key=_has_no_cause)
 
 
@@ -630,9 +610,7 @@ def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
     measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
     value = factor * measured
     written = column.values[run] or 0.0
-    low, high = next(
-        (size.possible for size in SIZES if size.role == column.role), (0.0, math.inf)
-    )
+    low, high = possible_range(column.role)
     if not low <= abs(value) <= high:
         return ""
     name = column.role.replace("_", " ")
@@ -656,14 +634,9 @@ HANGER = (0.5e-3, 0.02)
 
 def _in_column(column: Column, run: int, value: float) -> str:
     """Return a value with the unit and the digits of a column."""
-    kind = kind_of_role(column.role)
-    factor = parse_unit(column.unit, kind).factor if column.unit else 1.0
-    step = (column.readings[run].step or 0.0) / factor
-    places = 1
-    if step:
-        places = max(0, -math.floor(math.log10(step * 1.000001)))
-    number = from_si(value, column.unit, kind) if column.unit else value
-    return f"{number:.{places}f} {column.unit}".rstrip()
+    unit = unit_size(column)
+    number = as_read(value / unit, column.steps[run] / unit)
+    return f"{number} {column.unit}".rstrip()
 
 
 # --- the turns of weights ---
@@ -703,38 +676,33 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
     the nearest count. Only the counts that change the fewest torques are listed; none
     if the torques agree as written.
     """
-    groups = measured.by_torque
-    loaded = [
-        number
-        for number, runs in enumerate(groups)
+    groups = {
+        number: runs
+        for number, runs in enumerate(measured.by_torque)
         if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
-    ]
-    if len(loaded) < 2:
-        return []
-    first = [groups[number][0] for number in loaded]
-    product = [
-        fitting.median(np.abs(measured.product[groups[number]])) for number in loaded
-    ]
-    written = measured.turns[first, None]
-    counts = np.hstack([written, np.tile(USUAL_COUNTS, (len(loaded), 1))])
-    inertia = np.abs(measured.torque[first, None]) / np.array(product)[:, None]
-    # The shape is (torques, counts), and (torques, counts, values of I_zz) for `off`.
-    logarithm = np.log(inertia * written / counts)
-    off = np.abs(logarithm[:, :, None] - logarithm.reshape(-1))
-    nearest = np.take_along_axis(counts, off.argmin(axis=1), axis=1)
-    agrees = off.min(axis=1).max(axis=0) < SAME_COUNT
-    changed = ~np.isclose(nearest, written, rtol=0.01)
-    sizes = changed.sum(axis=0)
-    fewest = sizes[agrees].min(initial=len(loaded))
+    }
+    own = measured.single_inertia
+    single = np.array([fitting.median(own[runs]) for runs in groups.values()])
+    written = np.array([measured.turns[runs[0]] for runs in groups.values()])
+    usual = np.tile(USUAL_COUNTS, (len(groups), 1))
+    # The shape of these two is (torques, counts).
+    counts = np.column_stack([written, usual])
+    inertia = (single * written)[:, None] / counts
     answers: list[dict[int, float]] = []
-    for line in np.flatnonzero(agrees & (sizes == fewest)):
+    for supposed in inertia.reshape(-1):
+        off = np.abs(np.log(inertia / supposed))
+        nearest = counts[range(len(counts)), off.argmin(axis=1)]
+        pairs = zip(groups, nearest.tolist(), written, strict=True)
         answer = {
-            loaded[number]: float(nearest[number, line])
-            for number in np.flatnonzero(changed[:, line])
+            number: count
+            for number, count, old in pairs
+            if not math.isclose(count, old, rel_tol=0.01)
         }
-        if answer and answer not in answers:
+        if off.min(axis=1).max() < SAME_COUNT and answer not in answers:
             answers.append(answer)
+    fewest = min(map(len, answers), default=0)
     # Only the first are tried: the smallest counts are the most usual.
+    answers = [answer for answer in answers if len(answer) == fewest > 0]
     return sorted(answers, key=lambda answer: sum(answer.values()))
 
 
@@ -757,6 +725,8 @@ class SharedError(NamedTuple):
     remedy: str
     signs: tuple[str, str] = ("", "")
     """Words for readings that are too large, and too small."""
+    needs: str = ""
+    """The source of error of a log that can have it; "" if every log can."""
 
 
 SHARED_ERRORS = (
@@ -769,6 +739,7 @@ SHARED_ERRORS = (
         "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, "
         "or time more turns",
         ("later", "earlier"),
+        "time",
     ),
     SharedError(
         "origin",
@@ -779,6 +750,7 @@ SHARED_ERRORS = (
         "measure the arm from the centre of the ball, or state # u_position_zero: "
         "{size:.1g} mm",
         ("less", "more"),
+        "position_zero",
     ),
     SharedError(
         "drift",
@@ -796,18 +768,16 @@ def _shared_errors(log: Log) -> Iterator[Hypothesis]:
     """Suppose that one error that all runs share is much larger than stated."""
     measured = log.measured
     every = np.ones(len(measured.runs))
-    stated = [source.name for source in measured.sources]
+    names = {"", *[source.name for source in measured.sources]}
     for error in SHARED_ERRORS:
-        if error.kind == "hand" and not measured.timed:
-            continue
-        if error.kind == "origin" and "position_zero" not in stated:
+        if error.needs not in names:
             continue
         sizes = error.size * every
         if error.kind == "drift":
             lightest = fitting.lightest_torque(measured, every)
             sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
         group = np.zeros(len(every), dtype=int)
-        wide = _wide_source(error.kind, error.quantity, group, sizes, 0 * every)
+        wide = Source(error.kind, error.quantity, group, sizes, 0 * every, "all runs")
         with suppress(NoFit):
             fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
             off = np.ptp(np.append(0.0, sizes)) * fit.error_of(error.kind)[0]
@@ -823,10 +793,3 @@ def _shared_errors(log: Log) -> Iterator[Hypothesis]:
                 fit,
                 error.remedy.format(size=size, twice=2 * size),
             )
-
-
-def _wide_source(
-    name: str, quantity: Quantity, groups: Integers, absolute: Floats, relative: Floats
-) -> Source:
-    """Return an error that can be much larger than those that a log states."""
-    return Source(name, quantity, groups, absolute, relative, "all runs", False, "")

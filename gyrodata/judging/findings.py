@@ -21,7 +21,6 @@ from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
-from gyrodata.judging.corrections import timing_role
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -31,14 +30,13 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, Measurements, spin_columns
-from gyrodata.measurements.checks import unit_within
-from gyrodata.measurements.sources import values_of
+from gyrodata.measurements import BALANCE_CHANGE, spin_columns
+from gyrodata.measurements.checks import unit_size, unit_within
+from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
 from gyrodata.quantities.numerals import take_apart
-from gyrodata.quantities.units import from_si
-from gyrodata.readings import Column, Readings, kind_of_role, to_display
+from gyrodata.readings import Column, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -53,8 +51,6 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
     """I_zz without any outlier [kg*m^2], if one is kept."""
     explanations: tuple[Explanation, ...]
     """Mistakes with which the runs would agree, the most probable first."""
-    p: float | None
-    """Probability of a larger chi-square; None without degrees of freedom."""
     constancy: Constancy | None
     """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     blocks: tuple[Block, ...]
@@ -74,12 +70,8 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
 
 def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name each outlier, unless an explanation says more."""
-    if lab.outliers and not _is_explained(lab):
-        yield from _say_outliers(lab)
-
-
-def _say_outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Say for each outlier what was done with it, and what it does to the answer."""
+    if _is_explained(lab):
+        return
     readings = lab.readings
     without = lab.without_outliers
     kept = ""
@@ -101,7 +93,7 @@ def _say_outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
 
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
     """Return the cell of an outlier that its correction is about, or its time."""
-    timing = readings.columns[timing_role(readings)]
+    timing = timing_column(readings.columns)
     # "position 15.4 cm would fit" is about the position.
     first_word = "".join(outlier.cells[:1]).partition(" ")[0]
     about = readings.columns.get(first_word.replace("fits", "turns"), timing)
@@ -115,19 +107,14 @@ OTHER_LAW = 4.0
 """An exponent at least this many u from 1 means another law; its u includes the
 remaining scatter of the runs."""
 
-NO_ACCIDENT = 0.001
-"""If the scatter of the runs has a smaller probability, they do not follow the law
-within their uncertainties."""
-
 
 def _causes_of_scatter(lab: JudgedLab) -> str:
     """Name the runs that were perhaps stopped late."""
     if not lab.fit.late:
         return ""
-    names = [lab.measured.runs[run] for run in lab.fit.late]
-    runs = f"run{'s' * (len(names) > 1)} {listing(names)}"
     return (
-        f"the clock of {runs} was perhaps stopped late, "
+        f"the clock of {lab.measured.run_words(lab.fit.late)} "
+        f"was perhaps stopped late, "
         f"and the answer hardly depends on them: repeat them; "
     )
 
@@ -151,8 +138,8 @@ def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
-    p = lab.p or fitting.chi2_tail(fit.chi2, max(fit.dof, 1))
-    if p < NO_ACCIDENT and not (_is_balance_change(lab) or _is_explained(lab)):
+    is_unlikely = fit.p < fitting.UNLIKELY
+    if is_unlikely and not (_is_balance_change(lab) or _is_explained(lab)):
         yield _say_scatter(lab)
 
 
@@ -161,28 +148,21 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     measured = lab.measured
     fit = lab.fit
     scatter = fit.widths.scatter
+    time_u = measured.time_u
     values = {
         "scatter": scatter,
-        "u_time": scatter * (measured.time_u or 0.14),
+        "u_time": scatter * (time_u or 0.14),
         "late": _causes_of_scatter(lab),
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < NO_ACCIDENT:
+    if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < fitting.UNLIKELY:
         return lab.readings.say("not_one_line", **values)
     return lab.readings.say(
         "scatter_too_large",
         **values,
-        stated=_stated_scatter(measured),
+        stated="stated" if time_u is None else f"{time_u:.2g} s",
         in_u=scatter_in_u(lab.constancy, measured),
     )
-
-
-def _stated_scatter(measured: Measurements) -> str:
-    """Return the stated uncertainty of every time, or "stated" if the times differ."""
-    times = [source for source in measured.sources if source.quantity == "time"]
-    if not times or times[0].relative.any() or np.ptp(times[0].absolute):
-        return "stated"
-    return f"{float(times[0].absolute[0]):.2g} s"
 
 
 EVEN = 0.5
@@ -213,21 +193,15 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     )
 
 
-def _weights(lab: JudgedLab) -> list[list[int]]:
-    """Return the runs of each weight that has a torque."""
-    measured = lab.measured
-    return [runs for runs in measured.by_weight if measured.torque[runs[0]]]
-
-
 def _can_show_weights(lab: JudgedLab) -> bool:
     """Return whether there are three weights or more, and repeated runs of one."""
-    weights = _weights(lab)
+    weights = lab.measured.by_weight
     return len(weights) > 2 and max(map(len, weights)) > 1
 
 
 def _odd_weight(lab: JudgedLab) -> str:
     """Name the weight whose M0 differs most, if the log has enough weights for it."""
-    if len(_weights(lab)) < TELLING:
+    if len(lab.measured.by_weight) < TELLING:
         return "so few weights cannot show which one is different"
     run = int(np.abs(lab.fit.error_of(BALANCE_CHANGE)).argmax())
     return f"M0 differs most with {load_words(lab.measured, run)}"
@@ -238,15 +212,16 @@ def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     agreement = lab.agreement
     if lab.contradicts_itself or agreement is None or agreement.p > DISAGREE:
         return
-    alone = [block for block in lab.blocks if block.inertia]
-    values = [
-        f"{1e3 * block.inertia.value:.4g} ± {1e3 * (block.inertia.u or 0.0):.2g}"
-        for block in alone
-        if block.inertia
-    ]
-    names = listing([block.name for block in alone])
+    values = {
+        block.name: f"{1e3 * inertia.value:.4g} ± {1e3 * (inertia.u or 0.0):.2g}"
+        for block in lab.blocks
+        if (inertia := block.inertia)
+    }
     yield lab.readings.say(
-        "blocks_disagree", names=names, p=agreement.p, values=listing(values)
+        "blocks_disagree",
+        names=listing([*values]),
+        p=agreement.p,
+        values=listing([*values.values()]),
     )
 
 
@@ -263,14 +238,12 @@ def _is_explained(lab: JudgedLab) -> bool:
 
 def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name the mistake with which the runs would agree, or the probable ones."""
-    if not _is_explained(lab):
-        return
     if len(lab.explanations) > 1:
         yield _list_explanations(lab)
-        return
-    only = lab.explanations[0]
-    name = "weight_wrong" if only.kind == "weight" else "shared_error"
-    yield lab.readings.say(name, words=only.words, remedy=only.remedy)
+    elif _is_explained(lab):
+        only = lab.explanations[0]
+        name = "weight_wrong" if only.kind == "weight" else "shared_error"
+        yield lab.readings.say(name, words=only.words, remedy=only.remedy)
 
 
 def _list_explanations(lab: JudgedLab) -> Diagnostic:
@@ -295,8 +268,8 @@ def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square
     # of the fit decides.
-    other_law = fit.adjusted.problem.tilted or lab.measured.slowing is not None
-    if other_law and (lab.p or 0.0) > NO_ACCIDENT:
+    other_law = lab.motion.tilted or np.any(lab.measured.slowing != 1)
+    if other_law and fit.p > fitting.UNLIKELY:
         return
     rest = (fit.chi2 - exponent.deviation**2) / (fit.dof - 1)
     far = exponent.deviation / math.sqrt(max(rest, 1.0))
@@ -364,15 +337,10 @@ BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 4
 
 def _direction(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Ask for the direction of the runs without a weight, if this reduces u of I_zz."""
-    now = 100 * relative_u(lab.fit.inertia)
-    for _, answer in changes.answers(lab, "direction"):
-        then = 100 * relative_u(answer.inertia) if answer.inertia else now
-        if then > changes.WORTH * now:
-            continue
+    for _, now, then in changes.gains(lab, "direction"):
         bare = (lab.measured.sense == 0) & (lab.fit.adjusted.kept > 0)
         runs = np.flatnonzero(bare).tolist()
-        names = f"run{'s' * (len(runs) > 1)} "
-        names += listing([lab.measured.runs[run] for run in runs])
+        names = lab.measured.run_words(runs)
         place = lab.readings.place(runs[0])
         yield lab.readings.say(
             "direction_missing", place, runs=names, now=now, then=then
@@ -495,12 +463,8 @@ def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report each column with which one more digit would make u(I_zz) much smaller."""
-    now = 100 * relative_u(lab.fit.inertia)
-    for change, answer in changes.answers(lab, "one_more_digit"):
-        then = 100 * relative_u(answer.inertia) if answer.inertia else now
-        if then < MUCH_BETTER * now:
-            column = lab.readings.columns[change.words]
-            yield _say_too_few_digits(lab.readings, column, now, then)
+    for role, now, then in changes.gains(lab, "one_more_digit", MUCH_BETTER):
+        yield _say_too_few_digits(lab.readings, lab.readings.columns[role], now, then)
 
 
 MUCH_BETTER = 0.88
@@ -512,7 +476,6 @@ def _say_too_few_digits(
     readings: Readings, column: Column, now: float, then: float
 ) -> Diagnostic:
     """Report a column with too few digits, and show a number with enough of them."""
-    kind = kind_of_role(column.role)
     steps = np.array(column.steps)
     steps[[run for run, _ in column.stated]] = 0.0
     size = np.abs(values_of(column))
@@ -521,8 +484,8 @@ def _say_too_few_digits(
     reading = column.readings[run]
     typed = take_apart(reading.text)
     # A position may count from the surface of the ball: the number is as it was typed.
-    value = typed.value if typed else from_si(reading.value or 0.0, column.unit, kind)
-    step = from_si(float(steps[run]), column.unit, kind)
+    value = typed.value if typed else (reading.value or 0.0) / unit_size(column)
+    step = float(steps[run]) / unit_size(column)
     digits = max(0, 1 - round(math.log10(step)))
     half, unit = to_display(steps[run] / 20, column.role)
     return readings.say(
@@ -606,9 +569,6 @@ def _silent_motion(
         yield lab.readings.say(is_not_used, off=off, direction=direction)
 
 
-BY_HAND = (60 * RPM, 2000 * RPM)
-"""Range of spins of a ball that is spun by hand [rad/s], with a margin."""
-
 NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a
 motor have 1 to 2 [kg*m^2/s]."""
@@ -622,6 +582,13 @@ precession over spin [1]."""
 
 LONGEST_ARM = 0.6
 """An arm is usually shorter [m]."""
+
+USUAL = {
+    "spin": (60 * RPM, 2000 * RPM),
+    "time": (1.0, LONG_TURN),
+    "position": (SHORT_ARM, LONGEST_ARM),
+}
+"""Range of the readings of a ball that is spun by hand, with a margin [SI unit]."""
 
 
 def _unusual(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -642,35 +609,31 @@ def _unusual(lab: JudgedLab) -> Iterator[Diagnostic]:
     fastest = float(spin.max())
     by_hand = fastest > 1.2 * spin.min() and momentum < NO_MOTOR
     if fastest < 80 * RPM or (by_hand and fastest > 1800 * RPM):
-        yield _ask(lab, "spin_not_usual", "spin", BY_HAND, fastest / RPM)
+        yield _ask(lab, "spin_not_usual", "spin", fastest / RPM)
     elif lever > LONG_LEVER and arm < LONGEST_ARM:
-        yield _ask(lab, "weight_too_large", "spin", BY_HAND, lever)
+        yield _ask(lab, "weight_too_large", "spin", lever)
     if turn > LONG_TURN:
-        yield _ask(lab, "turn_not_usual", "time", (1.0, LONG_TURN), turn / 60)
+        yield _ask(lab, "turn_not_usual", "time", turn / 60)
     elif (rate / spin).min() > NEARLY_AS_FAST:
-        yield _ask(lab, "turn_too_fast", "time", (1.0, LONG_TURN), turn)
+        yield _ask(lab, "turn_too_fast", "time", turn)
     if arm < SHORT_ARM:
-        yield _ask(
-            lab, "arm_not_usual", "position", (SHORT_ARM, LONGEST_ARM), 100 * arm
-        )
+        yield _ask(lab, "arm_not_usual", "position", 100 * arm)
 
 
-def _ask(
-    lab: JudgedLab, name: str, role: str, usual: tuple[float, float], value: float
-) -> Diagnostic:
+def _ask(lab: JudgedLab, name: str, role: str, value: float) -> Diagnostic:
     """Ask about the readings of a column, and propose another unit.
 
-    `name` is that of the message, and `usual` the range in this lab [SI unit].
+    `name` is that of the message.
     """
-    readings = lab.readings
-    column = readings.columns.get(role)
-    unit = unit_within(readings, role, usual) if column else ""
-    hint = ""
-    if unit:
-        hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
+    column = lab.readings.columns.get(role)
+    if column is None:
+        return lab.readings.say(name, value=value, hint="")
     first = int(np.flatnonzero(lab.measured.torque)[0])
-    place = column.place(first) if column else None
-    asked = readings.say(name, place, value=value, hint=hint)
+    unit = unit_within(lab.readings, role, USUAL[role])
+    hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
+    asked = lab.readings.say(
+        name, column.place(first), value=value, hint=hint if unit else ""
+    )
     # If another unit makes the column usual, the answer is not safe to quote.
     return replace(asked, doubt="size" if unit else asked.doubt)
 

@@ -277,7 +277,7 @@ def _inertia_without(
     """Return I_zz without a mistake [kg*m^2]; None if the runs then scatter more."""
     loaded = measured.torque != 0
     factor = np.broadcast_to(mistake.torque / mistake.product, loaded.shape)[loaded]
-    each = np.abs(measured.torque / measured.product)[loaded]
+    each = measured.single_inertia[loaded]
     mended = each / factor
     if not np.isfinite(mended).all():
         return None

@@ -12,13 +12,11 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from gyrodata.base.errors import Diagnostic, count_text
-from gyrodata.fitting import relative_u
 from gyrodata.judging import changes
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
-from gyrodata.physics import RPM, Integers
+from gyrodata.physics import RPM
 from gyrodata.readings import Readings
-from gyrodata.readings.lablog import listing
 
 SHORT = 6.0
 """A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
@@ -60,7 +58,7 @@ def _weights_and_spins(
     readings: Readings, measured: Measurements
 ) -> Iterator[Diagnostic]:
     """Ask for three weights, and for three spins of each that are far enough apart."""
-    groups = [group for group in measured.by_weight if measured.torque[group[0]] != 0]
+    groups = measured.by_weight
     if len(groups) < 3:
         torques = " and ".join(
             f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
@@ -89,13 +87,7 @@ def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
     signs = set(np.sign(lab.measured.torque).tolist())
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
-    now = 100 * relative_u(lab.fit.inertia)
-    answers = changes.answers(lab, "unloaded_run")
-    inertia = answers[0][1].inertia if answers else None
-    if inertia is None:
-        return
-    then = 100 * relative_u(inertia)
-    if then <= changes.WORTH * now:
+    for _, now, then in changes.gains(lab, "unloaded_run"):
         yield readings.say("no_unloaded_run", now=now, then=then)
 
 
@@ -108,7 +100,7 @@ def _times_and_falls(
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
         times = count_text(len(short), "time")
-        runs = _runs(measured, short)
+        runs = measured.run_words(short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
         yield readings.say(
             "times_too_short", readings.place(worst), times=times, runs=runs, **values
@@ -120,13 +112,7 @@ def _times_and_falls(
     if len(far):
         worst = int(far[np.argmax(fall[far])])
         values = {"most": 100 * fall[worst], "run": measured.runs[worst]}
-        runs = _runs(measured, far)
+        runs = measured.run_words(far)
         yield readings.say(
             "spin_falls_too_much", readings.place(worst), runs=runs, **values
         )
-
-
-def _runs(measured: Measurements, indices: Integers) -> str:
-    """Return the names of runs: "runs 2, 5"."""
-    names = listing([measured.runs[run] for run in indices])
-    return f"run{'s' * (len(indices) > 1)} {names}"

@@ -36,9 +36,6 @@ EXACT = 1e-6
 TOO_WIDE = 0.7
 """Largest relative uncertainty of I_zz that is an answer [1]."""
 
-UNLIKELY = 1e-3
-"""If chi-square is less probable than this, the runs do not agree."""
-
 
 class Recommended(Struct, frozen=True):
     """The recommended fit of a log."""
@@ -81,13 +78,12 @@ def recommend(
     _refuse_too_many_shared_readings(readings, measured)
     _refuse_rods_that_fall(readings, measured, model)
     try:
-        motion, ready = changes.choose_model(measured, model)
+        motion = changes.choose_model(measured, model)
         tilted = motion.tilted
-        runs, outliers = _screen(measured, motion, ready)
-        base = ready.fit if ready else None
-        if base is None:
-            with suppress(NoFit):
-                base = fitting.fit(runs, tilted=tilted)
+        runs, outliers = _screen(measured, motion)
+        base = None
+        with suppress(NoFit):
+            base = fitting.fit(runs, tilted=tilted)
         diagnosis = Diagnosis()
         if not _agrees(base, outliers):
             diagnosis = explanations.diagnose(readings, runs, tilted, base, outliers)
@@ -111,28 +107,24 @@ def _agrees(fit: FitResult | None, outliers: Sequence[Outlier]) -> bool:
     """Return whether the runs, and the weights, agree with each other."""
     if fit is None or outliers:
         return False
-    as_stated = fit.as_stated or fit
-    if fitting.chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) < UNLIKELY:
-        return False
-    return fit.chance_of_one_balance > ONE_BALANCE
+    is_likely = fit.as_stated.p >= fitting.UNLIKELY
+    return is_likely and fit.chance_of_one_balance > ONE_BALANCE
 
 
 def _screen(
-    measured: Measurements, motion: Motion, ready: Lab | None
+    measured: Measurements, motion: Motion
 ) -> tuple[Measurements, list[Outlier]]:
     """Correct the runs for their motion, and find the outliers.
 
     The correction depends on I_zz, which an outlier can change: so outliers are found
     first without the correction, and then again with it.
     """
-    as_stated = ready.fit.as_stated if ready else None
-    outliers, _ = fitting.screen(measured, motion.tilted, as_stated)
+    outliers = fitting.screen(measured, motion.tilted)
     if not motion.is_corrected(fitting.timed_runs(measured)):
         return measured, outliers
     odd = [outlier.index for outlier in outliers]
     corrected, _ = fitting.fit_model(measured, motion, odd, fitting.AS_STATED)
-    outliers, _ = fitting.screen(corrected, motion.tilted)
-    return corrected, outliers
+    return corrected, fitting.screen(corrected, motion.tilted)
 
 
 def _refuse_too_many_shared_readings(
@@ -140,12 +132,9 @@ def _refuse_too_many_shared_readings(
 ) -> None:
     """Refuse a log if the matrix of its fit would be too large.
 
-    Most logs are too short for it, whatever they share. Runs without an error of a
-    source are in its group -1.
+    Runs without an error of a source are in its group -1.
     """
     count = len(measured.runs)
-    if count**2 * len(measured.sources) <= LARGEST:
-        return
     shared = 0
     for source in measured.sources:
         runs_of_group = np.bincount(source.groups + 1)[1:]
@@ -177,11 +166,8 @@ def _insist_on_credible_fit(
         raise NoFit(
             f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
         )
-    kept = np.ones(len(lab.measured.runs))
-    kept[list({*suspected, *lab.left_out})] = 0.0
-    fitting.insist_on_lines(lab.measured, fit, lab.motion.tilted, kept)
-    as_stated = fit.as_stated or fit
-    if fit.dof <= 0 and fitting.relative_u(as_stated.inertia) < EXACT:
+    fitting.insist_on_lines(lab.measured, fit, [*suspected, *lab.left_out])
+    if fit.dof <= 0 and fitting.relative_u(fit.as_stated.inertia) < EXACT:
         # Without degrees of freedom, the runs cannot contradict the stated
         # uncertainties.
         raise NoFit(

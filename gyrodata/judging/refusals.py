@@ -22,25 +22,23 @@ from gyrodata.readings import Readings
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the released run with the largest sag, if the sag is too large for a fit."""
-    loaded = np.flatnonzero(measured.torque)
-    torque = measured.torque[loaded]
-    pitch = measured.pitch[loaded]
-    load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
+    loaded = select(measured, np.flatnonzero(measured.torque).tolist())
+    torque = loaded.torque
+    pitch = loaded.pitch
+    load = np.nan_to_num(loaded.mass * loaded.position**2)
 
     def across(inertia: Any) -> Any:
-        stated = measured.transverse_inertia
-        if stated is None:
+        if loaded.transverse_inertia is None:
             return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
-        return stated[loaded]
+        return loaded.transverse_inertia
 
     # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
     # The lower quartile of the runs is nearest to the truth, and one wrong run does not
     # change it.
-    own = np.abs(torque / measured.product[loaded])
+    own = loaded.single_inertia
     inertia = np.sort(own)[(len(own) + 1) // 4]
-    kept = select(measured, loaded.tolist())
-    top = motion.Top(np.full(len(loaded), inertia), across(inertia), torque)
-    spin = conserved_spin(top, fitting.timed_runs(kept))
+    top = motion.Top(np.full(len(own), inertia), across(inertia), torque)
+    spin = conserved_spin(top, fitting.timed_runs(loaded))
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     ratio = across(inertia) / inertia
@@ -54,35 +52,36 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque
         )
         rate = motion.mean_precession_rate(top, spin, pitch)
-        better = np.maximum(np.abs(own * rate * better * kept.spin / torque), own / 10)
+        better = np.maximum(
+            np.abs(own * rate * better * loaded.spin / torque), own / 10
+        )
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())
-    run = int(loaded[worst])
     spins = physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)
     least = float(spins[worst]) / RPM
-    fall = {
-        "spin": spin[worst] / RPM,
-        "sag": math.degrees(sag[worst]),
-        "least": 5 * math.ceil(least / 5),
-    }
-    words = {"run": measured.runs[run], "load": load_words(measured, run)}
-    return [readings.say("release_falls", readings.place(run), **words, **fall)]
+    fall = readings.say(
+        "release_falls",
+        readings.place(int(np.flatnonzero(measured.torque)[worst])),
+        run=loaded.runs[worst],
+        load=load_words(loaded, worst),
+        spin=spin[worst] / RPM,
+        sag=math.degrees(sag[worst]),
+        least=5 * math.ceil(least / 5),
+    )
+    return [fall]
 
 
 def refusal(
     readings: Readings, measured: Measurements, why: str, keep_flagged: bool
 ) -> Diagnostic:
     """Make the error of a log without an answer: the reason, and what to check."""
-    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
-    single = [
-        sorted(np.abs(measured.torque[group] / measured.product[group]).tolist())
-        for group in groups
-    ]
-    low = min(values[0] for values in single)
-    high = max(values[-1] for values in single)
     if keep_flagged:
         return readings.say("no_inertia_with_flagged", why=why)
+    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
+    own = measured.single_inertia
+    low = own[own > 0].min()
+    high = own.max()
     across = np.median(fitting.transverse_inertia(measured))
     if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
         return readings.say(
@@ -92,10 +91,9 @@ def refusal(
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
-    middle = [each[len(each) // 2] for each in single]
     shown = [
-        f"{load_words(measured, group[0])}: {value:.2g}"
-        for group, value in zip(groups, middle, strict=True)
+        f"{load_words(measured, group[0])}: {np.sort(own[group])[len(group) // 2]:.2g}"
+        for group in groups
     ]
     return readings.say(
         "no_inertia_fits",

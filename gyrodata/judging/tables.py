@@ -58,14 +58,8 @@ def run_table(
     left_out: tuple[int, ...],
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
-    count = len(measured.runs)
-    reasons = [""] * count
-    flagged = np.zeros(count, dtype=bool)
-    out = np.zeros(count, dtype=bool)
-    for outlier in outliers:
-        reasons[outlier.index] = outlier_reason(measured, outlier)
-        flagged[outlier.index] = True
-    out[list(left_out)] = True
+    reasons = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}
+    runs = range(len(measured.runs))
     read = (
         measured.mass,
         measured.position,
@@ -74,7 +68,7 @@ def run_table(
         measured.time,
         measured.turns,
     )
-    rate = fit.sense * (2 * np.pi * measured.turns / measured.time)
+    rate = fit.sense * measured.precession_rate
     period = measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
@@ -95,23 +89,24 @@ def run_table(
             measured.runs,
             measured.lines,
             *columns.tolist(),
-            flagged.tolist(),
-            out.tolist(),
-            reasons,
+            [run in reasons for run in runs],
+            [run in left_out for run in runs],
+            [reasons.get(run, "") for run in runs],
         )
     )
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     """Return why a run is an outlier: corrections that fit, or its distance."""
-    if outlier.cells:
-        return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    cells = "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
+    if cells and outlier.slip:
+        return cells
     name = "time" if measured.timed else "period"
     time = measured.time[outlier.index]
     return (
         f"its {name} is {time:.4g} s, "
         f"and the other runs predict {outlier.expected:.4g} s "
-        f"({abs(outlier.deviation):.0f} u apart){outlier.maybe and '; '}{outlier.maybe}"
+        f"({abs(outlier.deviation):.0f} u apart){cells and '; '}{cells}"
     )
 
 

@@ -89,8 +89,6 @@ def contrast_sources(
 def block_sources(measured: Measurements, width: float) -> list[Source]:
     """List the differences of M0, of a width [N*m], and of b between blocks."""
     block = measured.day
-    if measured.one_block:
-        return []
     bias = measured.timing_bias_u
     by_hand = SOURCES["time_bias"].shared_by
     return [

@@ -19,7 +19,7 @@ from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, without_loads
 from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities.units import Uncertainty, from_si, parse_unit
+from gyrodata.quantities.units import Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.readings.lablog import listing
 
@@ -29,7 +29,7 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     readings = without_loads(readings)
     timing = timing_column(readings.columns)
     return [
-        *_find_contradictions(readings, measured, timing),
+        *_find_contradictions(readings, measured),
         *_find_fast_precession(readings, measured),
         *_find_unheard(readings, measured),
         *_find_copies(readings, measured, timing),
@@ -49,25 +49,22 @@ DERIVED: Mapping[str, Callable[[Measurements], Any]] = {
     "turns": lambda runs: runs.turns,
     "angle": lambda runs: 2 * np.pi * runs.turns,
     "precession_period": lambda runs: runs.time / runs.turns,
-    "precession_rate": lambda runs: 2 * np.pi * runs.turns / runs.time,
-    "inertia": lambda runs: runs.torque / runs.product,
+    "precession_rate": lambda runs: runs.precession_rate,
+    "inertia": lambda runs: runs.single_inertia,
 }
 """Columns that also follow from other readings: their values [SI unit of the role],
 shape (n,)."""
 
 
 def _find_contradictions(
-    readings: Readings, measured: Measurements, timing: Column
+    readings: Readings, measured: Measurements
 ) -> Iterator[Diagnostic]:
     """Name the rows in which a column next to the readings disagrees with them.
 
     Such a column is a period, rate, torque, inertia or second spin.
     """
-    measured_roles = {"mass", "position", "time"}
-    if timing.role == "time":
-        measured_roles.add("turns")
-    used = [readings.columns.get(role) for role in measured_roles]
-    used += spin_columns(readings)
+    # The mean spin is corrected; another reading agrees with itself.
+    used = spin_columns(readings)
     for column in (*readings.columns.values(), *readings.others):
         is_used = any(column is each for each in used)
         if column.role in DERIVED and not is_used:
@@ -84,13 +81,12 @@ def _compare(
     if not runs:
         return
     first = runs[0]
-    noun = "run" if len(runs) == 1 else "runs"
     yield readings.say(
         "derived_column_disagrees",
         column.cell(first),
         header=column.header,
         ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=f"{noun} {listing([readings.runs[run] for run in runs])}",
+        runs=measured.run_words(runs),
         role=column.role,
     )
 
@@ -318,6 +314,14 @@ POSITION = Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m"))
 SIZES = (MASS, FORCE, POSITION, SPIN, TIME)
 
 
+def possible_range(role: str) -> tuple[float, float]:
+    """Return the smallest and the largest possible reading of a role [SI unit]."""
+    for size in SIZES:
+        if size.role == role:
+            return size.possible
+    return -math.inf, math.inf
+
+
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Return another unit that brings a column into a usual range [SI unit].
 
@@ -350,31 +354,43 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
     Each unit is listed with the factor on the values of the column.
     """
     kind = roles.kind_of_role(column.role)
-    own = parse_unit(column.unit, kind).factor if column.unit else 1.0
     for unit in next((size.units for size in SIZES if size.role == column.role), ()):
-        factor = parse_unit(unit, kind).factor / own
+        factor = parse_unit(unit, kind).factor / unit_size(column)
         if not math.isclose(factor, 1.0):
             yield unit, factor
 
 
+def unit_size(column: Column) -> float:
+    """Return one unit of a column [SI unit]; 1 for a column of numbers."""
+    kind = roles.kind_of_role(column.role)
+    return parse_unit(column.unit, kind).factor if column.unit else 1.0
+
+
 def exchanged(readings: Readings) -> bool:
     """Return whether spin and time are possible only if they are exchanged."""
-    spins = readings.columns.get("spin")
-    times = readings.columns.get("time")
-    if spins is None or times is None or (spins.unit, times.unit) != ("rpm", "s"):
+    if not _are_usual_exchanged(readings, SPIN, TIME):
         return False
+    spins = readings.columns["spin"]
+    times = readings.columns["time"]
     # A value of the whole log is in no column.
     is_stated = min(*spins.spots, *times.spots) < 0
-    spin = np.abs(values_of(spins))
-    time = np.abs(values_of(times))
-    is_usual = _are_within(RPM * time, SPIN.usual)
-    is_usual = is_usual and _are_within(spin / RPM, TIME.usual)
     # In a minute a ball turns more often than a rod needs seconds for a timed angle.
-    return is_usual and not is_stated and bool((spin / RPM < time).all())
+    is_slow = np.abs(values_of(spins)) / RPM < np.abs(values_of(times))
+    return bool(is_slow.all()) and not is_stated
 
 
-def _are_within(values: Floats, limits: tuple[float, float]) -> bool:
-    return bool(((limits[0] <= values) & (values <= limits[1])).all())
+def _are_usual_exchanged(readings: Readings, first: Size, second: Size) -> bool:
+    """Return whether two columns in usual units have usual values if exchanged."""
+    for size, other in ((first, second), (second, first)):
+        column = readings.columns.get(size.role)
+        if column is None or column.unit != size.units[0]:
+            return False
+        meant = parse_unit(other.units[0], roles.kind_of_role(other.role)).factor
+        values = np.abs(values_of(column)) / unit_size(column) * meant
+        low, high = other.usual
+        if not ((low <= values) & (values <= high)).all():
+            return False
+    return True
 
 
 INSIDE = 0.04
@@ -431,10 +447,10 @@ def _say_size(
     elif in_unit := meant_in(readings, size, run):
         name = "size_of_cell"
         meant, there = in_unit
-    kind = roles.kind_of_role(size.role)
-    own = column.unit or roles.to_display(1.0, size.role)[1]
     values = abs(column.values[run] or 0.0), *size.possible, there
-    value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in values]
+    value, low, high, near = [
+        f"{value / unit_size(column):.4g} {column.unit}" for value in values
+    ]
     return readings.say(
         name,
         column.cell(run),
@@ -450,16 +466,7 @@ def _say_size(
 def _is_mass(readings: Readings, positions: Column) -> bool:
     """Return whether positions [cm] and masses [g] are possible if they are exchanged.
 
-    1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside
-    the ball.
+    Positions in mm are as large, but none is inside the ball.
     """
-    masses = readings.columns.get("mass")
-    if masses is None or (masses.unit, positions.unit) != ("g", "cm"):
-        return False
-    mass = np.abs(values_of(masses))
-    position = np.abs(values_of(positions))
-    return (
-        _are_within(0.1 * position, MASS.usual)
-        and _are_within(10 * mass, POSITION.usual)
-        and position.min() < 10 * INSIDE
-    )
+    is_inside = np.abs(values_of(positions)).min() < 10 * INSIDE
+    return bool(is_inside) and _are_usual_exchanged(readings, MASS, POSITION)

@@ -27,6 +27,7 @@ from gyrodata.measurements.sources import (
 from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
 from gyrodata.readings import Column, Readings
+from gyrodata.readings.lablog import listing
 
 BALANCE_CHANGE = "balance_change"
 """Name of the difference of M0 between weights."""
@@ -89,9 +90,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
     """Number of readings of the spin in each run."""
-    slowing: Floats | None = None
-    """Steady precession rate over the mean rate of the run [1]; None if the rate is
-    steady."""
+    slowing: Floats | float = 1.0
+    """Steady precession rate over the mean rate of the run [1]; 1 if the rate is steady.
+    """
     balanced: bool | None = None
     """Whether the ball is balanced; None if the log does not say."""
     balance: str | None = None
@@ -152,14 +153,15 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def by_weight(self) -> list[list[int]]:
-        """Indices of the runs of each weight.
+        """Indices of the runs of each weight, without the runs that have none.
 
         The torques and positions of a weight agree within 1 %, as if it was weighed for
         each run.
         """
         groups: list[list[int]] = []
         sizes = np.array([self.torque, np.nan_to_num(self.position)])
-        for group in self.by_torque:
+        loaded = [group for group in self.by_torque if self.torque[group[0]]]
+        for group in loaded:
             size = sizes[:, group[:1]]
             near = (np.abs(sizes - size) <= 0.01 * np.abs(size)).all(axis=0)
             if known := next((runs for runs in groups if near[runs[0]]), None):
@@ -183,14 +185,17 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         loaded = np.flatnonzero(self.torque)
         before = np.searchsorted(loaded, np.arange(len(groups)), side="right") - 1
         groups = groups[loaded[np.maximum(before, 0)]]
-        if self.one_block:
-            return groups
         return parts.number_groups([*zip(self.day, groups, strict=True)])
 
     @cached_property
     def one_block(self) -> bool:
         """Whether all runs are of one day and one group."""
         return not np.ptp(self.day)
+
+    def run_words(self, indices: Sequence[int] | Integers) -> str:
+        """Name some runs: "run 2", "runs 2, 5"."""
+        names = listing([self.runs[run] for run in indices])
+        return f"run{'s' * (len(indices) > 1)} {names}"
 
     def day_words(self, run: int) -> str:
         """Return the day or group of a run behind its load: ", Mon"; else ""."""
@@ -218,15 +223,24 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             nothing + width,
             nothing,
             "runs with the same weight",
-            True,
-            "estimated from the runs",
+            usual="estimated from the runs",
         )
+
+    @property
+    def precession_rate(self) -> Floats:
+        """Size of the mean precession rate [rad/s], shape (n,)."""
+        return 2 * np.pi * self.turns / self.time
 
     @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
-        return sign * 2 * np.pi * self.turns / self.time * self.spin
+        return sign * self.precession_rate * self.spin
+
+    @property
+    def single_inertia(self) -> Floats:
+        """I_zz of each run alone by eq. (9) [kg*m^2]; 0 without a weight, shape (n,)."""
+        return np.abs(self.torque / self.product)
 
     @cached_property
     def whole_turns(self) -> Any:
@@ -253,13 +267,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None if the runs differ."""
-        own = [source for source in self.sources if source.quantity == "time"]
-        if not self.timed or len(own) != 1:
-            return None
-        absolute = own[0].absolute
-        if own[0].relative.any() or np.ptp(absolute):
-            return None
-        return float(absolute[0])
+        for source in self.sources:
+            differs = source.relative.any() or np.ptp(source.absolute)
+            if source.name == "time" and not differs:
+                return float(source.absolute[0])
+        return None
 
 
 def measure(readings: Readings) -> Measurements:

@@ -54,11 +54,11 @@ class Source(Struct, frozen=True):
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
     relative: Floats
     """Shape (n,), standard uncertainty [1]."""
-    shared_by: str
+    shared_by: str = ""
     """In words: "runs with the same weight"; "" if every run has its own error."""
-    default: bool
+    default: bool = True
     """True if the log does not state it."""
-    usual: str
+    usual: str = ""
     """The default in words: "0.2 %"."""
     of_motion: bool = False
     """True if it comes from a model of the motion, and not from a reading."""
@@ -502,11 +502,10 @@ def _by_value(column: Column, values: Floats, loaded: Any) -> Source:
     absolute, relative, default = _reading_errors(column, values, key)
     touched = loaded & np.isfinite(values)
     group = number_groups(values, touched)
-    if column.stated or len({*column.steps}) > 1:
-        for sizes in (absolute, relative):
-            most = np.zeros_like(sizes)
-            np.maximum.at(most, group[touched], sizes[touched])
-            sizes[touched] = most[group[touched]]
+    for sizes in (absolute, relative):
+        most = np.zeros_like(sizes)
+        np.maximum.at(most, group[touched], sizes[touched])
+        sizes[touched] = most[group[touched]]
     return _source(key, group, absolute, relative, default)
 
 
@@ -578,8 +577,6 @@ class Drag(Struct, frozen=True):
     rate: float
     """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay
     time."""
-    u_rate: float
-    """[1/s]"""
     spin: float
     """[rad/s]"""
     exponent: float
@@ -627,6 +624,7 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     distance = np.log(spin / middle)
     rate = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2))
     bend = 0.0
+    information = np.diag([0.0, prior**-2])
     # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
     # prior.
     for _step in range(20):
@@ -635,9 +633,9 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
         shape = np.exp(bend * distance)
         left = (measured_rate - rate * shape) / u
         rows = np.array([shape, rate * distance * shape]) / u
-        covariance = np.linalg.inv(rows @ rows.T + np.diag([0.0, prior**-2]))
-        step = covariance @ (rows @ left - [0.0, bend / prior**2])
-        rate = rate + float(step[0])
+        covariance = np.linalg.inv(rows @ rows.T + information)
+        step = covariance @ (rows @ left - information @ [rate, bend])
+        rate += float(step[0])
         bend = float(np.clip(bend + step[1], -2.0, 2.0))
     left = (measured_rate - rate * shape) / u
     misfit = float(left @ left) / max(len(u) - 2, 1)
@@ -646,9 +644,9 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     if rate <= CERTAIN * u_rate:
         return None
     if misfit > NO_LAW:
-        return Drag(rate, u_rate, middle, 1.0, u_exponent)
+        return Drag(rate, middle, 1.0, u_exponent)
     u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
-    return Drag(rate, u_rate, middle, 1 + bend, u_bend)
+    return Drag(rate, middle, 1 + bend, u_bend)
 
 
 def _usual_u_of_spin(readings: Readings) -> float:

@@ -294,7 +294,7 @@ def draw(
         applied = physics.torque(readings["mass"], readings["position"], g)
     elif not np.isnan(measured.force).all():
         applied = readings["force"] * readings["position"]
-    return replace(measured, **readings, g=g, torque=applied, slowing=None)
+    return replace(measured, **readings, g=g, torque=applied, slowing=1.0)
 
 
 def _coverage(ends: Floats, truth: float) -> float:

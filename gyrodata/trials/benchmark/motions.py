@@ -260,7 +260,7 @@ def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:
     start = "" if any(scene.push) else "# motion: released\n"
     log = simulate(Truth(), design, TYPICAL, None).log
     measured = measured_lab(log.replace("# motion: steady\n", start))
-    chosen, _ = changes.choose_model(measured)
+    chosen = changes.choose_model(measured)
     words = " and ".join(model.words for model in chosen.models) or chosen.words
     # A log without errors has less scatter than a real one; with the stated widths it
     # is usual.

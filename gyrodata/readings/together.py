@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, chain
@@ -149,7 +150,7 @@ def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:
 def _contradictions_of_two(first: Readings, log: Readings) -> Iterator[Diagnostic]:
     """List what two logs say differently."""
     for key in sorted(first.constants.keys() & log.constants.keys()):
-        if first.constants[key] != log.constants[key]:
+        if not math.isclose(first.constants[key], log.constants[key]):
             yield _compared("logs_contradict", first, log, key)
     for key in (*_MUST_AGREE, *_OF_BALANCE):
         if getattr(first, key) != getattr(log, key):

@@ -31,6 +31,7 @@ CELLS = ("white", "#BBBBBB", "#F7A98E")
 
 LABELS = {
     "seconds": "CPU time [s]",
+    "process": "CPU time of a whole process [s]",
     "evaluations": "evaluations of the torque",
     "coverage": "intervals with the true I_zz",
 }
@@ -46,9 +47,11 @@ def draw_points(
 ) -> None:
     """Draw a panel for each scene and view, which is the columns of its axes.
 
-    `error` describes the error, and `limit` is a line for it.
+    A view of a cost that was not measured is left out. `error` describes the error, and
+    `limit` is a line for it.
     """
     labels = LABELS | {"error": error}
+    views = [(x, y) for x, y in views if x in table]
     limits = {"coverage": STATED, "error": limit}
     scenes = list(table.groupby("scene", sort=False))
     grid = figure.subplots(
@@ -69,7 +72,8 @@ def draw_points(
 
 def draw_panel(ax: Axes, rows: pd.DataFrame, x: str, y: str) -> None:
     """Draw the points of each method, connected, with the ends of their intervals."""
-    ax.set(xscale="log", yscale="linear" if y == "coverage" else "log")
+    ax.set_xscale("linear" if x == "process" else "log")
+    ax.set_yscale("linear" if y == "coverage" else "log")
     for number, (method, points) in enumerate(rows.groupby("method", sort=False)):
         ends = None
         if f"{y}_low" in points:

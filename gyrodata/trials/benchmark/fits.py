@@ -8,6 +8,10 @@ without an answer is not covered.
 from __future__ import annotations
 
 import math
+import os
+import pickle
+import subprocess
+import sys
 import time
 import warnings
 from collections.abc import Callable, Mapping
@@ -108,6 +112,22 @@ def answer(inertia: Estimate, reacts: bool) -> Answer:
     """Return an answer of gyro as those of the other programs."""
     low, high = inertia.interval_95 or (math.nan, math.nan)
     return inertia.value, low, high, reacts
+
+
+def process_cost(name: str, log: str) -> list[Row]:
+    """Measure the CPU time of a whole process that fits a lab [s]."""
+    words = [programs.__file__, name]
+    data = pickle.dumps(lab_of(measured_lab(log)))
+    if name == GYRO:
+        words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
+        data = log.encode()
+    before = os.times()
+    command = [sys.executable, *words]
+    subprocess.run(command, input=data, capture_output=True, check=True)
+    after = os.times()
+    user = after.children_user - before.children_user
+    system = after.children_system - before.children_system
+    return [{"method": name, "process": user + system}]
 
 
 def summary(rows: pd.DataFrame, *where: str) -> pd.DataFrame:

@@ -4,18 +4,20 @@ A lab is a mapping of arrays of n numbers, in SI: ``angle`` (2π times the turns
 the spin), ``time``, ``torque``, ``time_u`` (standard uncertainty of each time), and the
 covariances ``product_cov`` of φ̇ψ̇ and ``torque_cov`` of the torque, of n rows. A fit
 returns I_zz and the ends of its 95 % interval [kg*m^2].
+
+``python programs.py NAME`` reads a lab from standard input. It imports nothing of
+gyrodata, so that the cost of a whole process is that of the program.
 """
 
 from __future__ import annotations
 
+import pickle
+import sys
 from collections.abc import Callable, Mapping
-from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-
-from gyrodata import fitting
 
 NORMAL_95 = 1.959964
 """Half of a 95 % interval over u, for a normal distribution."""
@@ -51,12 +53,19 @@ def interval(value: Any, u: Any, free: int | None = None) -> Answer:
     return float(value), float(value - factor * u), float(value + factor * u)
 
 
-def textbook(lab: Lab, name: str, unknowns: int) -> Answer:
-    """Average M/(φ̇ψ̇), or fit M to φ̇ψ̇ by a straight line."""
-    if name == "with_constant" and not fitting.torques_differ(lab["torque"]):
+def mean_of_ratios(lab: Lab) -> Answer:
+    """Average M/(φ̇ψ̇)."""
+    ratios = lab["torque"] / product(lab)
+    count = len(ratios)
+    return interval(ratios.mean(), ratios.std(ddof=1) / count**0.5, count - 1)
+
+
+def line_with_intercept(lab: Lab) -> Answer:
+    """Fit M to φ̇ψ̇ by a straight line."""
+    if not np.ptp(lab["torque"]):
         raise ValueError("a line needs different torques")
-    value, u = fitting.TEXTBOOK[name](product(lab), lab["torque"])
-    return interval(value, u, len(lab["torque"]) - unknowns)
+    (slope, _), covariance = np.polyfit(product(lab), lab["torque"], 1, cov=True)
+    return interval(slope, covariance[0, 0] ** 0.5, len(lab["torque"]) - 2)
 
 
 def curve_fit(lab: Lab) -> Answer:
@@ -127,19 +136,37 @@ def iminuit(lab: Lab) -> Answer:
     return value, value + errors.lower, value + errors.upper
 
 
+def kafe2(lab: Lab) -> Answer:
+    """Fit a line with all covariances of both variables."""
+    import kafe2 as package
+
+    def line(x: Any, inertia: float = 1.0, residual: float = 0.0) -> Any:
+        return inertia * x + residual
+
+    fit = package.XYFit([product(lab), lab["torque"]], line)
+    # It takes the first step of a parameter from its first value.
+    inertia, _ = start(lab)
+    fit.set_parameter_values(inertia=inertia, residual=0.01 * min(lab["torque"]))
+    fit.add_matrix_error("x", lab["product_cov"], "cov")
+    fit.add_matrix_error("y", lab["torque_cov"], "cov")
+    fit.do_fit()
+    return interval(fit.parameter_values[0], fit.parameter_errors[0])
+
+
 LINE = "line with intercept"
 
 PROGRAMS: Mapping[str, Callable[[Lab], Answer]] = {
-    "mean of ratios": partial(textbook, name="mean_of_ratios", unknowns=1),
-    LINE: partial(textbook, name="with_constant", unknowns=2),
+    "mean of ratios": mean_of_ratios,
+    LINE: line_with_intercept,
     "scipy curve_fit": curve_fit,
     "lmfit": lmfit,
     "odrpack": odrpack,
     "iminuit": iminuit,
+    "kafe2": kafe2,
 }
 """The fit of each program, by its name in the charts."""
 
-OPTIONAL = "lmfit", "odrpack", "iminuit"
+OPTIONAL = "lmfit", "odrpack", "iminuit", "kafe2"
 """Packages that need not be installed."""
 
 
@@ -147,3 +174,7 @@ def installed() -> dict[str, Callable[[Lab], Answer]]:
     """Return the fits of the programs that are installed, by name."""
     missing = [name for name in OPTIONAL if find_spec(name) is None]
     return {name: fit for name, fit in PROGRAMS.items() if name not in missing}
+
+
+if __name__ == "__main__":
+    print(*PROGRAMS[sys.argv[1]](pickle.load(sys.stdin.buffer)))

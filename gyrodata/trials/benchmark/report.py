@@ -28,6 +28,7 @@ from gyrodata.trials.benchmark import (
     labs,
     maps,
     motions,
+    programs,
 )
 from gyrodata.trials.benchmark.fits import Row
 
@@ -51,12 +52,14 @@ class Effort(Struct, frozen=True):
     """Largest number of evaluations of an integrator, by the number of turns."""
     every: int
     """Every how many cells of a map are computed, in each direction."""
+    processes: bool
+    """Whether the cost of whole processes is measured."""
 
 
-FULL = Effort(200, {1: 60_000, 100: 900_000}, 1)
+FULL = Effort(200, {1: 60_000, 100: 900_000}, 1, True)
 """Ten minutes on two processors."""
 
-QUICK = Effort(6, {1: 3_000, 10: 8_000}, 2)
+QUICK = Effort(6, {1: 3_000, 10: 8_000}, 2, False)
 """A quarter of a minute on two processors."""
 
 
@@ -82,7 +85,7 @@ PICTURES: Mapping[str, Picture] = {
         fits.title,
         partial(
             charts.draw_points,
-            views=[("seconds", "error"), ("seconds", "coverage")],
+            views=[("seconds", "error"), ("seconds", "coverage"), ("process", "error")],
             error="error of I_zz, 68 % are closer",
         ),
         8.4,
@@ -138,6 +141,8 @@ def list_jobs(effort: Effort, seed: int, own: Scene) -> Iterator[tuple[str, Job]
         cells = itertools.product(kind.y[:: effort.every], kind.x[:: effort.every])
         for y, x in cells:
             yield kind.name, partial(kind.fit, x, y, seeds)
+    for name in (*programs.installed(), fits.GYRO) * effort.processes:
+        yield "process", partial(fits.process_cost, name, lab.draw(seed))
     for kind_of_lab, each in itertools.product((lab, *labs.SCENES[1:]), seeds):
         yield "fits", partial(fits.fit_lab, kind_of_lab, each)
 
@@ -166,6 +171,8 @@ def tables_of(rows_of: Mapping[str, list[Row]]) -> dict[str, pd.DataFrame]:
 
     tables = {name: pd.DataFrame(rows) for name, rows in rows_of.items()}
     tables["fits"] = fits.summary(tables["fits"], "scene")
+    if "process" in tables:
+        tables["fits"] = tables["fits"].merge(tables.pop("process"), "left")
     for kind in maps.KINDS:
         tables[kind.name] = fits.summary(tables[kind.name], "y", "x")
     return tables

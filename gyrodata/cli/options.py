@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -76,21 +77,25 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
 
 
 def read(
-    log: str,
+    logs: Sequence[str],
     settings: list[str] | None = None,
     mapping: list[str] | None = None,
     config: Path | None = None,
 ) -> Readings:
-    """Read the log of a command with the values of its options."""
+    """Read the logs of a command with the values of its options, as one log."""
     from gyrodata.readings import read_log
+    from gyrodata.readings.together import read_together
 
-    [name] = names_of([log])
-    return read_log(
-        **source_of(log, name),
-        settings=pairs(settings, "--set"),
-        mapping=pairs(mapping, "--map"),
-        config=constants_of(log, config),
-    )
+    readings = [
+        read_log(
+            **source_of(log, name),
+            settings=pairs(settings, "--set"),
+            mapping=pairs(mapping, "--map"),
+            config=constants_of(log, config),
+        )
+        for log, name in zip(logs, names_of(logs), strict=True)
+    ]
+    return read_together(readings)
 
 
 def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:

@@ -63,7 +63,7 @@ def plan(
     if log is None:
         planned = planning.plan_lab(limits)
     else:
-        planned = _plan_log(options.read(log, settings, mapping, config), limits)
+        planned = _plan_log(options.read([log], settings, mapping, config), limits)
     if form == "json":
         write_out(json_text(planned.to_dict()))
     else:
@@ -194,7 +194,7 @@ def _write_table(out: Path, plan: Plan) -> None:
             lines.append(f"{load},,,{_turns(run)},,{note}")
         else:
             lines.append(
-                f"0,,,,,,no weight on the rod (watch it for 2 minutes and {aim})"
+                f"0,,,,,,no weight on the rod (watch it for 3 minutes and {aim})"
             )
     with telling(out):
         write_whole(out, ["".join(f"{line}\n" for line in lines).encode()])

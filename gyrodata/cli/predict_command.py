@@ -94,7 +94,7 @@ def _read(log: str | None) -> _Numbers:
         return _Numbers("", {}, [])
     from gyrodata.analysis import analyze_readings
 
-    analysis = analyze_readings(read(log))
+    analysis = analyze_readings(read([log]))
     measured = analysis.measurements
     runs = analysis.run_table
     fastest = sorted(

@@ -23,7 +23,6 @@ from gyrodata.cli.terminal import (
 
 if TYPE_CHECKING:
     from gyrodata.trials.benchmark.report import Scene
-    from gyrodata.trials.simulation import Decay
 
 
 def simulate(
@@ -65,7 +64,9 @@ def simulate(
         imbalance=None
         if imbalance is None
         else options.quantity("--imbalance", imbalance, "torque"),
-        decay=_decay(spin_decay),
+        decay_time=None
+        if spin_decay is None
+        else options.quantity("--spin-decay", spin_decay, "time", "above zero"),
     )
     design = simulation.Design(
         masses=_list("--weights", weights, "mass"),
@@ -86,23 +87,8 @@ def _list(
     )
 
 
-def _decay(text: str | None) -> Decay | None:
-    """Read "600 s", a time constant, or "10 %", the part lost in each run."""
-    from gyrodata.trials.simulation import Decay
-
-    if text is None:
-        return None
-    if text.rstrip().endswith("%"):
-        return Decay(
-            lost=options.quantity("--spin-decay", text.rstrip()[:-1], "number") / 100
-        )
-    return Decay(
-        time_constant=options.quantity("--spin-decay", text, "time", "above zero")
-    )
-
-
 def selfcheck(
-    log: Annotated[str, typer.Argument(metavar="LOG")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
     labs: Annotated[int, typer.Option("--labs", min=1, max=1000000)] = 1000,
     seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
     form: options.FormatOption = "text",
@@ -113,15 +99,16 @@ def selfcheck(
     """Simulate this lab many times, and count the intervals with the true value.
 
     gyro simulates new readings from the design of the lab, its fitted values as the
-    truth, and its stated uncertainties. It applies the recommended fit and those of the
-    textbook to each. If the runs of the log scatter more or less than stated, a second
-    table shows labs with this scatter.
+    truth, and its stated uncertainties. Each day of a lab has its own M0 and hand; each
+    of several logs is a day. gyro applies the recommended fit and those of the textbook
+    to each lab. If the runs scatter more or less than stated, a second table shows labs
+    with this scatter.
     """
     from gyrodata.analysis import analyze_readings
     from gyrodata.reporting.data import json_text
     from gyrodata.trials.coverage import selfcheck as simulate
 
-    analysis = analyze_readings(options.read(log, settings, mapping, config))
+    analysis = analyze_readings(options.read(logs, settings, mapping, config))
     with progress_bar(labs, "simulated labs") as progress:
         done = simulate(analysis, labs, seed, progress)
     if form == "json":
@@ -145,25 +132,20 @@ def benchmark(
     """
     from gyrodata.base.workers import count_workers
     from gyrodata.trials.benchmark import report
-    from gyrodata.trials.benchmark.charts import render
 
-    own = None if log is None else _scene_of(log)
+    own = report.USUAL if log is None else _scene_of(log)
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
-        done = report.run(effort, workers, 1, own, progress)
-    pictures = render(done, workers)
-    files = {f"{name}.png": data for name, data in pictures.items()}
-    for name, table in report.csv_tables(done).items():
-        files[f"{name}.csv"] = table.encode()
+        tables = report.run(effort, workers, 1, own, progress)
     name = names_of([log])[0] if log else ""
-    files["benchmark.html"] = report.page(done, name).encode()
+    files = report.files(tables, name, workers)
     with telling(out):
         write_folder(out, files)
-    write_text("\n\n".join(report.titles(done).values()) + "\n")
+    write_text("\n\n".join(report.titles(tables).values()) + "\n")
     tell(f"page: {out / 'benchmark.html'}")
 
 
@@ -173,7 +155,7 @@ def _scene_of(log: str) -> Scene:
     from gyrodata.results import Options
     from gyrodata.trials.benchmark.report import scene_of
 
-    return scene_of(fit_log(options.read(log), Options()))
+    return scene_of(fit_log(options.read([log]), Options()))
 
 
 SchemaName = Literal[

@@ -535,7 +535,8 @@ def adjust(
         _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
-        whole = np.linalg.qr(rows, mode="r")[:width]
+        factor = cast(Floats, np.linalg.qr(rows, mode="r"))
+        whole = factor[:width]
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
             raise NoFit("these runs do not determine the unknowns separately")

@@ -10,7 +10,7 @@ correction are iterated.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import cached_property
@@ -601,7 +601,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     by_bias = SOURCES["time_bias"].shared_by
     shared = {problem.sources[number].name for number in problem.owners}
     # The differences of M0 and of b between days are in the rows of M0 and b.
-    rows = Counter[tuple[str, bool, str]]()
+    rows: defaultdict[tuple[str, bool, str], float] = defaultdict(float)
     for source, variance in zip(problem.sources, stated.tolist(), strict=True):
         rows[source.name, source.name in shared, source.shared_by] += variance
     rows[DAY_BALANCE, True, "all runs"] += of_m0
@@ -610,7 +610,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     total = math.fsum(rows.values())
     return tuple(
         Share(*row, u * math.sqrt(variance / total), variance / total)
-        for row, variance in rows.most_common()
+        for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True)
         if variance
     )
 

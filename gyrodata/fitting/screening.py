@@ -166,8 +166,8 @@ def insist_on_lines(
     rate = fit.sense * measured.precession_rate * measured.slowing
     vertical = rate * np.sin(measured.pitch)
     transverse = adjustment.transverse_inertia(measured)
-    product = np.delete(rate * (measured.spin + vertical), left_out)
-    torque = np.delete(measured.torque + transverse * rate * vertical, left_out)
+    product = np.delete(rate * (measured.spin + vertical), [*left_out])
+    torque = np.delete(measured.torque + transverse * rate * vertical, [*left_out])
     slopes = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:

@@ -3,9 +3,10 @@
 This lab is simulated many times.
 
 The simulated labs have the design of the log, its fitted values as the truth, and its
-stated uncertainties. The recommended fit and the textbook fits are applied to each. If
-the runs of the log scatter more or less than stated, labs with this scatter are
-simulated too, because the intervals depend on it.
+stated uncertainties. Each day has its own M0 and its own hand, as in the fit. The
+recommended fit and the textbook fits are applied to each lab. If the runs of the log
+scatter more or less than stated, labs with this scatter are simulated too, because the
+intervals depend on it.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.base.errors import insist_on_type
-from gyrodata.measurements import Measurements, select
+from gyrodata.judging.changes import Lab
+from gyrodata.measurements import Measurements, Source, select
 from gyrodata.physics import Floats
+from gyrodata.reporting.values import in_columns
 from gyrodata.results import Analysis, to_json
 
 DOUBTED = 0.025
@@ -99,56 +102,35 @@ class SelfCheck(Struct, frozen=True):
     def __str__(self) -> str:
         """Return a table, or two if the log does not scatter as stated."""
         labs = f"{self.labs} simulated labs like this one"
-        if self.estimators_with_scatter is None:
-            stated = "the scatter of this log agrees with what is stated"
-            parts = [stated, _table(f"{labs}, as stated", self.estimators)]
-        else:
-            larger = (
-                f"the scatter of this log is {self.scatter:.2g} times what is stated"
-            )
-            heading = f"{labs}, with the scatter of this log"
-            parts = [
-                f"{larger}: trust the first table",
-                _table(heading, self.estimators_with_scatter),
-                _table(f"{labs}, if the scatter were as stated", self.estimators),
-            ]
+        stated = _table(f"{labs}, with the stated scatter", self.estimators)
         legend = (
             "68 % and 95 %: the intervals of the recommended fit; ± u and ± 2u of the "
-            "others (honest: 95.4)"
+            "others (honest: 95.4). refused: labs without an answer, which are not in "
+            "the numbers. µs: time for a lab"
         )
-        return "\n\n".join([*parts, legend])
+        if self.estimators_with_scatter is None:
+            agrees = "the scatter of this log agrees with what is stated"
+            return "\n\n".join([agrees, stated, legend])
+        own = _table(f"{labs}, with its own scatter", self.estimators_with_scatter)
+        larger = (
+            f"the scatter of this log is {self.scatter:.2g} times what is stated: trust "
+            "the first table"
+        )
+        return "\n\n".join([larger, own, stated, legend])
 
 
 def _table(title: str, estimators: tuple[Performance, ...]) -> str:
-    heads = ("bias", "rmse", "mean u", "in 68 %", "in 95 %")
-    header = f"{'fit':<16}{''.join(f'{head:>9}' for head in heads)}{'µs per lab':>12}"
-    lines = [f"{title}; all in % of the true I_zz", header]
-    notes = []
-    for estimator in estimators:
-        name = estimator.name.replace("_", " ").replace("constant", "intercept")
-        values = (
-            estimator.bias,
-            estimator.rmse,
-            estimator.mean_u,
-            estimator.coverage_68,
-            estimator.coverage_95,
-        )
-        forms = ("+.3f", ".3f", ".3f", ".1f", ".1f")
-        cells = (
-            "-" if value is None else f"{100 * value:{form}}"
-            for value, form in zip(values, forms, strict=True)
-        )
-        row = "".join(f"{cell:>9}" for cell in cells)
-        lines.append(f"{name:<16}{row}{estimator.time_us:>12.1f}")
-        if estimator.refused and (estimator.rmse is not None or name == "recommended"):
-            why = (
-                "because the fit is refused or a simulated time is not above zero; "
-                "they are not in the numbers above"
-            )
-            notes.append(
-                f"{name}: {estimator.refused} of the labs have no answer, {why}"
-            )
-    return "\n".join([*lines, f"{'honest':<43}{68.3:>9}{'95.0':>9}", *notes])
+    """Write what each fit reaches in columns."""
+    heads = ["fit", "bias", "rmse", "mean u", "in 68 %", "in 95 %", "refused", "µs"]
+    rows = [heads]
+    for fit in estimators:
+        name = fit.name.replace("_", " ").replace("constant", "intercept")
+        parts = fit.bias, fit.rmse, fit.mean_u, fit.coverage_68, fit.coverage_95
+        cells = ["-" if part is None else f"{100 * part:.2f}" for part in parts]
+        rows.append([name, *cells, str(fit.refused), f"{fit.time_us:.1f}"])
+    rows.append(["honest", "", "", "", "68.30", "95.00", "", ""])
+    lines = in_columns(rows, right=range(1, len(heads)))
+    return "\n".join([f"{title}; in % of the true I_zz", *lines])
 
 
 def selfcheck(
@@ -184,109 +166,90 @@ def selfcheck(
     Notes
     -----
     The true readings are those of the log, and the true I_zz and M0 are the fitted
-    ones. The timing bias is drawn from its prior, and every error from its source.
+    ones, M0 for each day. The timing bias of each day is drawn from its prior, and
+    every error from its source.
     """
     insist_on_type("lab", lab, Analysis, "an Analysis, the result of analyze")
     insist_on_type("labs", labs, int, "a number of labs")
     if labs < 1:
         raise ValueError(f"{labs} labs are too few; use 1 or more")
-    tilted = lab.model.tilted
     measured = select(
         lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out]
     )
-    first_fit = fitting.fit(measured, tilted=tilted)
-    assert first_fit.posterior is not None
-    larger = float(first_fit.posterior.weight[first_fit.posterior.factor > 1].sum())
-    scatters = [1.0]
+    motion = lab.lab.motion
+    fit = fitting.fit(measured, tilted=motion.tilted)
+    assert fit.posterior is not None
+    typical = Lab(None, measured, fit, motion)
+    stated = _try_fits(typical, 1.0, labs, seed, progress)
+    with_scatter = None
+    larger = float(fit.posterior.weight[fit.posterior.factor > 1].sum())
+    scatter = fit.widths.scatter
     if min(larger, 1 - larger) < DOUBTED:
-        scatters.append(first_fit.widths.scatter)
-    names = "recommended", *fitting.TEXTBOOK
-    tables = []
-    for scatter in scatters:
-        random = np.random.default_rng(seed)
-        ends = np.full((len(names), labs, 5), math.nan)
-        seconds = np.zeros(len(names))
-        for i in range(labs):
-            drawn = draw(measured, first_fit, scatter, tilted, random)
-            for k, name in enumerate(names):
-                begun = time.perf_counter()
-                if (drawn.time > 0).all():
-                    ends[k, i] = _answer(name, drawn, tilted)
-                seconds[k] += time.perf_counter() - begun
-            if progress is not None:
-                progress(i + 1)
-        judged = [
-            _judge(name, ends[k], first_fit.inertia.value, seconds[k])
-            for k, name in enumerate(names)
-        ]
-        tables.append(tuple(judged))
-    return SelfCheck(
-        labs,
-        tables[0],
-        first_fit.widths.scatter,
-        tables[1] if len(tables) > 1 else None,
-    )
+        with_scatter = _try_fits(typical, scatter, labs, seed, progress)
+    return SelfCheck(labs, stated, scatter, with_scatter)
 
 
-def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:
-    """Compare the answers of a fit with the truth: five interval ends for each lab."""
-    answered = ends[np.isfinite(ends[:, 2])]
-    time_us = 1e6 * float(seconds) / len(ends)
-    bias = rmse = in_68 = in_95 = mean_u = None
-    if len(answered):
-        off = answered[:, 2] / truth - 1
-        bias = float(off.mean())
-        rmse = math.sqrt(float(np.mean(off**2)))
-        if np.isfinite(answered).all():
-            in_95 = _coverage(answered[:, [0, -1]], truth)
-            in_68 = _coverage(answered[:, [1, -2]], truth)
-            mean_u = float((answered[:, 3] - answered[:, 1]).mean() / 2 / truth)
-    return Performance(
-        name, bias, rmse, in_68, in_95, mean_u, time_us, len(ends) - len(answered)
-    )
-
-
-def draw(
-    measured: Measurements,
-    fit: fitting.FitResult,
+def _try_fits(
+    lab: Lab,
     scatter: float,
-    tilted: bool,
-    random: np.random.Generator,
-) -> Measurements:
+    labs: int,
+    seed: int,
+    progress: Callable[[int], None] | None,
+) -> tuple[Performance, ...]:
+    """Apply the fits to simulated labs, and compare their answers with the truth."""
+    random = np.random.default_rng(seed)
+    names = "recommended", *fitting.TEXTBOOK
+    ends = np.zeros((len(names), labs, 5))
+    seconds = np.zeros(len(names))
+    for i in range(labs):
+        drawn = draw(lab, scatter, random)
+        for k, name in enumerate(names):
+            begun = time.perf_counter()
+            ends[k, i] = _answer(name, drawn, lab.motion.tilted)
+            seconds[k] += time.perf_counter() - begun
+        if progress is not None:
+            progress(i + 1)
+    times_us = (1e6 * seconds / labs).tolist()
+    return tuple(map(_judge, names, ends / lab.fit.inertia.value, times_us))
+
+
+def _judge(name: str, ends: Floats, time_us: float) -> Performance:
+    """Compare the answers of a fit with the truth, which is 1.
+
+    There are five ends of intervals for each lab.
+    """
+    answered = ends[np.isfinite(ends[:, 2])]
+    refused = len(ends) - len(answered)
+    if not len(answered):
+        return Performance(name, None, None, None, None, None, time_us, refused)
+    low, below, value, above, high = answered.T
+    bias = float(value.mean() - 1)
+    rmse = math.sqrt(float(np.mean((value - 1) ** 2)))
+    in_68 = in_95 = mean_u = None
+    if np.isfinite(answered).all():
+        in_68 = float(np.mean((below <= 1) & (above >= 1)))
+        in_95 = float(np.mean((low <= 1) & (high >= 1)))
+        mean_u = float((above - below).mean() / 2)
+    return Performance(name, bias, rmse, in_68, in_95, mean_u, time_us, refused)
+
+
+def draw(lab: Lab, scatter: float, random: np.random.Generator) -> Measurements:
     """Draw a lab: true times, and the errors of each source on the readings.
 
-    A group of runs has one error.
+    Each day has its M0 and its hand.
     """
-    across = fitting.transverse_inertia(measured) if tilted else 0.0
-    pitch = measured.pitch if tilted else 0.0
-    # The weight turns with the ball if its own inertia is given.
-    inertia = fit.inertia.value + measured.added
-    torque = measured.torque + fit.residual_torque.value
-    rate = np.abs(
-        physics.precession_rate(
-            torque, fit.sense * measured.corrected_spin, inertia, across, pitch
-        )
-    )
-    truth = {
-        name: np.broadcast_to(getattr(measured, name), len(measured.runs))
-        for name in READ
-    }
-    truth["time"] = 2 * np.pi * measured.turns / rate
-    readings = {name: value.copy() for name, value in truth.items()}
-    shifts = dict.fromkeys(READ, np.zeros(len(measured.runs)))
-    shifts["time"] = shifts["time"] + measured.timing_bias_u * random.standard_normal()
+    measured = lab.measured
+    truth = _truth(lab)
+    readings = dict(truth)
+    days, day = np.unique(measured.day, return_inverse=True)
+    hands = random.standard_normal(len(days))
+    readings["time"] = truth["time"] + measured.timing_bias_u * hands[day]
     for source in measured.sources:
         name = "given_torque" if source.quantity == "torque" else source.quantity
-        if name in readings:
-            groups = source.groups
-            count = groups.max(initial=0) + 1
-            drawn = random.standard_normal(count)[groups] * (groups >= 0)
-            # An error that a run does not share is independent, as in the fit.
-            runs = np.bincount(groups[groups >= 0], minlength=count)[groups]
-            drawn *= np.where(runs == 1, scatter, 1.0)
-            readings[name] *= 1 + source.relative * drawn
-            shifts[name] = shifts[name] + source.absolute * drawn
-    readings = {name: value + shifts[name] for name, value in readings.items()}
+        if name in truth:
+            size = source.absolute + source.relative * truth[name]
+            errors = size * _drawn(source, scatter, random)
+            readings[name] = readings[name] + errors
     g = float(readings.pop("g")[0])
     # The torque follows from the readings, as a student computes it.
     applied = readings["given_torque"]
@@ -297,28 +260,57 @@ def draw(
     return replace(measured, **readings, g=g, torque=applied, slowing=1.0)
 
 
-def _coverage(ends: Floats, truth: float) -> float:
-    """Return the share of intervals with the truth, from their ends, shape (n, 2)."""
-    low, high = ends.T
-    return float(np.mean((low <= truth) & (truth <= high)))
+def _truth(lab: Lab) -> dict[str, Floats]:
+    """Return the true readings of each run; the times follow from the others."""
+    measured = lab.measured
+    fit = lab.fit
+    across: Floats | float = 0.0
+    pitch: Floats | float = 0.0
+    if lab.motion.tilted:
+        across = fitting.transverse_inertia(measured)
+        pitch = measured.pitch
+    # The weight turns with the ball if its own inertia is given.
+    inertia = fit.inertia.value + measured.added
+    torque = measured.torque + fit.balances
+    spin = fit.sense * measured.corrected_spin
+    rate = physics.precession_rate(torque, spin, inertia, across, pitch)
+    count = len(measured.runs)
+    truth = {name: np.broadcast_to(getattr(measured, name), count) for name in READ}
+    truth["time"] = 2 * np.pi * measured.turns / np.abs(rate)
+    return truth
+
+
+def _drawn(source: Source, scatter: float, random: np.random.Generator) -> Any:
+    """Draw the error of each run from a source, in its u; a group has one error."""
+    groups = source.groups
+    count = groups.max(initial=0) + 1
+    drawn = random.standard_normal(count)[groups] * (groups >= 0)
+    # An error that a run does not share is independent, as in the fit.
+    runs = np.bincount(groups[groups >= 0], minlength=count)[groups]
+    return drawn * np.where(runs == 1, scatter, 1.0)
 
 
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
     """Apply a fit to a lab.
 
     Return five ends of intervals, shape (5,): the quantiles of the recommended fit, or
-    value − 2u, − u, + 0, + u and + 2u of another fit. They are NaN if the fit is
-    refused. A line with an intercept needs different torques.
+    value − 2u, − u, + 0, + u and + 2u of another fit. They are NaN if a time is not
+    above zero, or if the fit is refused. A line with an intercept needs different
+    torques.
     """
+    nothing = np.full(5, math.nan)
+    if not (lab.time > 0).all():
+        return nothing
     if name == "recommended":
         with suppress(fitting.NoFit):
             posterior = fitting.fit(lab, tilted=tilted).posterior
             assert posterior is not None
             return posterior.quantiles()
-    elif name != "with_constant" or fitting.torques_differ(lab.torque):
-        # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
-        rate = 2 * np.pi * lab.turns / lab.time
-        product = np.where(lab.torque < 0, -1, 1) * rate * lab.spin
-        value, u = fitting.TEXTBOOK[name](product, lab.torque)
-        return np.array([value - 2 * u, value - u, value, value + u, value + 2 * u])
-    return np.full(5, math.nan)
+        return nothing
+    if name == "with_constant" and not fitting.torques_differ(lab.torque):
+        return nothing
+    # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
+    rate = 2 * np.pi * lab.turns / lab.time
+    product = np.where(lab.torque < 0, -1, 1) * rate * lab.spin
+    value, u = fitting.TEXTBOOK[name](product, lab.torque)
+    return value + u * np.arange(-2, 3)

@@ -23,7 +23,6 @@ from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
 from gyrodata.measurements import (
     PLACED,
-    SOURCES,
     Measurements,
     Source,
     measure,
@@ -31,8 +30,9 @@ from gyrodata.measurements import (
 )
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
+from gyrodata.reporting.content import source_words
 from gyrodata.results import to_json
-from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
+from gyrodata.trials.simulation import Design, Truth, simulate
 
 PREPARE = 60.0
 CHANGE_WEIGHT = 60.0
@@ -50,9 +50,6 @@ MOST = 20
 
 SAME = 0.01
 """Relative difference below which two loads are the same [1]."""
-
-UNLOADED_SPAN = 120.0
-"""For how long a run without a weight is watched [s]."""
 
 
 class Limits(Struct, frozen=True):
@@ -141,97 +138,93 @@ def plan_lab(limits: Limits) -> Plan:
 
     Each weight has a run at the middle spin first; without them u has no meaning.
     """
-    masses = limits.masses or Design().masses
-    positions = limits.positions or Design().positions
-    spins = limits.spins or Design().spins
+    usual = Design()
+    masses = limits.masses or usual.masses
+    positions = limits.positions or usual.positions
+    spins = limits.spins or usual.spins
     limits = replace(limits, masses=masses, positions=positions, spins=spins)
     middle = sorted(spins)[len(spins) // 2]
     design = Design(masses, positions, (middle,), limits.turns[:1])
-    log = simulate(Truth(), design, TYPICAL, None).log
+    log = simulate(Truth(), design, seed=None).log
     measured = measure(read_log(log.encode()))
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
     first = [_planned(measured, run, u) for run in range(len(measured.runs))]
-    return _plan(lab, limits, None, tuple(first))
+    left = limits.minutes - sum(run.minutes for run in first)
+    return _plan(lab, replace(limits, minutes=left), None, tuple(first))
 
 
 def _plan(
     lab: Lab, limits: Limits, now: float | None, first: tuple[PlannedRun, ...]
 ) -> Plan:
     """Choose runs until the time is over, the goal is reached or no run is worth it."""
-    measured = lab.measured
-    fit = lab.fit
-    u = fitting.relative_u(fit.inertia)
-    left = limits.minutes - sum(run.minutes for run in first)
+    u = fitting.relative_u(lab.fit.inertia)
+    left = limits.minutes
     choices: tuple[PlannedRun, ...] = ()
     runs: list[PlannedRun] = []
     while len(runs) < MOST and not (limits.goal and u <= limits.goal):
-        ranked = _rank(lab, measured, fit, limits)
+        ranked = _rank(lab, limits)
         # The user sees the first choices with the u of their whole fits.
-        choices = choices or tuple(
-            [
-                replace(run, u=fitting.relative_u(_fit(lab, larger).inertia))
-                for run, larger in ranked[:SHOWN]
-            ]
-        )
+        choices = choices or tuple([run for run, _ in _fitted(lab, ranked[:SHOWN])])
         possible = [each for each in ranked if each[0].minutes <= left]
-        step = _first_worth(lab, possible, u)
+        worth = (
+            each for each in _fitted(lab, possible[:SHOWN]) if each[0].u <= WORTH * u
+        )
+        step = next(worth, None)
         if step is None:
             break
-        run, measured, fit = step
+        run, lab = step
         u = run.u
         left -= run.minutes
         runs.append(run)
-    others = _others(replace(lab, measured=measured, fit=fit))
-    limit = _limit(fit)
-    return Plan(now, first, choices, tuple(runs), others, u, limit, limits.goal)
+    limit = _limit(lab.fit)
+    return Plan(now, first, choices, tuple(runs), _others(lab), u, limit, limits.goal)
 
 
-def _first_worth(
-    lab: Lab, ranked: Sequence[tuple[PlannedRun, Measurements]], u: float
-) -> tuple[PlannedRun, Measurements, FitResult] | None:
-    """Return the first run whose whole fit reduces u [1] enough, and its larger lab."""
-    for run, larger in ranked[:SHOWN]:
-        fit = _fit(lab, larger)
-        then = fitting.relative_u(fit.inertia)
-        if then <= WORTH * u:
-            return replace(run, u=then), larger, fit
-    return None
+def _fitted(
+    lab: Lab, ranked: Sequence[tuple[PlannedRun, Measurements]]
+) -> Iterator[tuple[PlannedRun, Lab]]:
+    """Yield each run with the u of the whole fit, and the larger lab."""
+    for run, measured in ranked:
+        fit = _fit(lab, measured)
+        u = fitting.relative_u(fit.inertia)
+        yield replace(run, u=u), replace(lab, measured=measured, fit=fit)
 
 
-def _rank(
-    lab: Lab, measured: Measurements, fit: FitResult, limits: Limits
-) -> list[tuple[PlannedRun, Measurements]]:
-    """List each run that can be added, with the lab that contains it, best first."""
-    now = fitting.relative_u(_fit(lab, measured, fit).inertia)
+def _rank(lab: Lab, limits: Limits) -> list[tuple[PlannedRun, Measurements]]:
+    """List each run that can be added, with the lab that contains it, best first.
+
+    At the widths of the fit of the lab, u of I_zz is quick to compute, and its ratio to
+    that of the lab is right.
+    """
+    widths = lab.fit.widths
+    now = fitting.relative_u(_fit(lab, lab.measured, widths).inertia)
     ranked = []
-    for larger in _larger_labs(measured, fit, limits):
-        u = fitting.relative_u(_fit(lab, larger, fit).inertia)
+    for larger in _larger_labs(lab, limits):
+        u = fitting.relative_u(_fit(lab, larger, widths).inertia)
         run = _planned(larger, len(larger.runs) - 1, u)
         ranked.append((math.log(now / u) / run.minutes, run, larger))
     ranked.sort(key=lambda each: -each[0])
-    # The fits at fixed widths show the ratio of u; the value is that of the whole fit.
-    scale = fitting.relative_u(fit.inertia) / now
-    return [(replace(run, u=run.u * scale), larger) for _, run, larger in ranked]
+    return [(run, larger) for _, run, larger in ranked]
 
 
-def _fit(lab: Lab, measured: Measurements, near: FitResult | None = None) -> FitResult:
-    """Fit a lab; with the widths of another fit, which is faster, if given."""
-    left_out = lab.left_out
-    widths = None if near is None else near.widths
-    return fitting.fit(measured, widths, tilted=lab.motion.tilted, left_out=left_out)
+def _fit(
+    lab: Lab, measured: Measurements, widths: fitting.Widths | None = None
+) -> FitResult:
+    """Fit a lab, at fixed widths if they are given."""
+    return fitting.fit(
+        measured, widths, tilted=lab.motion.tilted, left_out=lab.left_out
+    )
 
 
 def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
     """Describe a run of a lab."""
-    loaded = bool(measured.torque[run])
     seconds = PREPARE + float(measured.time[run])
     if run == 0 or measured.torque[run] != measured.torque[run - 1]:
         seconds += CHANGE_WEIGHT
-    load = np.nan_to_num(measured.load[run])
     return PlannedRun(
-        mass=float(load) if loaded else 0.0,
-        position=float(np.nan_to_num(measured.position[run])) if loaded else 0.0,
+        mass=float(np.nan_to_num(measured.load[run])),
+        position=float(np.nan_to_num(measured.position[run])),
         spin=float(measured.spin[run]),
         turns=float(measured.turns[run]),
         time=float(measured.time[run]),
@@ -254,22 +247,18 @@ class _Load(Struct, frozen=True):
     """Its position over that of the run [1]."""
 
 
-def _larger_labs(
-    measured: Measurements, fit: FitResult, limits: Limits
-) -> Iterator[Measurements]:
+def _larger_labs(lab: Lab, limits: Limits) -> Iterator[Measurements]:
     """Yield the lab with each run that can be added."""
-    spins = limits.spins or _usual_spins(measured)
+    measured = lab.measured
+    # A slow, a middle and a fast spin, in whole rpm.
+    rpm = np.quantile(np.abs(measured.spin) / RPM, [0.0, 0.5, 1.0]).round()
+    spins = limits.spins or dict.fromkeys((RPM * rpm).tolist())
     settings = itertools.product(_loads(measured, limits), spins, limits.turns)
     for load, spin, turns in settings:
-        yield _with_loaded_run(measured, fit, load, spin, turns)
-    if measured.torque.all():
-        yield _with_unloaded_run(measured, fit, sorted(spins)[len(spins) // 2])
-
-
-def _usual_spins(measured: Measurements) -> tuple[float, ...]:
-    """Return a slow, a middle and a fast spin of a log, in whole rpm [rad/s]."""
-    rpm = np.quantile(np.abs(measured.spin) / RPM, [0.0, 0.5, 1.0]).round()
-    return tuple(dict.fromkeys((RPM * rpm).tolist()))
+        yield _with_run(measured, lab.fit, load, spin, turns)
+    for change in changes.CHANGES["unloaded_run"](lab):
+        assert change.measured is not None
+        yield change.measured
 
 
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
@@ -281,107 +270,64 @@ def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     if not limits.masses or np.isnan(measured.mass).all():
         yield from map(_Load, loaded)
         return
-    positions = limits.positions or (abs(float(measured.position[loaded[0]])),)
-    for mass, position in itertools.product(limits.masses, positions):
-        yield _nearest_load(measured, loaded, mass, position)
+    known = np.array([measured.mass[loaded], np.abs(measured.position[loaded])])
+    positions = limits.positions or (float(known[1, 0]),)
+    for size in itertools.product(limits.masses, positions):
+        ratios = np.array(size)[:, None] / known
+        nearest = int(np.abs(np.log(ratios)).sum(axis=0).argmin())
+        ratio = ratios[:, nearest]
+        # A weight that agrees within 1 % is that of the log.
+        ratio[np.abs(ratio - 1) < SAME] = 1.0
+        yield _Load(loaded[nearest], *ratio.tolist())
 
 
-def _nearest_load(
-    measured: Measurements, loaded: list[int], mass: float, position: float
-) -> _Load:
-    """Describe a load by the run whose load is nearest to it."""
-    masses = mass / measured.mass[loaded]
-    positions = position / np.abs(measured.position[loaded])
-    at = int(np.argmin(np.abs(np.log(masses)) + np.abs(np.log(positions))))
-    ratios = [float(masses[at]), float(positions[at])]
-    # A weight that agrees within 1 % is that of the log.
-    near = [1.0 if abs(ratio - 1) < SAME else ratio for ratio in ratios]
-    return _Load(loaded[at], *near)
-
-
-def _with_loaded_run(
+def _with_run(
     measured: Measurements, fit: FitResult, load: _Load, spin: float, turns: float
 ) -> Measurements:
     """Add a run with a load, a spin and a number of turns."""
     like = load.like
-    m0 = fit.residual_torque.value
     bias = fit.timing_bias.value
+    balance = fit.balances[like]
     torque = measured.torque[like] * load.mass * load.position
-    faster = spin / abs(measured.spin[like])
-    slower = (measured.torque[like] + m0) / (torque + m0)
     time = (fit.fitted_time[like] - bias) * turns / measured.turns[like]
+    faster = spin / measured.spin[like]
+    slower = (measured.torque[like] + balance) / (torque + balance)
     values = {
         "mass": measured.mass[like] * load.mass,
         "force": measured.force[like] * load.mass,
         "position": measured.position[like] * load.position,
         "torque": torque,
-        "spin": measured.spin[like] * faster,
+        "spin": spin,
         "turns": turns,
         "time": time * faster * slower + bias,
     }
-    ratios = {"mass": load.mass, "position": load.position}
-    others = [name for name, ratio in ratios.items() if ratio != 1]
-    return _with_run(measured, like, values, others)
-
-
-def _with_unloaded_run(
-    measured: Measurements, fit: FitResult, spin: float
-) -> Measurements:
-    """Add a run without a weight, with its direction."""
-    m0 = fit.residual_torque.value
-    # Without a residual torque the rod stands still.
-    torque = math.copysign(max(abs(m0), 0.005 * np.abs(measured.torque).min()), m0)
-    rate = torque / (fit.inertia.value * spin)
-    nothing = dict.fromkeys(("mass", "force", "position", "torque", "pitch"), 0.0)
-    values = {
-        **nothing,
-        "given_torque": 0.0,
-        "spin": spin,
-        "time": UNLOADED_SPAN + fit.timing_bias.value,
-        "turns": UNLOADED_SPAN * abs(rate) / (2 * math.pi),
-        "sense": math.copysign(1.0, torque),
-    }
-    return _with_run(measured, len(measured.runs) - 1, values, ("none",))
-
-
-def _with_run(
-    measured: Measurements, like: int, values: dict[str, float], others: Sequence[str]
-) -> Measurements:
-    """Add a run to a lab, like another one but for some values.
-
-    `others` names the quantities of the load that have an error of their own; "none"
-    means that there is no load, and no error of it.
-    """
     larger = select(measured, [*range(len(measured.runs)), like])
-    today = measured.day[-1]
-    if larger.block is not None:
-        larger.block[-1] = today
-    # A weight of another day is set again.
-    set_again = () if measured.day[like] == today else PLACED
     for name, value in values.items():
-        readings = getattr(larger, name)
-        if readings is not None and not np.isnan(readings).all():
-            readings[-1] = value
+        getattr(larger, name)[-1] = value
+    if larger.block is not None:
+        larger.block[-1] = measured.day[-1]
+    ratios = {"mass": load.mass, "position": load.position}
+    new = [name for name, ratio in ratios.items() if ratio != 1]
+    if measured.day[like] != measured.day[-1]:
+        # A weight of another day is set again.
+        new += PLACED
     for source in larger.sources:
-        source.groups[-1] = _group_of_last_run(source, others, set_again)
+        source.groups[-1] = _group_of_last_run(source, new)
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
 
 
-def _group_of_last_run(
-    source: Source, others: Sequence[str], set_again: Sequence[str]
-) -> int:
-    """Return the group of an added run in a source of error; -1 without this error."""
+def _group_of_last_run(source: Source, new: Sequence[str]) -> int:
+    """Return the group of an added run in a source of error.
+
+    `new` names the sources and quantities of which it has an error of its own.
+    """
     group = int(source.groups[-1])
-    of_load = source.quantity in ("mass", "force", "torque", "position", "pitch")
-    if "none" in others and of_load:
-        return -1
     if source.shared_by.startswith("all runs"):
         return max(group, 0)
-    is_own = not source.shared_by or source.quantity in others
-    if is_own or source.name in set_again:
+    if not source.shared_by or source.quantity in new or source.name in new:
         return int(source.groups.max()) + 1
     return group
 
@@ -392,11 +338,7 @@ def _group_of_last_run(
 def _limit(fit: FitResult) -> str:
     """Name the largest source of uncertainty of a fit."""
     largest = max(fit.budget, key=lambda share: share.share, default=None)
-    if largest is None:
-        return "nothing"
-    source = SOURCES.get(largest.source)
-    words = models.source_words() | {"unexplained_scatter": "scatter of the runs"}
-    return source.words if source else words.get(largest.source, largest.source)
+    return "nothing" if largest is None else source_words(largest.source)
 
 
 def _others(lab: Lab) -> tuple[Other, ...]:

@@ -15,7 +15,7 @@ from gyrodata.analysis import check_log
 from gyrodata.base.errors import Diagnostic, GyroError, InputError
 from gyrodata.cli import app
 from gyrodata.grading.rubric import read_rubric
-from gyrodata.trials.simulation import Decay, Design, Truth, simulate
+from gyrodata.trials.simulation import Design, Truth, simulate
 
 HEADER = "mass [g],position [cm],spin [rpm],time [s],turns"
 WITHOUT_TURNS = "mass [g],position [cm],spin [rpm]"
@@ -221,14 +221,13 @@ def test_a_seldom_mistake_of_a_rubric_gets_its_message(end: str, said: str) -> N
 LABS = [
     (Truth(timing_bias=1e9), Design(), "timing bias 1e+09 s is too large"),
     (Truth(), Design(repeats=0), "these are 0 runs"),
-    (Truth(decay=Decay()), Design(), "either a time constant or the part"),
     (
-        Truth(decay=Decay(time_constant=600.0), motion="released"),
+        Truth(decay_time=600.0, motion="released"),
         Design(),
         "a released rod is simulated with a constant spin",
     ),
     (Truth(timing_bias=-1000.0), Design(), "run 1: time -"),
-    (Truth(), Design(masses=(1e-7,), turns=(1000.0,)), "use fewer turns"),
+    (Truth(), Design(masses=(1e-7,), turns=(1000.0,)), "another number of turns"),
 ]
 
 

@@ -20,7 +20,7 @@ import gyrodata
 from gyrodata.cli import app, schema
 from gyrodata.physics import RPM
 from gyrodata.trials.plan import Limits, plan_lab, plan_log
-from gyrodata.trials.simulation import TYPICAL, Listed, Truth, simulate
+from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
 pytestmark = pytest.mark.filterwarnings("ignore::gyrodata.GyroWarning")
@@ -55,7 +55,7 @@ def test_the_promised_u_is_reached(extra: tuple[float, ...], limits: Limits) -> 
     ratios = []
     truth = Truth(imbalance=6e-4)
     for seed in range(20):
-        log = simulate(truth, Listed(runs=(*LAB, extra)), TYPICAL, seed).log
+        log = simulate(truth, Design(runs=(*LAB, extra)), TYPICAL, seed).log
         before = log[: log[:-1].rindex("\n") + 1]
         lab = analyze_briefly(before.encode()).lab
         choices = plan_log(lab, limits).choices
@@ -68,7 +68,7 @@ def test_the_promised_u_is_reached(extra: tuple[float, ...], limits: Limits) -> 
 def test_the_first_choice_is_near_the_best_single_run() -> None:
     for seed in range(4):
         log = simulate(
-            Truth(imbalance=6e-4), Listed(runs=tuple(LAB)), TYPICAL, seed
+            Truth(imbalance=6e-4), Design(runs=tuple(LAB)), TYPICAL, seed
         ).log
         plan = plan_log(analyze_briefly(log.encode()).lab, Limits())
         best = min(choice.u for choice in plan.choices)

@@ -5,6 +5,7 @@ the textbook's does.
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from gates.drawn_logs import Bench, draw, write
 from places import SAMPLES
 from typer.testing import CliRunner
 
+import gyrodata
 from gyrodata.cli import app
 
 SALORT = SAMPLES / "salort_one_torque.csv"
@@ -101,3 +103,28 @@ UNSENSED = write(draw(Bench(imbalance=0.02), 2)) + "0,,400,1100,1/12\n"
 )
 def test_an_unusual_lab_is_covered_too(log: str, least: float) -> None:
     assert fits(log, 100)["recommended"]["coverage_95"] > least
+
+
+@pytest.mark.slow
+def test_each_day_is_simulated_with_its_own_balance(tmp_path: Path) -> None:
+    days = {
+        f"{seed}.csv": gyrodata.simulate(gyrodata.Truth(imbalance=m0), seed=seed).log
+        for seed, m0 in ((3, 3e-3), (4, -3e-4))
+    }
+    for name, log in days.items():
+        (tmp_path / name).write_text(log, encoding="utf-8")
+    paths = [str(tmp_path / name) for name in days]
+    words = ["selfcheck", *paths, "--labs", "60", "--format", "json"]
+    by_files = json.loads(CliRunner().invoke(app, words).stdout)["estimators"]
+    assert by_files[0]["coverage_95"] >= 0.88
+    # One line through the origin does not know of the two balances.
+    assert by_files[1]["coverage_95"] < 0.6
+    monday, friday = (log.splitlines() for log in days.values())
+    head = [line for line in monday[1:] if line.startswith("#")]
+    start = len(head) + 1
+    rows = [f"{row},monday" for row in monday[start + 1 :]]
+    rows += [f"{row},friday" for row in friday[start + 1 :]]
+    log = "\n".join([*head, f"{monday[start]},day", *rows])
+    by_column = fits(log, 60)["recommended"]
+    times = {"time_us": 0.0}
+    assert {**by_column, **times} == pytest.approx({**by_files[0], **times})

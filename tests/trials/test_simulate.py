@@ -25,7 +25,6 @@ from gyrodata.readings import Uncertainty, read_log, write_log
 from gyrodata.trials.simulation import (
     EXACT,
     TYPICAL,
-    Decay,
     Design,
     Simulation,
     Truth,
@@ -56,14 +55,14 @@ SCENES: dict[str, tuple[Truth, Design]] = {
     "level": (Truth(imbalance=0.0, timing_bias=0.0), Design()),
     "thirds": (Truth(timing_bias=0.0), Design(turns=(1 / 3,))),
     "up and down": (Truth(transverse_inertia=6e-3), Design(pitches=TILTED)),
-    "falling spin": (Truth(decay=Decay(lost=0.3)), Design()),
-    "falling, tilted": (Truth(decay=Decay(lost=0.5)), Design(pitches=TILTED)),
+    "falling spin": (Truth(decay_time=100.0), Design()),
+    "falling, tilted": (Truth(decay_time=60.0), Design(pitches=TILTED)),
     "both, tilted": (
         Truth(),
         Design(positions=(0.15, -0.15), spins=BOTH_SPINS, pitches=TILTED),
     ),
     "both, falling": (
-        Truth(decay=Decay(lost=0.1)),
+        Truth(decay_time=300.0),
         Design(positions=(0.15, -0.15), spins=BOTH_SPINS),
     ),
     "imbalance and bias": (Truth(imbalance=3e-4, timing_bias=0.05), Design(repeats=2)),
@@ -76,7 +75,7 @@ SCENES: dict[str, tuple[Truth, Design]] = {
         Design(masses=(0.0, 0.02, 0.04), spins=BOTH_SPINS),
     ),
     "imbalance, falling": (
-        Truth(imbalance=3e-4, timing_bias=-0.1, decay=Decay(lost=0.2)),
+        Truth(imbalance=3e-4, timing_bias=-0.1, decay_time=150.0),
         Design(),
     ),
     "released, tilted": (Truth(motion="released"), Design(pitches=(math.radians(20),))),
@@ -99,7 +98,7 @@ def test_an_exact_log_gives_the_truth_to_eight_digits(
     assert analysis.inertia.value == pytest.approx(truth.inertia, **near)
     assert truth.motion == "steady" or low < truth.inertia < high
     assert not any(run.flagged for run in analysis.run_table)
-    if truth.motion == "steady" and truth.decay is None:
+    if truth.motion == "steady" and truth.decay_time is None:
         assert analysis.residual_torque.value == pytest.approx(
             truth.imbalance or 0.0, abs=1e-10
         )
@@ -123,7 +122,7 @@ def test_an_exact_log_gives_the_truth_to_eight_digits(
     positions=st.sampled_from(((0.15,), (0.15, -0.15), (-0.1, 0.08))),
     rpm=st.lists(st.integers(150, 900), min_size=2, max_size=3, unique=True),
     turns=st.sampled_from((1 / 3, 2 / 3, 1.0, 2.0)),
-    lost=st.none() | st.floats(0.01, 0.4),
+    constant=st.none() | st.floats(100.0, 5000.0),
     tilted=st.none() | st.tuples(st.floats(0.6, 2.0), st.integers(-50, 50)),
 )
 def test_an_exact_log_of_any_lab_gives_the_truth(
@@ -134,7 +133,7 @@ def test_an_exact_log_of_any_lab_gives_the_truth(
     positions: tuple[float, ...],
     rpm: list[int],
     turns: float,
-    lost: float | None,
+    constant: float | None,
     tilted: tuple[float, int] | None,
 ) -> None:
     # Spins that are nearly equal cannot distinguish the timing bias from the inertia.
@@ -143,7 +142,7 @@ def test_an_exact_log_of_any_lab_gives_the_truth(
         inertia,
         imbalance=imbalance,
         timing_bias=bias,
-        decay=None if lost is None else Decay(lost=lost),
+        decay_time=constant,
     )
     design = Design(tuple(masses), positions, tuple(x * RPM for x in rpm), (turns,))
     if tilted:
@@ -172,7 +171,7 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     sense: int, pitch: float, turns: float, constant: float, ratio: float
 ) -> None:
     """The slow root of eq. (8), integrated to 30 digits while the spin falls."""
-    truth = Truth(INERTIA, ratio * INERTIA, decay=Decay(time_constant=constant))
+    truth = Truth(INERTIA, ratio * INERTIA, decay_time=constant)
     design = Design((0.02,), spins=(sense * 60.0,), turns=(turns,), pitches=(pitch,))
     runs = simulate(truth, design, EXACT).runs
     torque, across = float(runs.torque[0]), float(np.ravel(runs.transverse_inertia)[0])
@@ -288,59 +287,56 @@ def test_truth_is_in_the_record_and_in_the_first_line() -> None:
         "--imbalance",
         "0.3 mN m",
         "--spin-decay",
-        "10 %",
+        "600 s",
         "--spins=-400rpm",
         "--seed",
         "5",
     )
-    truth = Truth(imbalance=3e-4, decay=Decay(lost=0.1))
+    truth = Truth(imbalance=3e-4, decay_time=600.0)
     simulation = simulate(
         truth, Design(masses=(0, 0.02), spins=(-400 * physics.RPM,)), seed=5
     )
     assert simulation.log == done.stdout
     true, runs, log = simulation.truth, simulation.runs, read_log(done.stdout)
     assert (true.inertia, true.imbalance, runs.torque[0]) == (INERTIA, 3e-4, 3e-4)
-    assert runs.spin_end == pytest.approx(0.9 * runs.spin)
+    assert runs.spin_end == pytest.approx(runs.spin * np.exp(-runs.time / 600))
     assert log.columns["time"].values == pytest.approx(
         runs.time + true.timing_bias, abs=4 * 0.14
     )
     assert "residual torque 0.0003 N*m, " in done.stdout.splitlines()[0]
 
 
-def test_noise_as_toml_and_as_lines_of_a_log_is_the_same(tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text(
-        'u_time = "0.3 s"\nu_spin = "0.5 % + 1 rpm"\nu_g = "0.1 %"\n', encoding="utf-8"
-    )
+def test_noise_is_read_from_the_lines_of_a_log(tmp_path: Path) -> None:
     lines = (
         "# station: 3\n# u_time: 0.3 s\n#u_spin : 0.5 % + 1 rpm\n# u_g: 0.1 %\nmass "
         "[g],time [s]\n20,7\n"
     )
     (tmp_path / "log.csv").write_text(lines, encoding="utf-8")
-    log, same = (
-        gyro("simulate", "--noise", str(tmp_path / name)).stdout
-        for name in ("a.toml", "log.csv")
-    )
-    assert log == same
-    assert read_log(log).uncertainties["u_time"] == Uncertainty(0.3)
+    log = gyro("simulate", "--noise", str(tmp_path / "log.csv")).stdout
+    stated = read_log(log).uncertainties
+    assert stated["u_time"] == Uncertainty(0.3)
+    assert stated["u_spin"] == Uncertainty(2 * math.pi / 60, 0.005)
     assert read_log(log).constants["g"] != physics.STANDARD_GRAVITY
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "code", "said"),
     [
-        (b'u_tme = "0.1 s"\n', "did you mean u_time"),
-        (b"nothing to see here\n", "noise:1:9: error G636: this is not TOML"),
-        (b"# a remark\n", "states no uncertainty"),
-        (b"\xff\xfe\x00", "not UTF-8"),
+        (b"# u_tme: 0.1 s\n", "G636", "did you mean u_time"),
+        (b"nothing to see here\n", "G636", "states no uncertainty"),
+        (b"# a remark\n", "G636", "states no uncertainty"),
+        (b"\xff\xfe\x00", "G105", "this is not text"),
+        (b"# u_time: long\n", "G306", '"long" is not a number'),
+        (b"# u_mass_scale: 0.1 g\n", "G306", "is in %"),
     ],
 )
 def test_a_noise_file_that_cannot_be_read_is_refused(
-    content: bytes, said: str, tmp_path: Path
+    content: bytes, code: str, said: str, tmp_path: Path
 ) -> None:
     (tmp_path / "noise").write_bytes(content)
     done = gyro("simulate", "--noise", str(tmp_path / "noise"))
     assert done.exit_code == 2
-    assert "G636" in done.stderr
+    assert code in done.stderr
     assert said in done.stderr
 
 

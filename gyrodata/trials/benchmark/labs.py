@@ -13,7 +13,11 @@ from gyrodata.measurements import Measurements, measure, select
 from gyrodata.physics import Floats
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import read_log
-from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
+from gyrodata.results import FittedLog
+from gyrodata.trials.simulation import NOISE_KEYS, TYPICAL, Design, Truth, simulate
+
+POSITION = 0.15
+"""Position of the weights of a log without positions [m]."""
 
 
 class LabScene(Struct, frozen=True):
@@ -42,20 +46,14 @@ class LabScene(Struct, frozen=True):
             residual = self.imbalance * lightest * random.standard_normal()
             truth = replace(truth, imbalance=residual)
         log = simulate(truth, design, {**TYPICAL, **self.noise}, seed).log
-        lines = [self._as_stated(line) for line in log.splitlines(keepends=True)]
-        log = "".join(lines)
+        for key, text in self.stated.items():
+            before, line, after = log.partition(f"# {key}: ")
+            log = before + line + text + after[after.index("\n") :]
         if random.random() < self.miscounted:
             # The last two cells of a run are its turns and its number.
             run = random.integers(1, log.count(",1,"))
             log = log.replace(f",1,{run}\n", f",1/2,{run}\n")
         return log
-
-    def _as_stated(self, line: str) -> str:
-        """Return a line of a log with the uncertainty that the log states instead."""
-        key = line.removeprefix("# ").partition(":")[0]
-        if key in self.stated:
-            return f"# {key}: {self.stated[key]}\n"
-        return line
 
 
 SCENES = (
@@ -77,9 +75,28 @@ SCENES = (
 """Nine runs each: three weights at three spins, on one side of the ball."""
 
 
+def scene_of(log: FittedLog) -> LabScene:
+    """Return the lab of a log: its runs, its fitted values, its stated u."""
+    measured = log.measurements
+    # A weight with the same torque, also if the log contains forces or torques.
+    position = np.copysign(POSITION, measured.torque)
+    mass = measured.torque / position / measured.g
+    columns = np.array([mass, position, measured.pitch, measured.spin, measured.turns])
+    noise = {
+        key: u for key, u in log.readings.uncertainties.items() if key in NOISE_KEYS
+    }
+    truth = Truth(
+        inertia=log.fit.inertia.value, imbalance=log.fit.residual_torque.value
+    )
+    design = Design(runs=tuple(map(tuple, columns.T.tolist())))
+    return LabScene("your log", design, noise, truth=truth)
+
+
 def seeds(count: int, seed: int) -> list[int]:
     """Return the seeds of a number of labs."""
-    return [*map(int, np.random.default_rng(seed).integers(2**31, size=count))]
+    random = np.random.default_rng(seed)
+    drawn: list[int] = random.integers(2**31, size=count).tolist()
+    return drawn
 
 
 def measured_lab(log: str) -> Measurements:
@@ -88,32 +105,28 @@ def measured_lab(log: str) -> Measurements:
 
 
 def points_of(measured: Measurements) -> dict[str, Any]:
-    """Return the readings as the other programs take them; see `programs`.
-
-    They do not get runs without a weight, whose times they cannot predict.
-    """
-    measured = select(measured, np.flatnonzero(measured.torque).tolist())
-    arrays = {
+    """Return the readings as the other programs take them; see `programs`."""
+    return {
+        "angle": 2 * np.pi * measured.turns * measured.corrected_spin,
         "time": measured.time,
-        "spin": measured.corrected_spin,
-        "turns": measured.turns,
         "torque": measured.torque,
     }
-    return {name: array.tolist() for name, array in arrays.items()}
 
 
 def lab_of(measured: Measurements) -> dict[str, Any]:
-    """Return the readings and their stated errors as the other programs take them."""
+    """Return the readings and their stated errors as the other programs take them.
+
+    They do not get runs without a weight, whose times they cannot predict.
+    """
     measured = select(measured, np.flatnonzero(measured.torque).tolist())
     # The timing bias is the same in all runs.
     late = measured.product / measured.time * measured.timing_bias_u
     times = covariance(measured, measured.time, "time")
     product = covariance(measured, measured.product, "time", "spin", "turns")
-    torque = covariance(measured, measured.torque, "mass", "position", "g")
     return points_of(measured) | {
-        "time_u": np.sqrt(np.diag(times)).tolist(),
-        "product_cov": (product + np.outer(late, late)).tolist(),
-        "torque_cov": torque.tolist(),
+        "time_u": np.sqrt(np.diag(times)),
+        "product_cov": product + np.outer(late, late),
+        "torque_cov": covariance(measured, measured.torque, "mass", "position", "g"),
     }
 
 

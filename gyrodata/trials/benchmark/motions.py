@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 import time
+import timeit
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,9 @@ from gyrodata.judging import changes
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats, models, motion
 from gyrodata.quantities.error_sources import DECAY_SPREAD, DECAY_TIME
+from gyrodata.results import FittedLog
 from gyrodata.trials.benchmark.labs import measured_lab
-from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
+from gyrodata.trials.simulation import Design, Truth, simulate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,17 +45,17 @@ PITCH_U = math.radians(1)
 """Largest difference of a rod from its tilt, and standard uncertainty with which a
 student reads its pitch [rad]."""
 
-CLOSER = 1e-3
-"""Relative tolerance of the true motion, over the smallest of the others."""
+TOLERANCE = 1e-3
+"""Relative tolerance of the full motion."""
 
 REPEATS = 5
-"""Number of times that a duration is measured."""
+"""Number of times that a model is timed."""
+
+CLOSER = 1e-6
+"""Relative tolerance of the true motion."""
 
 FULL = "full motion"
 KNOWN = "full motion, if push and drag were known"
-
-LONG = 0.1
-"""Time after which a measurement is not repeated [s]."""
 
 
 class MotionScene(Struct, frozen=True):
@@ -67,11 +69,6 @@ class MotionScene(Struct, frozen=True):
     push: tuple[float, float] = (0.0, 1.0)
     """Smallest and largest push of the hand, over the rate of steady precession [1]."""
 
-    @property
-    def heading(self) -> str:
-        """The title with the range of spins."""
-        return f"{self.title}, {self.rpm[0]} to {self.rpm[-1]} rpm"
-
 
 SCENES = (
     MotionScene("as the sheet asks", (200, 400, 600)),
@@ -79,6 +76,15 @@ SCENES = (
     MotionScene("no push", (100, 150, 250), push=(0.0, 0.0)),
     MotionScene("slow spins", (60, 100, 150)),
 )
+
+
+def scene_of(log: FittedLog) -> MotionScene:
+    """Return the rods of a log as a scene."""
+    measured = log.measurements
+    rpm = np.quantile(measured.spin / RPM, [0, 0.5, 1]).round().astype(int).tolist()
+    tilt = math.degrees(float(np.mean(measured.pitch)))
+    push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
+    return MotionScene("your log", tuple(rpm), tilt, push)
 
 
 class Rods(Struct, frozen=True):
@@ -97,28 +103,34 @@ class Rods(Struct, frozen=True):
     """Time constant of the spin [s]."""
 
 
+def steady_turn(
+    mass: Floats, spin: Floats, pitch: Floats, decay: Floats | float = math.inf
+) -> Rods:
+    """Return rods that precess steadily for the time of one turn."""
+    inertia = np.full(mass.shape, Truth().inertia)
+    across = DEFAULT_TRANSVERSE_RATIO * inertia + mass * POSITION**2
+    torque = physics.torque(mass, POSITION, physics.STANDARD_GRAVITY)
+    rate = physics.precession_rate(torque, spin, inertia, across, pitch)
+    top = motion.Top(inertia, across, torque)
+    return Rods(top, spin, pitch, 2 * np.pi / rate, 1.0, decay)
+
+
 def draw_labs(scene: MotionScene, count: int, seed: int) -> tuple[Rods, Rods]:
     """Simulate labs of nine runs; return the truth, and what users know and assume."""
     random = np.random.default_rng(seed)
     load, rpm = (part.ravel() for part in np.meshgrid(MASSES, scene.rpm, indexing="ij"))
-    mass = np.tile(load, count)
     spin = np.tile(RPM * rpm, count)
     # The phase of the nutation at the end of a run is random.
     spin = spin * random.uniform(0.95, 1.05, spin.shape)
     pitch = np.radians(scene.tilt) + random.uniform(-OFF_TILT, OFF_TILT, spin.shape)
     pushes = random.uniform(*scene.push, spin.shape)
     decay = DECAY_TIME * np.exp(DECAY_SPREAD * random.standard_normal(count))
-    inertia = np.full(spin.shape, Truth().inertia)
-    across = DEFAULT_TRANSVERSE_RATIO * inertia + mass * POSITION**2
-    torque = physics.torque(mass, POSITION, physics.STANDARD_GRAVITY)
-    rate = physics.precession_rate(torque, spin, inertia, across, pitch)
-    top = motion.Top(inertia, across, torque)
-    true = Rods(top, spin, pitch, 2 * np.pi / rate, pushes, np.repeat(decay, len(load)))
+    rods = steady_turn(np.tile(load, count), spin, pitch, np.repeat(decay, len(load)))
     read = pitch + PITCH_U * random.standard_normal(spin.shape)
     # A log says if nobody pushed; the size of a push is unknown.
     push = models.PART_RELEASED if any(scene.push) else 0.0
-    known = replace(true, pitch=read, push=push, decay=DECAY_TIME)
-    return true, known
+    known = replace(rods, pitch=read, push=push, decay=DECAY_TIME)
+    return replace(rods, push=pushes), known
 
 
 # --- the models: the azimuth that a rod sweeps in its time [rad], shape (n,) ---
@@ -137,42 +149,25 @@ def tilted(rods: Rods) -> Any:
     )
 
 
-def release(rods: Rods) -> Any:
-    """Use the mean rate of a rod that is released from rest."""
-    return rods.time * motion.mean_precession_rate(rods.top, rods.spin, rods.pitch)
-
-
-def half_release(rods: Rods) -> Any:
-    """Use the part of the effect of a release that gyro assumes."""
+def release(rods: Rods, part: float = 1.0) -> Any:
+    """Use a part of the effect of a release from rest on the mean rate."""
     steady = tilted(rods)
-    slowing = steady / release(rods) - 1
-    return steady / (1 + models.PART_RELEASED * slowing)
+    mean = rods.time * motion.mean_precession_rate(rods.top, rods.spin, rods.pitch)
+    return steady / (1 + part * (steady / mean - 1))
 
 
-def full_motion(rods: Rods, tolerance: float) -> Any:
+def full_motion(rods: Rods, tolerance: float = TOLERANCE) -> Any:
     """Integrate eqs. (7) as vectors, with push and drag."""
+    from scipy.integrate import solve_ivp
+
     first = rods.spin * np.exp(rods.time / rods.decay / 2)
     start = motion.released(rods.top, first, rods.pitch)
     steady = motion.steady(rods.top, first, rods.pitch)
-    pushed = np.multiply(rods.push, (steady.momentum - start.momentum).T).T
-    start = replace(start, momentum=start.momentum + pushed)
+    pushed = np.multiply(rods.push, (steady.momentum - start.momentum).T)
+    rows = np.concatenate([start.axis.T, start.momentum.T + pushed])
+    # All rods together, each in parts of its own time.
     drag = rods.top.inertia / rods.decay
-    _, axis = follow(rods.top, start, rods.time, drag, tolerance)
-    # Add whole turns: the azimuth is near one turn.
-    return np.pi + np.mod(np.arctan2(axis[1], axis[0])[:, -1] - np.pi, 2 * np.pi)
-
-
-def follow(
-    top: motion.Top, start: motion.State, time: Floats, drag: Any, tolerance: float
-) -> tuple[Floats, Floats]:
-    """Integrate the motion of n rods together, each for its own time [s].
-
-    Return the parts of the time [1], shape (m,), and e3, shape (3, n, m).
-    """
-    from scipy.integrate import solve_ivp
-
-    rates = motion.vector_rates(top, drag, time)
-    rows = np.concatenate([start.axis.T, start.momentum.T])
+    rates = motion.vector_rates(rods.top, drag, rods.time)
     done = solve_ivp(
         lambda _, row: np.ravel(rates(*row.reshape(rows.shape))),
         (0, 1),
@@ -181,58 +176,54 @@ def follow(
         rtol=tolerance,
         atol=1e-3 * tolerance,
     )
-    return done.t, done.y.reshape(*rows.shape, -1)[:3]
+    x, y, *_ = done.y[:, -1].reshape(rows.shape)
+    # Add whole turns: the azimuth is near one turn.
+    return np.pi + np.mod(np.arctan2(y, x) - np.pi, 2 * np.pi)
 
 
 MODELS: Mapping[str, Callable[[Rods], Any]] = {
     "eq. (9)": level,
     "eq. (8)": tilted,
     "released from rest": release,
-    "half of a release": half_release,
+    "half of a release": partial(release, part=models.PART_RELEASED),
+    FULL: full_motion,
+    KNOWN: full_motion,
 }
 
 
 # --- the comparison ---
 
 
-def compare(
-    scene: MotionScene, tolerances: tuple[float, ...], labs: int, seed: int
-) -> list[dict[str, Any]]:
-    """Measure every model in one kind of lab; the full motion with relative tolerances.
+def compare(scene: MotionScene, labs: int, seed: int) -> list[dict[str, Any]]:
+    """Measure every model in one kind of lab.
 
     The error of a row is the median of |error of I_zz| over the labs, over u, and
-    "error_low" and "error_high" are its quartiles.
+    "error_low" and "error_high" are its quartiles. The cost is that of one lab.
     """
     true, known = draw_labs(scene, labs, seed)
-    one_true, one_known = draw_labs(scene, 1, seed)
-    azimuth = full_motion(true, CLOSER * min(tolerances))
-    fit, chosen = typical_fit(scene)
+    _, timed = draw_labs(scene, 1, seed)
+    azimuth = full_motion(true, CLOSER)
+    fit = typical_fit(scene)
     u = fitting.relative_u(fit.inertia)
-    tasks: list[Any] = [
-        (name, "", model, known, one_known) for name, model in MODELS.items()
-    ]
-    for tolerance in tolerances:
-        setting = f"{tolerance:.0e}"
-        model = partial(full_motion, tolerance=tolerance)
-        tasks.append((FULL, setting, model, known, one_known))
-        tasks.append((KNOWN, setting, model, true, one_true))
     rows = []
-    for method, setting, model, rods, lab in tasks:
-        runs = (model(rods) / azimuth - 1).reshape(labs, -1)
+    for method, model in MODELS.items():
+        predicted = model(true if method == KNOWN else known)
+        # Other work only makes a call longer.
+        timer = timeit.Timer(partial(model, timed), timer=time.process_time)
+        seconds = min(timer.repeat(REPEATS, number=1))
+        runs = (predicted / azimuth - 1).reshape(labs, -1)
         error = np.abs(runs @ fit.response) / u
         low, middle, high = np.quantile(error, [0.25, 0.5, 0.75]).tolist()
         rows.append(
             {
-                "scene": scene.heading,
+                "scene": f"{scene.title}, {scene.rpm[0]} to {scene.rpm[-1]} rpm",
                 "method": method,
-                "chosen": chosen,
+                "labs": labs,
                 "u": u,
-                "rtol": setting,
-                "seconds": fastest(partial(model, lab)),
+                "seconds": seconds,
                 "error": middle,
                 "error_low": low,
                 "error_high": high,
-                "labs": labs,
             }
         )
     return rows
@@ -249,31 +240,17 @@ def cheapest(panel: pd.DataFrame) -> str:
     return "none"
 
 
-def typical_fit(scene: MotionScene) -> tuple[fitting.FitResult, str]:
-    """Fit a log of such a lab without errors; return the model that gyro chooses too.
+def title(points: pd.DataFrame) -> str:
+    """Name the cheapest model with a harmless error in each kind of lab."""
+    panels = points.groupby("scene", sort=False)
+    words = [f"{scene}: {cheapest(panel)}" for scene, panel in panels]
+    return "\n".join(["The cheapest model with a harmless error", *words])
 
-    The log does not say how the rods were started, unless nobody pushed them.
-    """
+
+def typical_fit(scene: MotionScene) -> fitting.FitResult:
+    """Fit such a lab at its stated uncertainties, without errors of reading."""
     spins = tuple(RPM * rpm for rpm in scene.rpm)
     pitch = math.radians(scene.tilt)
-    design = Design(masses=MASSES, positions=(POSITION,), spins=spins, pitches=(pitch,))
-    start = "" if any(scene.push) else "# motion: released\n"
-    log = simulate(Truth(), design, TYPICAL, None).log
-    measured = measured_lab(log.replace("# motion: steady\n", start))
-    chosen = changes.choose_model(measured)
-    words = " and ".join(model.words for model in chosen.models) or chosen.words
-    # A log without errors has less scatter than a real one; with the stated widths it
-    # is usual.
-    residual = fitting.fit(measured, tilted=chosen.tilted).widths.residual_torque
-    usual = fitting.Widths(1.0, residual)
-    return fitting.fit(measured, usual, tilted=chosen.tilted), words
-
-
-def fastest(task: Callable[[], object]) -> float:
-    """Measure the shortest CPU time of a task [s]: other work only makes it longer."""
-    times: list[float] = []
-    while len(times) < REPEATS and sum(times) < LONG:
-        begun = time.process_time()
-        task()
-        times.append(time.process_time() - begun)
-    return max(min(times), 1e-9)
+    design = Design(MASSES, (POSITION,), spins, pitches=(pitch,))
+    measured = measured_lab(simulate(Truth(), design, seed=None).log)
+    return fitting.fit(measured, fitting.AS_STATED, tilted=bool(pitch))

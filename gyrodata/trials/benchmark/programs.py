@@ -1,17 +1,17 @@
 """Fits of one lab by other programs, each called as its manual shows.
 
-A lab is a mapping of lists of n numbers, in SI: ``time``, ``spin``, ``turns``,
-``torque``, ``time_u`` (standard uncertainty of each time), and the covariances
-``product_cov`` of φ̇ψ̇ and ``torque_cov`` of the torque, of n rows. A fit returns I_zz
-and the ends of its 95 % interval [kg*m^2].
+A lab is a mapping of arrays of n numbers, in SI: ``angle`` (2π times the turns, times
+the spin), ``time``, ``torque``, ``time_u`` (standard uncertainty of each time), and the
+covariances ``product_cov`` of φ̇ψ̇ and ``torque_cov`` of the torque, of n rows. A fit
+returns I_zz and the ends of its 95 % interval [kg*m^2].
 
-``python programs.py NAME`` reads a lab as JSON from standard input. It imports nothing
-of gyrodata, so that the cost of a whole process is that of the program.
+``python programs.py NAME`` reads a lab from standard input. It imports nothing of
+gyrodata, so that the cost of a whole process is that of the program.
 """
 
 from __future__ import annotations
 
-import json
+import pickle
 import sys
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
@@ -30,23 +30,20 @@ Lab = Mapping[str, Any]
 
 def product(lab: Lab) -> Any:
     """Compute φ̇ψ̇ of each run [rad²/s²], shape (n,)."""
-    turns, time, spin = (np.array(lab[key]) for key in ("turns", "time", "spin"))
-    return 2 * np.pi * turns / time * spin
+    return lab["angle"] / lab["time"]
 
 
-def predicted_time(lab: Lab) -> Callable[..., Any]:
-    """Return eq. (9) as the time of each run [s], a function of I_zz and M0."""
-    angle = 2 * np.pi * np.array(lab["turns"]) * np.array(lab["spin"])
-    torque = np.array(lab["torque"])
-    return lambda inertia, residual: angle * inertia / (torque + residual)
+def predicted_time(lab: Lab, inertia: float, residual: float) -> Any:
+    """Compute the time of each run by eq. (9) [s], shape (n,), from I_zz and M0."""
+    return lab["angle"] * inertia / (lab["torque"] + residual)
 
 
-def start(lab: Lab) -> float:
-    """Return a first value of I_zz [kg*m^2]."""
-    return float(np.median(np.array(lab["torque"]) / product(lab)))
+def start(lab: Lab) -> list[float]:
+    """Return first values of I_zz [kg*m^2] and M0 [N*m]."""
+    return [float(np.median(lab["torque"] / product(lab))), 0.0]
 
 
-def interval(value: float, u: float, free: int | None = None) -> Answer:
+def interval(value: Any, u: Any, free: int | None = None) -> Answer:
     """Return the 95 % interval of a value; Student's factor for u from the scatter."""
     factor = NORMAL_95
     if free is not None:
@@ -58,13 +55,15 @@ def interval(value: float, u: float, free: int | None = None) -> Answer:
 
 def mean_of_ratios(lab: Lab) -> Answer:
     """Average M/(φ̇ψ̇)."""
-    ratios = np.array(lab["torque"]) / product(lab)
+    ratios = lab["torque"] / product(lab)
     count = len(ratios)
     return interval(ratios.mean(), ratios.std(ddof=1) / count**0.5, count - 1)
 
 
 def line_with_intercept(lab: Lab) -> Answer:
     """Fit M to φ̇ψ̇ by a straight line."""
+    if not np.ptp(lab["torque"]):
+        raise ValueError("a line needs different torques")
     (slope, _), covariance = np.polyfit(product(lab), lab["torque"], 1, cov=True)
     return interval(slope, covariance[0, 0] ** 0.5, len(lab["torque"]) - 2)
 
@@ -73,12 +72,11 @@ def curve_fit(lab: Lab) -> Answer:
     """Fit the times with their stated u."""
     from scipy.optimize import curve_fit as fit
 
-    model = predicted_time(lab)
     (value, _), covariance = fit(
-        lambda _, inertia, residual: model(inertia, residual),
+        lambda _, inertia, residual: predicted_time(lab, inertia, residual),
         lab["torque"],
         lab["time"],
-        p0=[start(lab), 0.0],
+        p0=start(lab),
         sigma=lab["time_u"],
         absolute_sigma=True,
     )
@@ -92,8 +90,8 @@ def odrpack(lab: Lab) -> Answer:
     solution = odr_fit(
         lambda x, beta: beta[0] * x + beta[1],
         product(lab),
-        np.array(lab["torque"]),
-        np.array([start(lab), 0.0]),
+        lab["torque"],
+        np.array(start(lab)),
         weight_x=1 / np.diag(lab["product_cov"]),
         weight_y=1 / np.diag(lab["torque_cov"]),
     )
@@ -104,16 +102,14 @@ def lmfit(lab: Lab) -> Answer:
     """Fit the times with u, scaled by the scatter, as is the default."""
     from lmfit import Parameters, minimize
 
-    model = predicted_time(lab)
     parameters = Parameters()
-    parameters.add("inertia", value=start(lab))
-    parameters.add("residual", value=0.0)
-    observed = np.array(lab["time"])
-    u = np.array(lab["time_u"])
-    solution = minimize(
-        lambda at: (model(at["inertia"].value, at["residual"].value) - observed) / u,
-        parameters,
-    )
+    for name, value in zip(("inertia", "residual"), start(lab), strict=True):
+        parameters.add(name, value=value)
+
+    def deviations(at: Any) -> Any:
+        return (predicted_time(lab, **at.valuesdict()) - lab["time"]) / lab["time_u"]
+
+    solution = minimize(deviations, parameters)
     inertia = solution.params["inertia"]
     return interval(inertia.value, inertia.stderr, solution.nfree)
 
@@ -122,18 +118,16 @@ def iminuit(lab: Lab) -> Answer:
     """Minimise chi-square of the times with all covariances, and use MINOS."""
     from iminuit import Minuit
 
-    model = predicted_time(lab)
-    observed = np.array(lab["time"])
     # Relative errors of φ̇ψ̇ and of M are relative errors of the time.
-    relative = np.array(lab["product_cov"]) / np.outer(product(lab), product(lab))
-    relative += np.array(lab["torque_cov"]) / np.outer(lab["torque"], lab["torque"])
-    inverse = np.linalg.inv(relative * np.outer(observed, observed))
+    relative = lab["product_cov"] / np.outer(product(lab), product(lab))
+    relative += lab["torque_cov"] / np.outer(lab["torque"], lab["torque"])
+    inverse = np.linalg.inv(relative * np.outer(lab["time"], lab["time"]))
 
     def chi_square(inertia: float, residual: float) -> float:
-        off = observed - model(inertia, residual)
+        off = lab["time"] - predicted_time(lab, inertia, residual)
         return float(off @ inverse @ off)
 
-    minuit = Minuit(chi_square, inertia=start(lab), residual=0.0)
+    minuit = Minuit(chi_square, *start(lab))
     minuit.errordef = Minuit.LEAST_SQUARES
     minuit.migrad()
     minuit.minos("inertia", cl=0.95)
@@ -151,31 +145,36 @@ def kafe2(lab: Lab) -> Answer:
 
     fit = package.XYFit([product(lab), lab["torque"]], line)
     # It takes the first step of a parameter from its first value.
-    fit.set_parameter_values(inertia=start(lab), residual=0.01 * min(lab["torque"]))
-    fit.add_matrix_error("x", np.array(lab["product_cov"]), "cov")
-    fit.add_matrix_error("y", np.array(lab["torque_cov"]), "cov")
+    inertia, _ = start(lab)
+    fit.set_parameter_values(inertia=inertia, residual=0.01 * min(lab["torque"]))
+    fit.add_matrix_error("x", lab["product_cov"], "cov")
+    fit.add_matrix_error("y", lab["torque_cov"], "cov")
     fit.do_fit()
     return interval(fit.parameter_values[0], fit.parameter_errors[0])
 
 
-PROGRAMS: Mapping[str, tuple[str, Callable[[Lab], Answer]]] = {
-    "mean of ratios": ("numpy", mean_of_ratios),
-    "line with intercept": ("numpy", line_with_intercept),
-    "scipy curve_fit": ("scipy", curve_fit),
-    "lmfit": ("lmfit", lmfit),
-    "odrpack": ("odrpack", odrpack),
-    "iminuit": ("iminuit", iminuit),
-    "kafe2": ("kafe2", kafe2),
+LINE = "line with intercept"
+
+PROGRAMS: Mapping[str, Callable[[Lab], Answer]] = {
+    "mean of ratios": mean_of_ratios,
+    LINE: line_with_intercept,
+    "scipy curve_fit": curve_fit,
+    "lmfit": lmfit,
+    "odrpack": odrpack,
+    "iminuit": iminuit,
+    "kafe2": kafe2,
 }
-"""The package and the fit of each program, by its name in the charts."""
+"""The fit of each program, by its name in the charts."""
+
+OPTIONAL = "lmfit", "odrpack", "iminuit", "kafe2"
+"""Packages that need not be installed."""
 
 
 def installed() -> dict[str, Callable[[Lab], Answer]]:
     """Return the fits of the programs that are installed, by name."""
-    return {
-        name: fit for name, (package, fit) in PROGRAMS.items() if find_spec(package)
-    }
+    missing = [name for name in OPTIONAL if find_spec(name) is None]
+    return {name: fit for name, fit in PROGRAMS.items() if name not in missing}
 
 
 if __name__ == "__main__":
-    print(*installed()[sys.argv[1]](json.load(sys.stdin)))
+    print(*PROGRAMS[sys.argv[1]](pickle.load(sys.stdin.buffer)))

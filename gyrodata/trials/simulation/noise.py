@@ -6,21 +6,18 @@ They are the ``u_…`` keys of the log format, shared between runs as in a real 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from gyrodata.base.errors import InputError, nearest
-from gyrodata.base.toml_text import read_toml
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
-from gyrodata.quantities.notation import parse_uncertainty
-from gyrodata.quantities.units import Uncertainty, UnitError
-from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
+from gyrodata.quantities.units import Uncertainty
+from gyrodata.readings import read_log
+from gyrodata.readings.roles import SPIN_SETS, u_keys
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows
 # from the digits.
@@ -53,6 +50,8 @@ EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """The uncertainties that a simulated log can have."""
 
+UNREADABLE = "G306"
+"""Code of an uncertainty that cannot be read."""
 
 _SPINS = tuple(
     role for role in chain.from_iterable(SPIN_SETS) if "u_spin" in u_keys(role)
@@ -107,9 +106,7 @@ def put_errors(
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log.
-
-    The others are `TYPICAL`.
+    """Read uncertainties from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
 
     Raises
     ------
@@ -118,37 +115,19 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
         log.
     """
     name = str(path)
-    stated = _stated(Path(path), name)
+    if not Path(path).is_file():
+        raise InputError.named("noise_not_read", name=name)
+    readings = read_log(Path(path), name=name)
+    unread = [fault for fault in readings.diagnostics if fault.code == UNREADABLE]
+    if unread:
+        raise InputError(unread)
+    stated = [
+        key for key in (*readings.metadata, *readings.uncertainties) if key[:2] == "u_"
+    ]
     if not stated:
         raise InputError.named("noise_states_nothing", name=name)
-    noise = dict(TYPICAL)
-    for key, value in stated.items():
+    for key in stated:
         if key not in NOISE_KEYS:
-            fault = "a simulated log does not have this uncertainty"
-            raise _unfit(name, key, fault, nearest(key, NOISE_KEYS))
-        try:
-            noise[key] = parse_uncertainty(str(value), kind_of_role(key))
-        except UnitError as error:
-            raise _unfit(name, key, str(error), error.hint) from None
-        if key.endswith("_scale") and noise[key].absolute:
-            hint = 'write the error of a scale in %, such as "0.1 %"'
-            raise _unfit(name, key, f'"{value}" is not relative', hint)
-    return noise
-
-
-def _stated(path: Path, name: str) -> Mapping[str, Any]:
-    """Return the values of a file as they are written, by key."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        why = error.strerror or error
-        raise InputError.named("noise_not_read", name=name, why=why) from None
-    text = data.decode("utf-8-sig", "replace")
-    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE)
-    if lines:
-        return dict(lines)
-    return read_toml(data, name, "noise_not_utf8", "noise_no_toml")[1]
-
-
-def _unfit(name: str, key: str, fault: str, hint: str) -> InputError:
-    return InputError.named("noise_unfit", name=name, key=key, fault=fault, hint=hint)
+            hint = nearest(key, NOISE_KEYS)
+            raise InputError.named("noise_unfit", name=name, key=key, hint=hint)
+    return {**TYPICAL, **readings.uncertainties}

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from numbers import Real
-from typing import Literal, cast, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -24,15 +24,6 @@ from gyrodata.quantities.units import LIMITS, SI
 from gyrodata.readings import MAX_ROWS, check_value, to_display
 
 Motion = Literal["steady", "released"]
-
-
-class Decay(Struct, frozen=True):
-    """Exponential decay of the spin in an air film; exactly one attribute is given."""
-
-    time_constant: float | None = None
-    """τ [s]; the same in every run."""
-    lost: float | None = None
-    """Part of the spin that each run loses [1]; τ then differs from run to run."""
 
 
 class Truth(Struct, frozen=True):
@@ -54,8 +45,9 @@ class Truth(Struct, frozen=True):
     motion: Motion = "steady"
     """"steady": eq. (8); "released": the exact motion of a rod that is released from
     rest."""
-    decay: Decay | None = None
-    """None: the spin is constant."""
+    decay_time: float | None = None
+    """Time constant τ of the exponential decay of the spin in an air film [s]; None:
+    the spin is constant."""
 
 
 class Design(Struct, frozen=True):
@@ -76,9 +68,14 @@ class Design(Struct, frozen=True):
     """Angle of the rod above the horizontal, at the start of the run [rad]."""
     repeats: int = 1
     """Number of times that each run is repeated."""
+    runs: tuple[tuple[float, ...], ...] = ()
+    """Mass, position, pitch, spin and turns of each run, such as those of a log, in
+    place of all combinations."""
 
     def _settings(self) -> list[tuple[float, ...]]:
         """Return mass, position, pitch, spin and turns of each run."""
+        if self.runs:
+            return [*self.runs]
         # A run without a weight has no position.
         loads: list[tuple[float, float]] = []
         for mass in self.masses:
@@ -88,17 +85,6 @@ class Design(Struct, frozen=True):
             loads, self.pitches, self.spins, self.turns, range(self.repeats)
         )
         return [(*load, *setting) for load, *setting, _ in settings]
-
-
-class Listed(Design, frozen=True):
-    """Runs that are no combinations, such as those of a log."""
-
-    runs: tuple[tuple[float, ...], ...] = ()
-    """Mass, position, pitch, spin and turns of each run [SI units]."""
-
-    def _settings(self) -> list[tuple[float, ...]]:
-        """Return mass, position, pitch, spin and turns of each run."""
-        return [*self.runs]
 
 
 class Runs(Struct, frozen=True):
@@ -169,7 +155,6 @@ def happen(truth: Truth, design: Design) -> Runs:
 
 def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
-    decay = truth.decay or Decay()
     for name, role, values in (
         ("inertia", "transverse_inertia", (truth.inertia,)),
         ("transverse", "transverse_inertia", (truth.transverse_inertia,)),
@@ -179,7 +164,7 @@ def _check(truth: Truth, design: Design) -> None:
         ("spin", "spin", design.spins),
         ("pitch", "pitch", design.pitches),
         ("turns", "turns", design.turns),
-        ("spin decay", "time", (decay.time_constant,)),
+        ("spin decay", "time", (truth.decay_time,)),
     ):
         for value in values:
             if value is not None:
@@ -197,8 +182,8 @@ def _check(truth: Truth, design: Design) -> None:
     if not 1 <= rows <= MAX_ROWS:
         raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
     insist_on_choice("motion", truth.motion, get_args(Motion))
-    if truth.decay is not None:
-        _check_decay(truth.motion, truth.decay)
+    if truth.decay_time is not None and truth.motion == "released":
+        raise InputError.named("simulated_release_decays")
 
 
 def _insist_on_possible(name: str, role: str, value: float) -> None:
@@ -224,20 +209,10 @@ def _insist_on_small(kind: str, name: str, size: float | None) -> None:
         )
 
 
-def _check_decay(motion: Motion, decay: Decay) -> None:
-    """Refuse an unclear or impossible decay."""
-    if (decay.time_constant is None) == (decay.lost is None):
-        raise InputError.named("simulated_decay_unclear")
-    if decay.lost is not None and not 0 < decay.lost < 1:
-        raise InputError.named("simulated_loss_impossible", percent=100 * decay.lost)
-    if motion == "released":
-        raise InputError.named("simulated_release_decays")
-
-
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
-_PLACES = (_PLACES + 1) / 2
+_PLACES = (_PLACES[:, None] + 1) / 2
 _SHARES = _SHARES / 2
-"""Quadrature over a run: places from 0 to 1, and their weights."""
+"""Quadrature over a run: places from 0 to 1, shape (64, 1), and their weights."""
 
 
 def _steady(truth: Truth, runs: Runs) -> Runs:
@@ -246,55 +221,41 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     The spin may fall.
     """
 
-    def rate(spin: Floats) -> Floats:
-        fields = runs.torque, runs.transverse_inertia, runs.pitch
-        torque, across, pitch = (
-            values.reshape(-1, *(1,) * (spin.ndim - 1)) for values in fields
-        )
-        return cast(
-            Floats,
-            np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)),
-        )
+    def rate(spin: Floats) -> Any:
+        """Compute the rate at spins of the runs, shape (..., n)."""
+        body = truth.inertia, runs.transverse_inertia
+        return np.abs(physics.precession_rate(runs.torque, spin, *body, runs.pitch))
 
     angle = 2 * np.pi * runs.turns
     at_start = rate(runs.spin)
-    least = physics.least_spin(
-        runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch
-    )
     slow = np.flatnonzero(~np.isfinite(at_start))
     if len(slow):
         # The message names the run that needs the fastest spin: this spin is enough for
         # all runs.
+        body = truth.inertia, runs.transverse_inertia
+        least = physics.least_spin(runs.torque, *body, runs.pitch)
         i = slow[np.argmax(least[slow])]
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
         raise InputError.named("simulated_not_steady", run=_run(runs, i), rpm=rpm)
-    decay = truth.decay
+    constant = truth.decay_time
     longest = angle / at_start
-    if decay is None:
+    if constant is None:
         return replace(runs, time=longest)
 
-    def mean_rate(fall: Floats | float) -> Floats:
+    def mean_rate(fall: Floats) -> Any:
         """Compute the mean rate while the spin falls by the factor e^−fall.
 
         The rate is NaN if steady precession is impossible at the end.
         """
-        return (
-            rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES))
-            @ _SHARES
-        )
+        return _SHARES @ rate(runs.spin * np.exp(-fall * _PLACES))
 
-    if decay.lost is not None:
-        fall: Floats | float = -math.log1p(-decay.lost)
-        time = angle / mean_rate(fall)
-    else:
-        constant = cast(float, decay.time_constant)
-        # The precession becomes faster as the spin falls, so a run is never longer than
-        # at the first rate.
-        time = motion.find_crossing(
-            lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
-        )
-        fall = time / constant
-        time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
+    # The precession becomes faster as the spin falls, so a run is never longer than at
+    # the first rate.
+    time = motion.find_crossing(
+        lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
+    )
+    fall = time / constant
+    time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
     end = runs.spin * np.exp(-fall)
     for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
         raise InputError.named("simulated_spin_dies", run=_run(runs, i))

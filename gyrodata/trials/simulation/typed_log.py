@@ -177,11 +177,11 @@ def _stated(
     }
     if not (runs.turns % 1).any():
         absent.add("u_turns")
-    absent.add("u_decay_exponent" if truth.decay is None else "u_spin_delay")
+    absent.add("u_decay_exponent" if truth.decay_time is None else "u_spin_delay")
     stated = {**EXACT, **noise}
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
-    if truth.decay is None:
+    if truth.decay_time is None:
         # A constant spin is the same a moment later.
         stated["u_spin_delay"] = Uncertainty()
     return {key: u for key, u in stated.items() if key not in absent}
@@ -211,10 +211,6 @@ def _log(
     for role in sorted(columns, key=ROLES.index):
         unit = DISPLAY[kind_of_role(role)]
         table[f"{role} [{unit}]" if unit else role] = columns[role]
-        if role == "turns" and "u_turns" in head and not (runs.turns % 1).all():
-            # The uncertainty of the turns does not apply to whole turns.
-            of_parts = head.pop("u_turns")
-            table["u_turns"] = [of_parts if turns % 1 else "" for turns in runs.turns]
     table["run"] = [str(i + 1) for i in range(len(runs.time))]
     filled = {header: cells for header, cells in table.items() if any(cells)}
     lines = [f"# {key}: {value}" for key, value in head.items()]
@@ -294,11 +290,13 @@ def _insist_on_possible(text: str, role: str, run: int) -> None:
     fault, _ = check_value(role, read_cell(text, kind, unit).value)
     if not fault:
         return
-    name = "simulated_reading_impossible"
-    if "too large" in fault:
-        name = "simulated_reading_large"
     raise InputError.named(
-        name, run=run, role=role, value=float(text), unit=unit, fault=fault
+        "simulated_reading_impossible",
+        run=run,
+        role=role,
+        value=float(text),
+        unit=unit,
+        fault=fault,
     )
 
 
@@ -312,10 +310,6 @@ def _summary(truth: Truth, seed: int | None) -> str:
         f"timing bias {truth.timing_bias!r} s",
         truth.motion,
     ]
-    decay = truth.decay
-    if decay is not None:
-        words = f"spin decays with time constant {decay.time_constant!r} s"
-        if decay.lost is not None:
-            words = f"{100 * decay.lost:g} % of the spin lost in each run"
-        parts.append(words)
+    if truth.decay_time is not None:
+        parts.append(f"spin decays with time constant {truth.decay_time!r} s")
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -175,7 +175,7 @@ OTHERS = (
     "simulate --seed 1",
     "simulate --seed 2 --turns 1/3,1 --weights 20g,40g",
     "simulate --seed 3 --spin-decay 600s --pitch 20deg",
-    "simulate --seed 4 --spin-decay 10% --turns 1/3",
+    "simulate --seed 4 --spin-decay 100s --turns 1/3",
     "simulate --seed 5 --imbalance 0.3mN*m --position 15cm,-10cm --noise none",
     "simulate --seed 6 --spin-decay 600s",
     "analyze LOG --model horizontal",

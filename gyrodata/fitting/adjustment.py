@@ -535,8 +535,8 @@ def adjust(
         _fill(rows, plain, weight, at.misclosure, unknowns)
         # The triangular factor with the target as last column contains Qᵀ·target: Q is
         # not needed.
-        factor = cast(Floats, np.linalg.qr(rows, mode="r"))
-        whole = factor[:width]
+        reduced = cast(Floats, np.linalg.qr(rows, mode="r"))
+        whole = reduced[:width]
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
             raise NoFit("these runs do not determine the unknowns separately")

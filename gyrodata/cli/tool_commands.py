@@ -7,16 +7,17 @@ of the output.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
 from gyrodata.cli.terminal import (
-    names_of,
+    named_logs,
     progress_bar,
     tell,
+    write_answer,
     write_out,
     write_text,
 )
@@ -26,24 +27,37 @@ if TYPE_CHECKING:
     from gyrodata.trials.simulation import Decay
 
 
+def _decay(text: str) -> Decay:
+    """Read "600 s", a time constant, or "10 %", the part lost in each run."""
+    from gyrodata.trials.simulation import Decay
+
+    percent = text.rstrip().removesuffix("%")
+    if percent != text.rstrip():
+        return Decay(lost=options.quantity("--spin-decay", percent, "number") / 100)
+    constant = options.quantity("--spin-decay", text, "time", "above zero")
+    return Decay(time_constant=constant)
+
+
 def simulate(
     inertia: Annotated[
-        str, typer.Option("--inertia", metavar="QUANTITY")
+        Any, options.quantity_option("--inertia", "inertia", "above zero")
     ] = "4.44e-3 kg m^2",
     weights: Annotated[
-        str, typer.Option("--weights", metavar="QUANTITIES")
+        Any, options.list_option("--weights", "mass")
     ] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position", metavar="QUANTITIES")] = "15cm",
+    position: Annotated[Any, options.list_option("--position", "length")] = "15cm",
     spins: Annotated[
-        str, typer.Option("--spins", metavar="QUANTITIES")
+        Any, options.list_option("--spins", "rate", "other than zero")
     ] = "200,400,600rpm",
-    turns: Annotated[str, typer.Option("--turns", metavar="NUMBERS")] = "1",
-    pitch: Annotated[str, typer.Option("--pitch", metavar="QUANTITIES")] = "0deg",
+    turns: Annotated[
+        Any, options.list_option("--turns", "number", "above zero", "NUMBERS")
+    ] = "1",
+    pitch: Annotated[Any, options.list_option("--pitch", "angle")] = "0deg",
     imbalance: Annotated[
-        str | None, typer.Option("--imbalance", metavar="QUANTITY")
+        Any, options.quantity_option("--imbalance", "torque")
     ] = None,
     spin_decay: Annotated[
-        str | None, typer.Option("--spin-decay", metavar="QUANTITY")
+        Any, typer.Option("--spin-decay", metavar="QUANTITY", parser=_decay)
     ] = None,
     noise: Annotated[
         str, typer.Option("--noise", metavar="none|typical|FILE")
@@ -60,45 +74,12 @@ def simulate(
     from gyrodata.trials import simulation
 
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
-    truth = simulation.Truth(
-        inertia=options.quantity("--inertia", inertia, "inertia", "above zero"),
-        imbalance=None
-        if imbalance is None
-        else options.quantity("--imbalance", imbalance, "torque"),
-        decay=_decay(spin_decay),
-    )
+    truth = simulation.Truth(inertia=inertia, imbalance=imbalance, decay=spin_decay)
     design = simulation.Design(
-        masses=_list("--weights", weights, "mass"),
-        positions=_list("--position", position, "length"),
-        spins=_list("--spins", spins, "rate", "other than zero"),
-        turns=_list("--turns", turns, "number", "above zero"),
-        pitches=_list("--pitch", pitch, "angle"),
+        masses=weights, positions=position, spins=spins, turns=turns, pitches=pitch
     )
     errors = known[noise] if noise in known else simulation.read_noise(noise)
     write_out(simulation.simulate(truth, design, errors, seed).log)
-
-
-def _list(
-    option: str, text: str, kind: str, bound: options.Bound = ""
-) -> tuple[float, ...]:
-    return tuple(
-        options.quantity(option, item, kind, bound) for item in options.with_units(text)
-    )
-
-
-def _decay(text: str | None) -> Decay | None:
-    """Read "600 s", a time constant, or "10 %", the part lost in each run."""
-    from gyrodata.trials.simulation import Decay
-
-    if text is None:
-        return None
-    if text.rstrip().endswith("%"):
-        return Decay(
-            lost=options.quantity("--spin-decay", text.rstrip()[:-1], "number") / 100
-        )
-    return Decay(
-        time_constant=options.quantity("--spin-decay", text, "time", "above zero")
-    )
 
 
 def selfcheck(
@@ -118,16 +99,12 @@ def selfcheck(
     table shows labs with this scatter.
     """
     from gyrodata.analysis import analyze_readings
-    from gyrodata.reporting.data import json_text
     from gyrodata.trials.coverage import selfcheck as simulate
 
     analysis = analyze_readings(options.read(log, settings, mapping, config))
     with progress_bar(labs, "simulated labs") as progress:
         done = simulate(analysis, labs, seed, progress)
-    if form == "json":
-        write_out(json_text(done.to_dict()))
-    else:
-        write_text(f"{done}\n")
+    write_answer(form, done.to_dict(), f"{done}\n")
 
 
 def benchmark(
@@ -159,7 +136,7 @@ def benchmark(
     files = {f"{name}.png": data for name, data in pictures.items()}
     for name, table in report.csv_tables(done).items():
         files[f"{name}.csv"] = table.encode()
-    name = names_of([log])[0] if log else ""
+    name = named_logs([log])[0].name if log else ""
     files["benchmark.html"] = report.page(done, name).encode()
     with telling(out):
         write_folder(out, files)
@@ -198,7 +175,5 @@ def schema(
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
 
-    if name == "diagnostics":
-        write_out(diagnostics_text())
-    else:
-        write_out(json_text(json_schema(name)))
+    is_table = name == "diagnostics"
+    write_out(diagnostics_text() if is_table else json_text(json_schema(name)))

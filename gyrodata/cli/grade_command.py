@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 from msgspec.structs import replace
@@ -52,7 +52,14 @@ def grade(
     attempts: Annotated[Literal["newest", "oldest"], Option("--attempts")] = "newest",
     out: Annotated[Path | None, Option("--out", "-o", metavar="DIR")] = None,
     workers: Annotated[int | None, Option("--workers", min=0, max=256)] = None,
-    cluster: Annotated[str | None, Option("--cluster", metavar="ADDRESS")] = None,
+    cluster: Annotated[
+        Any,
+        Option(
+            "--cluster",
+            metavar="ADDRESS",
+            parser=lambda address: _executor_of(address),
+        ),
+    ] = None,
     timeout: Annotated[float, Option("--timeout", metavar="SECONDS", min=0.1)] = 30.0,
     gradebook: Annotated[Path | None, Option("--gradebook", metavar="FILE")] = None,
     assignment: Annotated[str | None, Option("--assignment", metavar="TITLE")] = None,
@@ -89,53 +96,99 @@ def grade(
         refuse("nothing_to_grade")
     folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom, output, submissions
-    from gyrodata.grading.rubric import read_rubric, unknown_exceptions
+    from gyrodata.grading import classroom
+    from gyrodata.grading.rubric import unknown_exceptions
+    from gyrodata.grading.submissions import list_submissions
 
-    judged = read_rubric(*_rubric(rubric))
-    listed = submissions.list_submissions(path.absolute(), lms, attempts)
-    book = _read_gradebook(gradebook, assignment, listed, judged)
-    people = _read_roster(roster or gradebook, listed)
+    listed = list_submissions(path.absolute(), lms, attempts)
+    inputs = _read_inputs(listed, rubric, gradebook, assignment, roster, previous)
     # Decisions are used too if the grades are only printed.
     home = folder or _usual_folder(path.resolve())
-    desk = _read_desk(home, people.who_is_meant(listed), judged)
-    complain((*listed.diagnostics, *unknown_exceptions(judged, listed)), quiet)
+    desk = _read_desk(home, inputs.roster.who_is_meant(listed), inputs.rubric)
+    complain(
+        (*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet
+    )
     target = None if dry_run else folder
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
-        cluster=_executor_of(cluster) if cluster else None,
-        journal=None if folder is None else folder / classroom.JOURNAL,
+        cluster=cluster,
+        journal=folder and folder / classroom.JOURNAL,
         keep=not dry_run,
     )
-    years = _earlier(previous or [])
-    with ExitStack() as at_work:
-        if folder is not None:
-            at_work.enter_context(telling(folder, "grades_not_written"))
-        if target is not None:
-            at_work.enter_context(alone_in(target, private=True))
-        try:
+    try:
+        with _alone_in(target):
             with progress_bar(len(listed.items), "graded", quiet) as progress:
-                options = replace(options, progress=progress)
                 grades = classroom.grade_class(
-                    listed, judged, options, years, desk, people
+                    listed,
+                    inputs.rubric,
+                    replace(options, progress=progress),
+                    inputs.earlier,
+                    desk,
+                    inputs.roster,
                 )
-            complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
+            of_grading = grades.submissions.diagnostics[len(listed.diagnostics) :]
+            complain(of_grading, quiet)
             changes = _changes(grades, folder)
-            filled = None if book is None else book.filled(grades, folder, desk)
+            filled = inputs.gradebook and inputs.gradebook.filled(grades, folder, desk)
             if not quiet:
-                tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
+                _tell_run(grades, changes, filled, dry_run)
             if target is not None:
-                output.write_rubric(target, _rubric(rubric)[0])
-                _write(grades, target, filled, quiet, anonymous)
-        except KeyboardInterrupt:
-            kept = "nothing is kept"
-            if target:
-                kept = "what was done is kept, and the same command goes on from there"
-            tell(f"stopped; {kept}")
-            raise typer.Exit(130) from None
+                _write(grades, target, inputs, filled, quiet, anonymous)
+    except KeyboardInterrupt:
+        kept = "nothing is kept"
+        if target is not None:
+            kept = "what was done is kept, and the same command goes on from there"
+        tell(f"stopped; {kept}")
+        raise typer.Exit(130) from None
     _print(grades, changes if dry_run else None, form)
     raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
+
+
+@contextmanager
+def _alone_in(folder: Path | None) -> Iterator[None]:
+    """Be the only gyro that writes into the folder of the grades, if there is one."""
+    if folder is None:
+        yield
+        return
+    with telling(folder, "grades_not_written"), alone_in(folder, private=True):
+        yield
+
+
+class _Inputs(NamedTuple):
+    """What a class is graded by, in addition to the submissions."""
+
+    rubric: Rubric
+    rubric_text: bytes
+    gradebook: _Gradebook | None
+    roster: Roster
+    earlier: dict[str, Fingerprint]
+    """Logs of earlier years."""
+
+
+def _read_inputs(
+    listed: Submissions,
+    rubric: Path | None,
+    gradebook: Path | None,
+    assignment: str | None,
+    roster: Path | None,
+    previous: list[Path] | None,
+) -> _Inputs:
+    """Read the files of the options: a wrong one stops gyro before it grades."""
+    from gyrodata.grading.roster import Roster, read_roster
+    from gyrodata.grading.rubric import read_rubric
+
+    text, name = _rubric(rubric)
+    judged = read_rubric(text, name)
+    book = None
+    if gradebook is not None:
+        book = _Gradebook(_read(gradebook), gradebook.name, assignment)
+        book.insist_on_columns(listed, judged)
+    people = Roster()
+    table = roster or gradebook
+    if table is not None:
+        people = read_roster(_read(table), table.name, listed)
+    return _Inputs(judged, text, book, people, _earlier(previous or []))
 
 
 class _Gradebook(NamedTuple):
@@ -145,6 +198,14 @@ class _Gradebook(NamedTuple):
     name: str
     assignment: str | None
 
+    def insist_on_columns(self, listed: Submissions, rubric: Rubric) -> None:
+        """Refuse a sheet that cannot be filled."""
+        from gyrodata.grading.exports.gradebooks import fill_book
+        from gyrodata.grading.grade import not_graded
+
+        grades = [not_graded(listed.items[0], rubric, "not yet")]
+        fill_book(self.data, self.name, grades, self.assignment)
+
     def filled(self, grades: ClassGrades, folder: Path | None, desk: Desk) -> Filled:
         """Return the sheet with the grades in it."""
         from gyrodata.grading import output
@@ -153,33 +214,9 @@ class _Gradebook(NamedTuple):
         ours = None
         if folder is not None:
             ours = output.totals_from_here(folder, desk, grades.names)
-        book = self.data, self.name, grades.grades, self.assignment, grades.ids, ours
-        return fill_book(*book)
-
-
-def _read_gradebook(
-    path: Path | None, assignment: str | None, listed: Submissions, rubric: Rubric
-) -> _Gradebook | None:
-    """Read a gradebook; one that cannot be filled stops gyro before it grades."""
-    if path is None:
-        return None
-    from gyrodata.grading.exports.gradebooks import fill_book
-    from gyrodata.grading.grade import not_graded
-
-    book = _Gradebook(_read(path), path.name, assignment)
-    fill_book(
-        book.data,
-        book.name,
-        [not_graded(listed.items[0], rubric, "not yet")],
-        assignment,
-    )
-    return book
-
-
-def _read_roster(path: Path | None, listed: Submissions) -> Roster:
-    from gyrodata.grading.roster import Roster, read_roster
-
-    return Roster() if path is None else read_roster(_read(path), path.name, listed)
+        return fill_book(
+            self.data, self.name, grades.grades, self.assignment, grades.ids, ours
+        )
 
 
 def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
@@ -207,16 +244,30 @@ def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | Non
     return compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
 
 
+def _tell_run(
+    grades: ClassGrades,
+    changes: Sequence[Change] | None,
+    filled: Filled | None,
+    dry_run: bool,
+) -> None:
+    """Say who was graded, and what changes in the table of grades."""
+    from gyrodata.grading.output import told_of
+
+    tell(*told_of(grades, changes, filled, dry_run).splitlines())
+
+
 def _write(
     grades: ClassGrades,
     folder: Path,
+    inputs: _Inputs,
     filled: Filled | None,
     quiet: bool,
     anonymous: bool,
 ) -> None:
-    """Write the results and the feedback of a class."""
+    """Write the rubric, the results and the feedback of a class."""
     from gyrodata.grading import output
 
+    output.write_rubric(folder, inputs.rubric_text)
     written = list(output.write_results(grades, folder, filled, anonymous))
     shown = grades.without_names() if anonymous else grades
     tell(*output.write_feedback(shown, folder))
@@ -298,11 +349,10 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
         path = year / JOURNAL
         name = year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
-        kept = {
-            f"{name}/{student}": fingerprint.grade.fingerprint
-            for student, fingerprint in entries
-            if fingerprint.grade.fingerprint
-        }
+        kept = {}
+        for student, entry in entries:
+            if entry.grade.fingerprint:
+                kept[f"{name}/{student}"] = entry.grade.fingerprint
         if not kept:
             refuse("previous_without_logs", year=year, journal=JOURNAL)
         fingerprints |= kept
@@ -322,19 +372,19 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    by_hand = [
-        criterion for criterion in rubric.criteria if criterion.check == "manual"
-    ]
-    points = rubric.points - sum(criterion.points for criterion in by_hand)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
+    points = rubric.points
+    by_hand = []
+    for criterion in rubric.criteria:
+        if criterion.check == "manual":
+            points -= criterion.points
+            shown = f'{criterion.points:g} points for "{criterion.title}"'
+            by_hand.append(f"in Gradescope: {shown} are given by hand")
     yield (
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
         f"feedback is shown"
     )
-    yield from (
-        f'in Gradescope: {judged.points:g} points for "{judged.title}" are given by hand'
-        for judged in by_hand
-    )
+    yield from by_hand
 
 
 def _folder(

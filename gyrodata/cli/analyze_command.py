@@ -41,10 +41,8 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
 
-FILE_TYPES = set(
-    ".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl "
-    ".csv".split()
-)
+FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
+FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
 """Endings of a name that users mean as a file, not as the folder of a report."""
 
 PAUSE = 0.5
@@ -104,23 +102,28 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if len(logs) > 1 or logs[0] == "-" or form != "text" or out:
-            terminal.refuse("watch_one_file")
-        _watch(Path(logs[0]), reader, options)
+        _watch(logs, reader, options, alone=form == "text" and out is None)
         return
-    file = out if out and out.suffix.lower() in DATA.get(form, ()) else None
-    has_report = not no_report and file is None and (out is not None or form == "text")
+    file = _data_file(out, form)
+    has_report = file is None and not no_report
+    if out is None:
+        has_report = has_report and form == "text"
     if opened and not has_report:
         terminal.refuse("open_without_report")
-    output = _Output(
-        form, table, figures, style, verbose, several, file, opened, quiet
-    )
+    output = _Output(form, table, figures, style, verbose, several, file, opened, quiet)
     worst = 0
     for part, below in zip(parts, _report_folders(parts), strict=True):
         folder = _place_of(part, out, below, several) if has_report else None
         worst = max(worst, _analyze_part(part, reader, options, output, below, folder))
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _data_file(out: Path | None, form: Format) -> Path | None:
+    """Return the file for the data; None if ``--out`` is a folder, or is not given."""
+    if out is not None and out.suffix.lower() in DATA.get(form, ()):
+        return out
+    return None
 
 
 def _refuse_contradictions(
@@ -139,19 +142,15 @@ def _refuse_contradictions(
 def _refuse_file_for_report(out: Path, form: Format) -> None:
     """Refuse a name of a file for a report, which is a folder."""
     if out == Path("-"):
-        other = "for the report: --out FOLDER; for data on standard output: -f json"
-        terminal.refuse("out_is_a_file", out=out, ways=other)
+        terminal.refuse("out_is_standard_output")
     ending = out.suffix.lower()
     if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
         return
     folder = out.with_suffix("")
-    ways = [f"for a folder with report.html and the figures: --out {folder}"]
     data = ending.removeprefix(".")
     if data in DATA:
-        ways.append(f"for a file with the data: --format {data} --out {out}")
-    if ending == ".pdf":
-        ways.append("for a PDF, print report.html from the browser")
-    terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
+        terminal.refuse("out_is_data", out=out, folder=folder, form=data)
+    terminal.refuse("out_is_a_file", out=out, folder=folder)
 
 
 # --- the folders of reports ---
@@ -238,7 +237,7 @@ def _analyze_part(
         except Exception as error:
             # The answer is right also if its report cannot be made.
             faults, code = terminal.explained(error, name)
-        findings = *findings, *faults
+        findings = (*findings, *faults)
     terminal.complain(findings, output.quiet)
     output.end(analysis, findings, report)
     return code
@@ -343,7 +342,7 @@ class _Output(Struct):
 
     def write_report(
         self, analysis: Analysis, folder: Path
-    ) -> tuple[Path, list[Diagnostic]]:
+    ) -> tuple[Path, Sequence[Diagnostic]]:
         """Write the report of an answer into a folder.
 
         Return the page or the document, and a warning about each reason why figures
@@ -422,12 +421,14 @@ def demo(opened: OpenOption = False) -> None:
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(path: Path, reader: Reader, options: Options) -> None:
+def _watch(logs: Sequence[str], reader: Reader, options: Options, alone: bool) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
     On a terminal each state replaces the last one; elsewhere a line separates them.
+    `alone` says that no other output is asked for.
     """
-    if path.is_fifo():
+    path = Path(logs[0])
+    if len(logs) > 1 or logs[0] == "-" or path.is_fifo() or not alone:
         terminal.refuse("watch_one_file")
     constants = reader.constants_of(str(path))
     options = replace(options, config=constants and constants.name)

@@ -19,8 +19,9 @@ from gyrodata.cli.options import (
     Reader,
     SettingsOption,
     input_of,
+    list_option,
+    quantity_option,
     stem_of,
-    with_units,
     write_new,
 )
 from gyrodata.cli.terminal import (
@@ -79,16 +80,20 @@ class Checked(NamedTuple):
 
 
 def template(
-    weights: Annotated[str, typer.Option("--weights")] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins")] = "200,400,600rpm",
+    weights: Annotated[
+        Any, list_option("--weights", "mass", "above zero")
+    ] = "20g,40g,60g",
+    position: Annotated[Any, quantity_option("--position", "length")] = "15cm",
+    spins: Annotated[
+        Any, list_option("--spins", "rate", "above zero")
+    ] = "200,400,600rpm",
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
 ) -> None:
     """Write a blank log: each weight with every spin, and a run without a weight.
 
     The spins alternate. Without --out, the log is printed as CSV.
     """
-    text = blank_log(with_units(weights), position, with_units(spins))
+    text = blank_log(weights, position, spins)
     if out is None:
         write_out(text)
         return
@@ -97,10 +102,7 @@ def template(
     tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
 
 
-_EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
-
-
-def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
+def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
     """Write a log to fill in, with each weight at each spin.
 
     The log also contains a run without a weight, and the first run again.
@@ -111,29 +113,24 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
 
     Parameters
     ----------
-    weights : sequence of str
-        Masses with their units, such as ``20 g``; repeats are kept once.
-    position : str
-        Position of the weights, such as ``15 cm``.
-    spins : sequence of str
-        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for
-        the spins that are read.
+    weights : sequence of float
+        Masses [kg]; repeats are kept once.
+    position : float
+        Position of the weights [m].
+    spins : sequence of float
+        Spins to aim at [rad/s]. They are in the notes: the column is for the spins that
+        are read.
 
     Returns
     -------
     str
         CSV text that `read_log` reads without a diagnostic when spin, time and turns
         are filled in.
-
-    Raises
-    ------
-    InputError
-        A value cannot be read.
     """
     # The values have the digits that a scale and a ruler show.
-    masses = _shown(weights, "mass", "g", "--weights", 2)
-    [arm] = _shown([position], "length", "cm", "--position", 1)
-    aims = _shown(spins, "rate", "rpm", "--spins", 0)
+    masses = [_shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
+    arm = _shown(position, "length", "cm", 1)
+    aims = [_shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
     head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
     lines = head.splitlines()
     notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
@@ -158,27 +155,14 @@ def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
     yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
 
 
-def _shown(
-    texts: Sequence[str], kind: str, unit: str, option: str, digits: int
-) -> list[str]:
-    """Write the values of an option in one unit, with at least `digits` digits."""
-    from gyrodata.quantities.notation import parse_quantity
-    from gyrodata.quantities.units import UnitError, from_si
+def _shown(value: float, kind: str, unit: str, digits: int) -> str:
+    """Write a value [SI unit] in a unit, with at least `digits` digits."""
+    from gyrodata.quantities.units import from_si
 
-    if not texts:
-        refuse("template_nothing_given", option=option, example=_EXAMPLES[kind])
-    shown = []
-    for text in dict.fromkeys(texts):
-        try:
-            value = from_si(parse_quantity(text, kind), unit, kind)
-        except UnitError as error:
-            refuse("template_value_unfit", option=option, error=error, hint=error.hint)
-        if kind != "length" and value <= 0:
-            refuse("template_not_above_zero", option=option, text=text)
-        short = f"{value:.10g}"
-        decimals = len(short.partition(".")[2])
-        shown.append(short if decimals >= digits else f"{value:.{digits}f}")
-    return shown
+    number = from_si(value, unit, kind)
+    short = f"{number:.10g}"
+    decimals = len(short.partition(".")[2])
+    return short if decimals >= digits else f"{number:.{digits}f}"
 
 
 _CELL_FORMATS = {
@@ -248,15 +232,23 @@ def check(
         write_answer(form, checked.to_dict(), checked)
         worst = checked.code
     else:
-        if fix and "-" in logs:
-            refuse("fix_of_standard_input")
-        named = named_logs(logs)
-        parts = [named] if together else [[log] for log in named]
-        if form == "json" and len(parts) > 1:
-            refuse("json_for_one_log")
         reader = Reader.of_options(settings, mapping, config)
+        parts = _parts(logs, fix, together, form)
         worst = max([_check_part(part, reader, fix, form) for part in parts])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def _parts(
+    logs: Sequence[str], fix: bool, together: bool, form: CheckFormat
+) -> list[list[Log]]:
+    """Return the logs that are checked together, and refuse wrong options."""
+    if fix and "-" in logs:
+        refuse("fix_of_standard_input")
+    named = named_logs(logs)
+    parts = [named] if together else [[log] for log in named]
+    if form == "json" and len(parts) > 1:
+        refuse("json_for_one_log")
+    return parts
 
 
 def _check_part(

@@ -42,14 +42,7 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
 def explain(
     topics: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="PAGE | CODE | WORD | KEY",
-            autocompletion=_topics,
-            help=f"A page of the documentation; a code of a message, such as "
-            f"{diagnostics.NO_UNLOADED_RUN}; a word, "
-            "such as M0; or a key of a log, such as u_time. Without one, the pages and "
-            "words are listed.",
-        ),
+        typer.Argument(metavar="PAGE | CODE | WORD | KEY", autocompletion=_topics),
     ] = None,
 ) -> None:
     """Show a page of the documentation, or explain a code, a word or a key of a log.
@@ -117,10 +110,17 @@ def _text_about(asked: str) -> str:
     if topic in codes:
         return _about_code(topic)
     names = words.get(topic, topic)
-    text = texts.get(names, "")
+    return _about_word(topic, names, texts.get(names, ""))
+
+
+def _about_word(topic: str, names: str, text: str) -> str:
+    """Complete the text of the glossary about a word or a key."""
+    from gyrodata.readings.roles import KEYS, OTHER_KEYS
+
     if topic == "settings":
         text += _settings_here()
-    if topic in KEYS:
+    # The glossary shows other keys as whole lines.
+    if topic in KEYS and topic not in OTHER_KEYS:
         text += "".join(f"{line}\n" for line in _about_key(topic))
     return f"{names}:\n{indent(text, '  ')}"
 
@@ -155,9 +155,6 @@ def _about_key(key: str) -> Iterator[str]:
     from gyrodata.quantities.units import DISPLAY
     from gyrodata.readings import roles
 
-    if key in roles.OTHER_KEYS:
-        # The glossary shows these lines as a whole.
-        return
     role = roles.BY_NAME.get(key)
     if role and role.meaning:
         yield f"As a quantity of a run: {role.meaning}."

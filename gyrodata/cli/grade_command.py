@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
 
 import typer
 from msgspec.structs import replace
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports import Change
     from gyrodata.grading.exports.gradebooks import Filled
     from gyrodata.grading.forensics import Fingerprint
-    from gyrodata.grading.ledger import Desk, Known
+    from gyrodata.grading.ledger import Desk
     from gyrodata.grading.roster import Roster
     from gyrodata.grading.rubric import Rubric
     from gyrodata.grading.submissions import Submissions
@@ -96,19 +97,15 @@ def grade(
         refuse("nothing_to_grade")
     folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom
+    from gyrodata.grading import classroom, output
     from gyrodata.grading.rubric import unknown_exceptions
     from gyrodata.grading.submissions import list_submissions
 
     listed = list_submissions(path.absolute(), lms, attempts)
     inputs = _read_inputs(listed, rubric, gradebook, assignment, roster, previous)
+    complain((*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet)
     # Decisions are used too if the grades are only printed.
-    home = folder or _usual_folder(path.resolve())
-    desk = _read_desk(home, inputs.roster.who_is_meant(listed), inputs.rubric)
-    complain(
-        (*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet
-    )
-    target = None if dry_run else folder
+    desk = _read_desk(folder or _usual_folder(path.resolve()), inputs, listed)
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
@@ -116,33 +113,36 @@ def grade(
         journal=folder and folder / classroom.JOURNAL,
         keep=not dry_run,
     )
+    target = None if dry_run else folder
     try:
         with _alone_in(target):
             with progress_bar(len(listed.items), "graded", quiet) as progress:
+                options = replace(options, progress=progress)
                 grades = classroom.grade_class(
-                    listed,
-                    inputs.rubric,
-                    replace(options, progress=progress),
-                    inputs.earlier,
-                    desk,
-                    inputs.roster,
+                    listed, inputs.rubric, options, inputs.earlier, desk, inputs.roster
                 )
-            of_grading = grades.submissions.diagnostics[len(listed.diagnostics) :]
-            complain(of_grading, quiet)
+            complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
             changes = _changes(grades, folder)
-            filled = inputs.gradebook and inputs.gradebook.filled(grades, folder, desk)
+            filled = inputs.filled(grades, folder, desk)
             if not quiet:
-                _tell_run(grades, changes, filled, dry_run)
+                told = output.told_of(grades, changes, filled, dry_run)
+                tell(*told.splitlines())
             if target is not None:
-                _write(grades, target, inputs, filled, quiet, anonymous)
+                output.write_rubric(target, inputs.rubric_text)
+                _write(grades, target, filled, quiet, anonymous)
     except KeyboardInterrupt:
-        kept = "nothing is kept"
-        if target is not None:
-            kept = "what was done is kept, and the same command goes on from there"
-        tell(f"stopped; {kept}")
-        raise typer.Exit(130) from None
+        _stop(target)
     _print(grades, changes if dry_run else None, form)
     raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
+
+
+def _stop(folder: Path | None) -> NoReturn:
+    """End gyro after Ctrl-C."""
+    kept = "nothing is kept"
+    if folder is not None:
+        kept = "what was done is kept, and the same command goes on from there"
+    tell(f"stopped; {kept}")
+    raise typer.Exit(130) from None
 
 
 @contextmanager
@@ -160,10 +160,22 @@ class _Inputs(NamedTuple):
 
     rubric: Rubric
     rubric_text: bytes
-    gradebook: _Gradebook | None
+    fill_book: Callable[..., Filled] | None
+    """Writes grades into the sheet that a platform exported."""
     roster: Roster
     earlier: dict[str, Fingerprint]
     """Logs of earlier years."""
+
+    def filled(
+        self, grades: ClassGrades, folder: Path | None, desk: Desk
+    ) -> Filled | None:
+        """Return the gradebook with the grades in it, if there is one."""
+        from gyrodata.grading.output import totals_from_here
+
+        if self.fill_book is None:
+            return None
+        ours = folder and totals_from_here(folder, desk, grades.names)
+        return self.fill_book(grades=grades.grades, ids=grades.ids, ours=ours)
 
 
 def _read_inputs(
@@ -175,51 +187,27 @@ def _read_inputs(
     previous: list[Path] | None,
 ) -> _Inputs:
     """Read the files of the options: a wrong one stops gyro before it grades."""
+    from gyrodata.grading.exports.gradebooks import fill_book
+    from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import read_rubric
 
     text, name = _rubric(rubric)
     judged = read_rubric(text, name)
-    book = None
+    fill = None
     if gradebook is not None:
-        book = _Gradebook(_read(gradebook), gradebook.name, assignment)
-        book.insist_on_columns(listed, judged)
+        fill = partial(
+            fill_book, _read(gradebook), gradebook.name, assignment=assignment
+        )
+        fill(grades=[not_graded(listed.items[0], judged, "not yet")])
     people = Roster()
     table = roster or gradebook
     if table is not None:
         people = read_roster(_read(table), table.name, listed)
-    return _Inputs(judged, text, book, people, _earlier(previous or []))
+    return _Inputs(judged, text, fill, people, _earlier(previous or []))
 
 
-class _Gradebook(NamedTuple):
-    """The sheet of grades that a platform exported."""
-
-    data: bytes
-    name: str
-    assignment: str | None
-
-    def insist_on_columns(self, listed: Submissions, rubric: Rubric) -> None:
-        """Refuse a sheet that cannot be filled."""
-        from gyrodata.grading.exports.gradebooks import fill_book
-        from gyrodata.grading.grade import not_graded
-
-        grades = [not_graded(listed.items[0], rubric, "not yet")]
-        fill_book(self.data, self.name, grades, self.assignment)
-
-    def filled(self, grades: ClassGrades, folder: Path | None, desk: Desk) -> Filled:
-        """Return the sheet with the grades in it."""
-        from gyrodata.grading import output
-        from gyrodata.grading.exports.gradebooks import fill_book
-
-        ours = None
-        if folder is not None:
-            ours = output.totals_from_here(folder, desk, grades.names)
-        return fill_book(
-            self.data, self.name, grades.grades, self.assignment, grades.ids, ours
-        )
-
-
-def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
+def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     """Read the decisions of people in the folder of the grades."""
     from gyrodata.grading import ledger
 
@@ -228,7 +216,8 @@ def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
         refuse("two_desks", home=home)
     if not desks:
         return ledger.NO_DESK
-    return ledger.read_desk(desks[0], _read(desks[0]), meant, rubric)
+    meant = inputs.roster.who_is_meant(listed)
+    return ledger.read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
 
 
 def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:
@@ -244,30 +233,16 @@ def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | Non
     return compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
 
 
-def _tell_run(
-    grades: ClassGrades,
-    changes: Sequence[Change] | None,
-    filled: Filled | None,
-    dry_run: bool,
-) -> None:
-    """Say who was graded, and what changes in the table of grades."""
-    from gyrodata.grading.output import told_of
-
-    tell(*told_of(grades, changes, filled, dry_run).splitlines())
-
-
 def _write(
     grades: ClassGrades,
     folder: Path,
-    inputs: _Inputs,
     filled: Filled | None,
     quiet: bool,
     anonymous: bool,
 ) -> None:
-    """Write the rubric, the results and the feedback of a class."""
+    """Write the results and the feedback of a class."""
     from gyrodata.grading import output
 
-    output.write_rubric(folder, inputs.rubric_text)
     written = list(output.write_results(grades, folder, filled, anonymous))
     shown = grades.without_names() if anonymous else grades
     tell(*output.write_feedback(shown, folder))

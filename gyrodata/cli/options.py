@@ -176,13 +176,14 @@ def stem_of(log: Path) -> str:
 
 
 def with_units(items: str) -> list[str]:
-    """Split "200,400,600rpm" at the commas.
+    """Split "200,400,600rpm" at the commas or semicolons.
 
     An item without a unit has the unit of the next item with one.
     """
     unit = ""
     complete = []
-    for item in reversed([item.strip() for item in items.split(",") if item.strip()]):
+    parts = [part.strip() for part in items.replace(";", ",").split(",")]
+    for item in reversed([part for part in parts if part] or [items]):
         number = re.split(r"[^\d.]*$", item)[0]
         unit = item[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())

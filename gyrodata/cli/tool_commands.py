@@ -42,9 +42,7 @@ def simulate(
     inertia: Annotated[
         Any, options.quantity_option("--inertia", "inertia", "above zero")
     ] = "4.44e-3 kg m^2",
-    weights: Annotated[
-        Any, options.list_option("--weights", "mass")
-    ] = "20g,40g,60g",
+    weights: Annotated[Any, options.list_option("--weights", "mass")] = "20g,40g,60g",
     position: Annotated[Any, options.list_option("--position", "length")] = "15cm",
     spins: Annotated[
         Any, options.list_option("--spins", "rate", "other than zero")
@@ -53,9 +51,7 @@ def simulate(
         Any, options.list_option("--turns", "number", "above zero", "NUMBERS")
     ] = "1",
     pitch: Annotated[Any, options.list_option("--pitch", "angle")] = "0deg",
-    imbalance: Annotated[
-        Any, options.quantity_option("--imbalance", "torque")
-    ] = None,
+    imbalance: Annotated[Any, options.quantity_option("--imbalance", "torque")] = None,
     spin_decay: Annotated[
         Any, typer.Option("--spin-decay", metavar="QUANTITY", parser=_decay)
     ] = None,

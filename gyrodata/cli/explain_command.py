@@ -110,7 +110,8 @@ def _text_about(asked: str) -> str:
     if topic in codes:
         return _about_code(topic)
     names = words.get(topic, topic)
-    return _about_word(topic, names, texts.get(names, ""))
+    text = texts.get(names, "").rstrip("\n")
+    return _about_word(topic, names, f"{text}\n" if text else "")
 
 
 def _about_word(topic: str, names: str, text: str) -> str:

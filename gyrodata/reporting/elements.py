@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, is_wide
 
 
 class Number(Struct, frozen=True):
@@ -95,6 +95,14 @@ def say(words: str, *parts: Part | Sentence) -> Sentence:
     for part, text in zip(parts, others, strict=True):
         sentence += [*(part if isinstance(part, tuple) else (part,)), text]
     return tuple(part for part in sentence if part != "")
+
+
+def join_sentences(sentences: Iterable[Sentence], between: str = " ") -> Sentence:
+    """Return sentences as one, with a text between them."""
+    joined: list[Part] = []
+    for sentence in sentences:
+        joined += [between, *sentence] if joined else sentence
+    return tuple(joined)
 
 
 def plain(sentence: Sentence) -> str:
@@ -389,6 +397,24 @@ class Numbers:
         size = self.find(place)
         text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
         return self.number(place, text[1:] if float(text) == 0 else text, values.IN_U)
+
+    def answer(self) -> Sentence:
+        """Show I_zz ± u, or its 95 % interval if that is wide.
+
+        With one torque, the answer of a balanced ball is before the interval.
+        """
+        analysis = self.analysis
+        if not is_wide(analysis.inertia):
+            return say("I_zz = {}", self.value("inertia.value", self.inertia))
+        interval = self.interval("inertia.interval_95", self.inertia)
+        if analysis.if_balanced is None or analysis.measurements.balanced is False:
+            return say("I_zz = {} (95 % interval)", interval)
+        balanced = self.value("if_balanced.value", self.inertia)
+        words = (
+            "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} "
+            "(95 % interval)"
+        )
+        return say(words, balanced, interval)
 
     def hung(self, run: int, place: str) -> Sentence:
         """Show the mass and the position of a run with the digits of the log.

@@ -25,21 +25,18 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
-from gyrodata.fitting import Estimate
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.figure_data import (
     COLOURS,
     MARKERS,
     Group,
     Scene,
-    answer,
-    as_number,
     gather,
     run_name,
     short_name,
-    with_u,
+    shown,
 )
-from gyrodata.reporting.values import p_text
+from gyrodata.reporting.values import p_text, reading_text
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -91,57 +88,46 @@ MOST_NAMES = 10
 MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
 
+SPIN_AXIS = "spin ψ̇ [rpm]"
+PRODUCT_AXIS = "precession rate × spin, φ̇ψ̇ [rad²/s²]"
+
 # --- the figures ---
 
 
 def draw_period(ax: Axes, scene: Scene) -> None:
     """Draw the period against the spin, with the fitted line of each torque."""
-    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    right = _right_end(scene)
     # One turn without a weight may take an hour: such runs do not determine the limits.
     loaded = scene.torque != 0
-    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[
-        1
-    ]
-    ax.set(
-        xlim=(0.0, right),
-        ylim=(0.0, top),
-        xlabel="spin ψ̇ [rpm]",
-        ylabel="precession period τ [s]",
-    )
+    kept = ~scene.hollow[loaded]
+    _, top = _limits(scene.period[loaded], scene.period_u[loaded], kept)
+    ax.set(xlim=(0.0, right), ylim=(0.0, top))
+    ax.set(xlabel=SPIN_AXIS, ylabel="precession period τ [s]")
     for group in scene.groups:
         m0 = scene.analysis.fit.balances[group.members[0]]
-        working = abs(group.summary.torque + m0)
-        if group.summary.torque and working:
-            ax.plot(
-                (0.0, right),
-                (0.0, 2 * math.pi * scene.inertia * RPM * right / working),
-                color=group.look.colour,
-            )
-    _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
+        net_torque = abs(group.summary.torque + m0)
+        if group.summary.torque and net_torque:
+            last = 2 * math.pi * scene.inertia * RPM * right / net_torque
+            ax.plot((0.0, right), (0.0, last), color=group.look.colour)
+    _draw_runs(ax, scene, scene.spin, scene.period)
+    _draw_bars(ax, scene, (scene.spin, scene.spin_u), (scene.period, scene.period_u))
 
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    right = 1.06 * float((scene.spin + scene.spin_u).max())
     limits = _limits(scene.product, scene.product_u, ~scene.hollow)
-    ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
+    ax.set(xlim=(0.0, _right_end(scene)), ylim=limits)
+    ax.set(xlabel=SPIN_AXIS, ylabel="φ̇ψ̇ [rad²/s²]")
+    labels = {}
     for group in scene.groups:
         mean = group.summary.product.value
         half = 2 * (group.summary.product.u or 0.0)
-        ax.axhspan(
-            mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0
-        )
-        ax.axhline(mean, color=group.look.colour)
+        _draw_band(ax, mean, half, group.look.colour, 0.2)
+        labels[group.look.label] = f"{group.look.label}\n{group.mean}"
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(
-        ax,
-        scene,
-        scene.spin,
-        scene.product,
-        scene.spin_u,
-        scene.product_u,
-        means=len(scene.groups) <= 6,
-    )
+    few = len(scene.groups) <= 6
+    _draw_runs(ax, scene, scene.spin, scene.product, labels if few else {})
+    _draw_bars(ax, scene, (scene.spin, scene.spin_u), (scene.product, scene.product_u))
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -154,12 +140,12 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     low = min(low, float(line.min()) - 0.02 * (high - low))
     high = max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
-    ax.set(
-        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]"
-    )
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"torque M [{scene.unit}]")
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
+    _draw_runs(ax, scene, scene.product, scene.torque)
+    product = scene.product, scene.product_u
+    _draw_bars(ax, scene, product, (scene.torque, scene.torque_u))
     ax.plot(x, line, color=INK, label="fitted line")
     _draw_origin(ax, scene, x, 0.0)
 
@@ -168,62 +154,59 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     """Draw the difference of each torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
-    reach = float(
-        (np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max()
-    )
-    limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
+    kept = ~scene.hollow | scene.hollow.all()
+    reach = float((np.abs(scene.rest) + scene.rest_u)[kept].max())
+    of_band = max(float(down.max()), float(up.max()))
+    limit = 1.1 * min(max(reach, of_band), 2 * reach) or 1.0
     ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
-    ax.set_ylabel(f"M − fit [{scene.unit}]")
-    ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − fit [{scene.unit}]")
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
-    _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
+    _draw_runs(ax, scene, scene.product, scene.rest)
+    nothing = np.zeros_like(scene.rest_u)
+    _draw_bars(ax, scene, (scene.product, nothing), (scene.rest, scene.rest_u))
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
-    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
+    of_kept = np.abs(deviations[~scene.hollow])
+    limit = max(3.5, 1.15 * float(of_kept.max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
     # There is space for about 40 letters.
     step = 1 + len("  ".join(scene.names)) // 40
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
-    kept = np.abs(deviations[~scene.left_out])
-    title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
-    ax.set_title(
-        title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs",
-        loc="left",
-    )
+    title = "Residuals: as many unknowns as runs"
+    if scene.analysis.fit.dof > 0:
+        in_fit = np.abs(deviations[~scene.left_out])
+        within = int(np.sum(in_fit <= 2))
+        title = f"Residuals: {within} of {len(in_fit)} runs within ± 2 u"
+    ax.set_title(title, loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
+    _draw_runs(ax, scene, number, deviations)
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
     """Draw what the torque of each run lacks to I_zz φ̇ψ̇, in the colour of its day."""
     lacking = scene.torque - scene.inertia * scene.product / scene.unit_size
     low, high = _limits(lacking, scene.rest_u, ~scene.hollow)
-    left, right = _limits(scene.product, scene.product_u, ~scene.hollow)
-    ax.set(xlim=(left, right), ylim=(low, high))
-    ax.set(
-        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]",
-        ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]",
-    )
+    ax.set(xlim=_limits(scene.product, scene.product_u, ~scene.hollow))
+    ax.set(ylim=(low, high))
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]")
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     at = np.clip(lacking, low, high)
     for number, block in enumerate(scene.analysis.blocks):
         colour = COLOURS[number % len(COLOURS)]
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
-        ax.axhline(minus_m0, color=colour)
-        ax.axhspan(minus_m0 - half, minus_m0 + half, color=colour, alpha=0.15, lw=0.0)
+        _draw_band(ax, minus_m0, half, colour, 0.15)
+        of_day = scene.analysis.measurements.day == number
         for hollow in (False, True):
-            runs = (scene.analysis.measurements.day == number) & (
-                scene.hollow == hollow
-            )
+            runs = of_day & (scene.hollow == hollow)
             ax.errorbar(
                 scene.product[runs],
                 at[runs],
@@ -319,83 +302,96 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
-    low, high = (
-        (abs(end - scene.inertia) for end in interval) if interval else (half, half)
-    )
-    height = 1.96**2 * max(v_imbalance - cov * (cov / v_inertia), 0.0)
+    low = high = half
+    if interval:
+        low, high = (abs(end - scene.inertia) for end in interval)
+    height = 1.96 * np.sqrt(max(v_imbalance - cov * (cov / v_inertia), 0.0))
     along = x - cov / v_inertia
-    lower, upper = (
-        np.where(along > 0, *turned) * along for turned in ((low, high), (high, low))
-    )
-    band = (
-        np.sqrt(lower**2 + height) / scene.unit_size,
-        np.sqrt(upper**2 + height) / scene.unit_size,
-    )
-    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, band
+    lower = along * np.where(along > 0, low, high)
+    upper = along * np.where(along > 0, high, low)
+    line = (x * scene.inertia - scene.imbalance) / scene.unit_size
+    down = np.hypot(lower, height) / scene.unit_size
+    up = np.hypot(upper, height) / scene.unit_size
+    return x, line, (down, up)
 
 
 def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
     """Draw the line through the origin, minus another line."""
-    inertia = next(
-        (fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"),
-        None,
+    for fit in scene.analysis.fits:
+        if fit.name == "through_origin" and fit.inertia:
+            y = fit.inertia.value / scene.unit_size * x - minus
+            label = "through the origin"
+            ax.plot(x, y, color=SOFT, linestyle="dashed", label=label)
+
+
+def _right_end(scene: Scene) -> float:
+    """Return the right end of an axis of spins [rpm]."""
+    return 1.06 * float((scene.spin + scene.spin_u).max())
+
+
+def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
+    """Draw a horizontal line and its band."""
+    low, high = middle - half, middle + half
+    ax.axhspan(low, high, color=colour, alpha=alpha, linewidth=0.0)
+    ax.axhline(middle, color=colour)
+
+
+def _inside(ax: Axes, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return which points are inside the axes."""
+    left, right = ax.get_xlim()
+    low, high = ax.get_ylim()
+    return (left <= x) & (x <= right) & (low <= y) & (y <= high)
+
+
+def _draw_bars(
+    ax: Axes, scene: Scene, x: tuple[Floats, Floats], y: tuple[Floats, Floats]
+) -> None:
+    """Draw the standard uncertainties of the runs inside the axes.
+
+    `x` and `y` contain the values and their u.
+    """
+    inside = _inside(ax, x[0], y[0])
+    colours = np.full(len(inside), "#000000")
+    for group in scene.groups:
+        colours[group.members] = group.look.colour
+    of_bars: Any = list(colours[inside])
+    ax.errorbar(
+        x[0][inside],
+        y[0][inside],
+        y[1][inside],
+        x[1][inside],
+        fmt="none",
+        ecolor=of_bars,
+        elinewidth=1.0,
     )
-    if inertia:
-        y = inertia.value / scene.unit_size * x - minus
-        ax.plot(x, y, color=SOFT, linestyle="dashed", label="through the origin")
 
 
 def _draw_runs(
-    ax: Axes,
-    scene: Scene,
-    x: Floats,
-    y: Floats,
-    x_u: Floats,
-    y_u: Floats,
-    means: bool = False,
+    ax: Axes, scene: Scene, x: Floats, y: Floats, labels: Mapping[str, str] = {}
 ) -> None:
     """Draw every run as its torque is drawn; flagged runs are hollow and named.
 
-    A run outside the axes is drawn at the edge, without bars and with its value. With
-    `means`, the legend contains the mean φ̇ψ̇ of each torque.
+    A run outside the axes is drawn at the edge, with its value. `labels` replaces the
+    labels of the torques in the legend.
     """
-    at_x = np.clip(x, *ax.get_xlim())
-    at_y = np.clip(y, *ax.get_ylim())
-    inside = (at_x == x) & (at_y == y)
-    colours = np.full(len(x), "#000000")
+    points = np.array([np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())])
     groups = sorted(scene.groups, key=lambda group: -group.summary.torque)
     for rank, group in enumerate(groups):
-        colours[group.members] = group.look.colour
-        label = group.look.label
-        if means:
-            label += f"\n{with_u(group.summary.product)} rad²/s²"
+        label = labels.get(group.look.label, group.look.label)
         if rank % _labelled(scene):
             label = "_"
-        _draw_marks(ax, scene, group, np.array([at_x, at_y]), label)
-    if x_u.any() or y_u.any():
-        of_bars: Any = list(colours[inside])
-        ax.errorbar(
-            x[inside],
-            y[inside],
-            y_u[inside],
-            x_u[inside],
-            fmt="none",
-            ecolor=of_bars,
-            elinewidth=1.0,
-        )
+        _draw_marks(ax, scene, group, points, label)
+    inside = _inside(ax, x, y)
     odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     names = {}
     for i in odd.tolist():
-        names[i] = " ".join(
-            [
-                run_name(scene.names[i]) if scene.hollow[i] else "",
-                _beyond(x[i], at_x[i], "→←"),
-                _beyond(y[i], at_y[i], "↑↓"),
-            ]
-        ).strip()
-    _name_runs(ax, at_x, at_y, names)
+        name = run_name(scene.names[i]) if scene.hollow[i] else ""
+        across = _beyond(x[i], points[0, i], "→←")
+        up = _beyond(y[i], points[1, i], "↑↓")
+        names[i] = " ".join(filter(None, [name, across, up]))
+    _name_runs(ax, points, names)
     _explain_marks(ax, scene, bool(inside.all()))
 
 
@@ -430,13 +426,14 @@ def _beyond(value: float, shown: float, arrows: str) -> str:
     """Write a value outside the axes, with an arrow to it; "" if inside."""
     if value == shown:
         return ""
-    return f"{arrows[0] if value > shown else arrows[1]} {as_number(value)}"
+    arrow = arrows[0] if value > shown else arrows[1]
+    return f"{arrow} {reading_text(value)}".replace("-", "−")
 
 
 def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
     """Add to the legend what a hollow mark is, and a mark at the edge."""
     if scene.hollow.any():
-        why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
+        all_left_out = (scene.left_out == scene.hollow).all()
         ax.plot(
             [],
             [],
@@ -444,26 +441,27 @@ def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
             marker="o",
             markerfacecolor="white",
             color=SOFT,
-            label=f"hollow: {why}",
+            label="hollow: left out" if all_left_out else "hollow: flagged",
         )
     if not all_inside:
         ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
 
-def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
+def _name_runs(ax: Axes, points: Floats, names: Mapping[int, str]) -> None:
     """Write names next to marks, on the side towards the middle of the axes."""
     middle_x = np.mean(ax.get_xlim())
     middle_y = np.mean(ax.get_ylim())
     for rank, (i, name) in enumerate(names.items()):
-        side = 1 if x[i] < middle_x else -1
+        x, y = points[:, i]
+        is_left = x < middle_x
         # Names of neighbours are at three heights.
         away = 10 + 11 * (rank % 3)
         ax.annotate(
             name,
-            (x[i], y[i]),
-            (5 * side, away if y[i] < middle_y else -away),
+            (x, y),
+            (5 if is_left else -5, away if y < middle_y else -away),
             textcoords="offset points",
-            ha="left" if side > 0 else "right",
+            ha="left" if is_left else "right",
             va="center",
             fontsize=7.5,
             zorder=5,
@@ -483,18 +481,17 @@ def _labelled(scene: Scene) -> int:
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `ALL_FIGURES` with its legend and heading, and return its main axes."""
     panels = ALL_FIGURES[name].panels
-    axes: list[Axes] = list(
-        figure.subplots(len(panels), sharex=True, squeeze=False).flat
-    )
+    subplots = figure.subplots(len(panels), sharex=True, squeeze=False)
+    axes: list[Axes] = list(subplots.flat)
+    handles: dict[str, Any] = {}
     for ax, draw in zip(axes, panels, strict=True):
         ax.locator_params(nbins=5)
         draw(ax, scene)
         ax.label_outer()
+        drawn, labels = ax.get_legend_handles_labels()
+        handles |= zip(labels, drawn, strict=True)
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    handles: dict[str, Any] = {}
-    for ax in axes:
-        handles.update(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
     figure.legend(
         list(handles.values()),
         list(handles),
@@ -511,17 +508,17 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
 def _facts(scene: Scene) -> list[str]:
     """List the log, its result, how well the runs agree, and a doubt if there is one."""
     analysis = scene.analysis
-    fit = analysis.fit
+    numbers = scene.numbers
     runs = count_text(len(scene.names), "run")
-    u = (analysis.residual_torque.u or 0.0) / scene.unit_size
-    m0 = Estimate(scene.imbalance / scene.unit_size, u, scene.unit)
+    m0 = numbers.value("residual_torque.value", numbers.torque)
     quality = "no degrees of freedom"
     if analysis.p is not None:
-        quality = f"χ²/dof = {fit.chi2 / fit.dof:.2g}, {p_text(analysis.p)}"
+        per_dof = analysis.fit.chi2 / analysis.fit.dof
+        quality = f"χ²/dof = {per_dof:.2g}, {p_text(analysis.p)}"
     facts = [
         f"{short_name(analysis.name, 50)}, {runs}",
-        f"I_zz = {answer(analysis.inertia)}",
-        f"M0 = {with_u(m0)} {scene.unit}; {quality}",
+        shown(numbers.answer()),
+        f"M0 = {shown((m0,))}; {quality}",
     ]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")

@@ -223,7 +223,7 @@ def notebook_html(analysis: results.Analysis) -> str:
 
     answer = escape(summary(analysis))
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
-    words = escape(figures.alt_text(analysis, "torque"))
+    words = escape(figures.alternatives(analysis)["torque"])
     # With `faults`, a figure that cannot be drawn is left out, and is no error.
     drawn = figures.render(analysis, "svg", names=("torque",), faults={})
     if "torque" in drawn:

@@ -289,8 +289,9 @@ class _Output(Struct):
     def _markdown(self, analysis: Analysis, below: Path) -> str:
         from urllib.parse import quote
 
+        from gyrodata.reporting.figures import alternatives
         from gyrodata.reporting.markdown import markdown_report
-        from gyrodata.reporting.page import alternatives, shown_form
+        from gyrodata.reporting.page import shown_form
 
         figures = f"{{}}.{shown_form(self.figures)}"
         if self.several:

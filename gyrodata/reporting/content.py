@@ -80,6 +80,7 @@ def report(analysis: Analysis) -> elements.Report:
     size = say("{}, {}", runs, n.count("torques.length", "torque"))
     kind = "worksheet" if questions.is_worksheet(analysis) else "report"
     return elements.Report(
+        numbers=n,
         name=analysis.name,
         size=size,
         title=say("Gyroscope lab {}: {}, {}", kind, analysis.name, size),

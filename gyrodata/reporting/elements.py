@@ -132,6 +132,10 @@ def join(
     return done.strip()
 
 
+Dots = tuple[tuple[float, float] | None, ...]
+"""Value and u of each row of a column."""
+
+
 class Head(Struct, frozen=True):
     """The head of a column."""
 
@@ -141,7 +145,7 @@ class Head(Struct, frozen=True):
     wrap: float = 0.0
     """Part of the line that a column of long texts may use; 0 for a column as wide as
     its cells."""
-    dots: tuple[tuple[float, float] | None, ...] = ()
+    dots: Dots = ()
     """Value and u of each row, drawn on the page next to the column; without `band` the
     values are bars from 0 to 1."""
     band: tuple[float, float] | None = None
@@ -245,6 +249,7 @@ class Section(Struct, frozen=True):
 class Report(Struct, frozen=True):
     """Everything that is said of one analysis."""
 
+    numbers: Numbers
     name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""

@@ -34,6 +34,13 @@ class Look(NamedTuple):
     """A marker of matplotlib: "o"."""
 
 
+class Quantity(NamedTuple):
+    """A quantity of n runs with its standard uncertainty; arrays of shape (n,)."""
+
+    value: Floats
+    u: Floats
+
+
 class Group(Struct, frozen=True):
     """The runs of one torque."""
 
@@ -45,7 +52,7 @@ class Group(Struct, frozen=True):
 
 
 class Scene(Struct, frozen=True):
-    """The data of n runs; arrays of shape (n,). ``_u``: standard uncertainties."""
+    """The data of the runs in the units of the axes."""
 
     analysis: Analysis
     numbers: Numbers
@@ -60,25 +67,20 @@ class Scene(Struct, frozen=True):
     """Flagged or left out."""
     left_out: NDArray[np.bool_]
     """Not in the fit."""
-    spin: Floats
+    spin: Quantity
     """[rpm]"""
-    spin_u: Floats
-    period: Floats
+    period: Quantity
     """[s]"""
-    period_u: Floats
-    product: Floats
+    product: Quantity
     """φ̇ψ̇ [rad²/s²]"""
-    product_u: Floats
     unit: str
     """Unit of torques, for example "mN·m"."""
     unit_size: float
     """[N*m]"""
-    torque: Floats
+    torque: Quantity
     """[unit]"""
-    torque_u: Floats
-    rest: Floats
+    rest: Quantity
     """Torque minus the fitted line [unit]."""
-    rest_u: Floats
 
 
 def gather(analysis: Analysis) -> Scene:
@@ -87,37 +89,34 @@ def gather(analysis: Analysis) -> Scene:
     runs = analysis.run_table
     numbers = Numbers(analysis)
     unit_size = numbers.torque.size
+    spin = measured.spin / RPM
     period = measured.time / measured.turns
     product = measured.product
+    torque = measured.torque / unit_size
     time_u = _relative(measured, "time", "turns")
     spin_u = _relative(measured, "spin")
     load_u = _relative(measured, "mass", "position", "force", "torque", "g")
-    torque_u = np.abs(measured.torque) * load_u
+    torque_u = np.abs(torque) * load_u
     product_u = np.abs(product) * np.hypot(time_u, spin_u)
-    inertia = analysis.inertia.value
-    net_torque = measured.torque + analysis.fit.balances
+    slope = analysis.inertia.value / unit_size
+    rest = torque + analysis.fit.balances / unit_size - slope * product
     left_out = np.array([run.left_out for run in runs])
     return Scene(
         analysis=analysis,
         numbers=numbers,
-        inertia=inertia,
+        inertia=analysis.inertia.value,
         imbalance=analysis.residual_torque.value,
         groups=tuple(_groups(numbers)),
         names=tuple(short_name(run.run, 14) for run in runs),
         hollow=left_out | [run.flagged for run in runs],
         left_out=left_out,
-        spin=measured.spin / RPM,
-        spin_u=measured.spin / RPM * spin_u,
-        period=period,
-        period_u=period * time_u,
-        product=product,
-        product_u=product_u,
+        spin=Quantity(spin, spin * spin_u),
+        period=Quantity(period, period * time_u),
+        product=Quantity(product, product_u),
         unit=numbers.torque.unit,
         unit_size=unit_size,
-        torque=measured.torque / unit_size,
-        torque_u=torque_u / unit_size,
-        rest=(net_torque - inertia * product) / unit_size,
-        rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
+        torque=Quantity(torque, torque_u),
+        rest=Quantity(rest, np.hypot(torque_u, slope * product_u)),
     )
 
 

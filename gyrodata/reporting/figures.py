@@ -9,15 +9,11 @@ from __future__ import annotations
 
 import io
 import math
-import os
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from importlib import import_module
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill, shorten
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -30,6 +26,7 @@ from gyrodata.reporting.figure_data import (
     COLOURS,
     MARKERS,
     Group,
+    Quantity,
     Scene,
     gather,
     run_name,
@@ -98,9 +95,9 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     """Draw the period against the spin, with the fitted line of each torque."""
     right = _right_end(scene)
     # One turn without a weight may take an hour: such runs do not determine the limits.
-    loaded = scene.torque != 0
-    kept = ~scene.hollow[loaded]
-    _, top = _limits(scene.period[loaded], scene.period_u[loaded], kept)
+    loaded = scene.torque.value != 0
+    of_loaded = Quantity(scene.period.value[loaded], scene.period.u[loaded])
+    _, top = _limits(of_loaded, ~scene.hollow[loaded])
     ax.set(xlim=(0.0, right), ylim=(0.0, top))
     ax.set(xlabel=SPIN_AXIS, ylabel="precession period τ [s]")
     for group in scene.groups:
@@ -110,13 +107,11 @@ def draw_period(ax: Axes, scene: Scene) -> None:
             last = 2 * math.pi * scene.inertia * RPM * right / net_torque
             ax.plot((0.0, right), (0.0, last), color=group.look.colour)
     _draw_runs(ax, scene, scene.spin, scene.period)
-    _draw_bars(ax, scene, (scene.spin, scene.spin_u), (scene.period, scene.period_u))
 
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    limits = _limits(scene.product, scene.product_u, ~scene.hollow)
-    ax.set(xlim=(0.0, _right_end(scene)), ylim=limits)
+    ax.set(xlim=(0.0, _right_end(scene)), ylim=_limits(scene.product, ~scene.hollow))
     ax.set(xlabel=SPIN_AXIS, ylabel="φ̇ψ̇ [rad²/s²]")
     labels = {}
     for group in scene.groups:
@@ -127,7 +122,6 @@ def draw_product(ax: Axes, scene: Scene) -> None:
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     few = len(scene.groups) <= 6
     _draw_runs(ax, scene, scene.spin, scene.product, labels if few else {})
-    _draw_bars(ax, scene, (scene.spin, scene.spin_u), (scene.product, scene.product_u))
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -136,7 +130,7 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     The line through the origin is drawn as well.
     """
     x, line, (down, up) = _line(scene)
-    low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
+    low, high = _limits(scene.torque, ~scene.hollow)
     low = min(low, float(line.min()) - 0.02 * (high - low))
     high = max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
@@ -144,8 +138,6 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, scene.product, scene.torque)
-    product = scene.product, scene.product_u
-    _draw_bars(ax, scene, product, (scene.torque, scene.torque_u))
     ax.plot(x, line, color=INK, label="fitted line")
     _draw_origin(ax, scene, x, 0.0)
 
@@ -155,7 +147,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
     kept = ~scene.hollow | scene.hollow.all()
-    reach = float((np.abs(scene.rest) + scene.rest_u)[kept].max())
+    reach = float((np.abs(scene.rest.value) + scene.rest.u)[kept].max())
     of_band = max(float(down.max()), float(up.max()))
     limit = 1.1 * min(max(reach, of_band), 2 * reach) or 1.0
     ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
@@ -163,9 +155,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
-    _draw_runs(ax, scene, scene.product, scene.rest)
-    nothing = np.zeros_like(scene.rest_u)
-    _draw_bars(ax, scene, (scene.product, nothing), (scene.rest, scene.rest_u))
+    _draw_runs(ax, scene, _without_u(scene.product.value), scene.rest)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -187,18 +177,18 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.set_title(title, loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, number, deviations)
+    _draw_runs(ax, scene, _without_u(number), _without_u(deviations))
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
     """Draw what the torque of each run lacks to I_zz φ̇ψ̇, in the colour of its day."""
-    lacking = scene.torque - scene.inertia * scene.product / scene.unit_size
-    low, high = _limits(lacking, scene.rest_u, ~scene.hollow)
-    ax.set(xlim=_limits(scene.product, scene.product_u, ~scene.hollow))
-    ax.set(ylim=(low, high))
+    of_spin = scene.inertia * scene.product.value / scene.unit_size
+    lacking = Quantity(scene.torque.value - of_spin, scene.rest.u)
+    low, high = _limits(lacking, ~scene.hollow)
+    ax.set(xlim=_limits(scene.product, ~scene.hollow), ylim=(low, high))
     ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]")
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    at = np.clip(lacking, low, high)
+    at = np.clip(lacking.value, low, high)
     for number, block in enumerate(scene.analysis.blocks):
         colour = COLOURS[number % len(COLOURS)]
         minus_m0 = -block.residual_torque.value / scene.unit_size
@@ -208,9 +198,9 @@ def draw_days(ax: Axes, scene: Scene) -> None:
         for hollow in (False, True):
             runs = of_day & (scene.hollow == hollow)
             ax.errorbar(
-                scene.product[runs],
+                scene.product.value[runs],
                 at[runs],
-                scene.rest_u[runs],
+                lacking.u[runs],
                 fmt=MARKERS[number % len(MARKERS)],
                 color=colour,
                 markerfacecolor="white" if hollow else colour,
@@ -275,14 +265,19 @@ def figures_of(analysis: Analysis) -> tuple[str, ...]:
 # --- parts of figures ---
 
 
-def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
+def _without_u(values: Floats) -> Quantity:
+    return Quantity(values, np.zeros_like(values))
+
+
+def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
     """Return limits that include zero and the kept runs.
 
     Other runs extend them by a half at most.
     """
-    shown = kept if kept.any() else np.ones_like(kept)
-    low = min(0.0, float((values - u)[shown].min()))
-    high = max(0.0, float((values + u)[shown].max()))
+    values, u = quantity
+    inside = kept if kept.any() else np.ones_like(kept)
+    low = min(0.0, float((values - u)[inside].min()))
+    high = max(0.0, float((values + u)[inside].max()))
     span = high - low or 1.0
     low = max(min(low, float(values.min())), low - span / 2)
     high = min(max(high, float(values.max())), high + span / 2)
@@ -298,7 +293,7 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     The slope varies within its interval, about the point at which slope and height are
     not correlated; the height at this point has an independent error.
     """
-    x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
+    x = np.linspace(*_limits(scene.product, ~scene.hollow), 41)
     (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
@@ -326,7 +321,7 @@ def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> No
 
 def _right_end(scene: Scene) -> float:
     """Return the right end of an axis of spins [rpm]."""
-    return 1.06 * float((scene.spin + scene.spin_u).max())
+    return 1.06 * float((scene.spin.value + scene.spin.u).max())
 
 
 def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
@@ -336,60 +331,49 @@ def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) 
     ax.axhline(middle, color=colour)
 
 
-def _inside(ax: Axes, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    """Return which points are inside the axes."""
-    left, right = ax.get_xlim()
-    low, high = ax.get_ylim()
-    return (left <= x) & (x <= right) & (low <= y) & (y <= high)
-
-
-def _draw_bars(
-    ax: Axes, scene: Scene, x: tuple[Floats, Floats], y: tuple[Floats, Floats]
-) -> None:
-    """Draw the standard uncertainties of the runs inside the axes.
-
-    `x` and `y` contain the values and their u.
-    """
-    inside = _inside(ax, x[0], y[0])
-    colours = np.full(len(inside), "#000000")
-    for group in scene.groups:
-        colours[group.members] = group.look.colour
-    of_bars: Any = list(colours[inside])
-    ax.errorbar(
-        x[0][inside],
-        y[0][inside],
-        y[1][inside],
-        x[1][inside],
-        fmt="none",
-        ecolor=of_bars,
-        elinewidth=1.0,
-    )
-
-
 def _draw_runs(
-    ax: Axes, scene: Scene, x: Floats, y: Floats, labels: Mapping[str, str] = {}
+    ax: Axes,
+    scene: Scene,
+    x: Quantity,
+    y: Quantity,
+    labels: Mapping[str, str] = {},
 ) -> None:
     """Draw every run as its torque is drawn; flagged runs are hollow and named.
 
-    A run outside the axes is drawn at the edge, with its value. `labels` replaces the
-    labels of the torques in the legend.
+    A run outside the axes is drawn at the edge, without bars and with its value.
+    `labels` replaces the labels of the torques in the legend.
     """
-    points = np.array([np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())])
+    at_x = np.clip(x.value, *ax.get_xlim())
+    at_y = np.clip(y.value, *ax.get_ylim())
+    inside = (at_x == x.value) & (at_y == y.value)
+    points = np.array([at_x, at_y])
+    colours = np.full(len(inside), "#000000")
     groups = sorted(scene.groups, key=lambda group: -group.summary.torque)
     for rank, group in enumerate(groups):
+        colours[group.members] = group.look.colour
         label = labels.get(group.look.label, group.look.label)
         if rank % _labelled(scene):
             label = "_"
         _draw_marks(ax, scene, group, points, label)
-    inside = _inside(ax, x, y)
+    if x.u.any() or y.u.any():
+        of_bars: Any = list(colours[inside])
+        ax.errorbar(
+            at_x[inside],
+            at_y[inside],
+            y.u[inside],
+            x.u[inside],
+            fmt="none",
+            ecolor=of_bars,
+            elinewidth=1.0,
+        )
     odd = np.flatnonzero(scene.hollow | ~inside)
     if len(odd) > MOST_NAMES:
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     names = {}
     for i in odd.tolist():
         name = run_name(scene.names[i]) if scene.hollow[i] else ""
-        across = _beyond(x[i], points[0, i], "→←")
-        up = _beyond(y[i], points[1, i], "↑↓")
+        across = _beyond(x.value[i], at_x[i], "→←")
+        up = _beyond(y.value[i], at_y[i], "↑↓")
         names[i] = " ".join(filter(None, [name, across, up]))
     _name_runs(ax, points, names)
     _explain_marks(ax, scene, bool(inside.all()))
@@ -536,7 +520,6 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     ValueError, TypeError
         If the name is unknown, or if `ax` is not an ``Axes``.
     """
-    load_matplotlib()
     from matplotlib.axes import Axes
 
     insist_on_choice("name", name, figures_of(analysis))
@@ -592,7 +575,7 @@ def render_all(
     names = figures_of(analysis) if names is None else names
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
-        load_matplotlib()
+        import matplotlib.figure  # noqa: F401
     except (ImportError, ValueError) as error:
         # A damaged installation, or a matplotlibrc that is not UTF-8.
         if faults is None:
@@ -639,37 +622,23 @@ def _draw(
     return {form: save(figure, form) for form in forms}
 
 
-def load_matplotlib() -> ModuleType:
-    """Import matplotlib also if MPLBACKEND is wrong: a file needs no window."""
-    if "matplotlib" in sys.modules:
-        return sys.modules["matplotlib"]
-    backend = os.environ.pop("MPLBACKEND", None)
-    try:
-        matplotlib = import_module("matplotlib")
-    finally:
-        if backend is not None:
-            os.environ["MPLBACKEND"] = backend
-    if backend:
-        with suppress(ValueError):
-            matplotlib.rcParams["backend"] = backend
-    return matplotlib
-
-
 @contextmanager
 def own_style(*styles: Path | Mapping[str, Any]) -> Iterator[None]:
     """Draw with the defaults of matplotlib and these styles.
 
     The user's matplotlibrc does not change the drawing.
     """
-    matplotlib = load_matplotlib()
+    import matplotlib
+
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         for style in styles:
+            settings: Any = style
             if isinstance(style, Path):
-                style = matplotlib.rc_params_from_file(
+                settings = matplotlib.rc_params_from_file(
                     style, use_default_template=False
                 )
-            matplotlib.rcParams.update(style)
+            matplotlib.rcParams.update(settings)
         yield
 
 
@@ -686,18 +655,22 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
     return file.getvalue()
 
 
-def alt_text(analysis: Analysis, name: str) -> str:
-    """Describe a figure, for readers who cannot see it.
+def alternatives(analysis: Analysis) -> dict[str, str]:
+    """Describe each figure, for readers who cannot see it.
 
     The report has a table of its numbers next to it. The text does not repeat the
     answer, which a report states once.
     """
     scene = gather(analysis)
     log, _, *quality = _facts(scene)
-    shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
     hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
-    return f"{shows}. {log}; {'; '.join(quality)}.{hollow}"
+    facts = f"{log}; {'; '.join(quality)}.{hollow}"
+    texts = {}
+    for name in figures_of(analysis):
+        shows = ALL_FIGURES[name].caption.partition(". ")[0]
+        texts[name] = f"{shows}. {facts}"
+    return texts

@@ -18,7 +18,7 @@ _ACTIVE = re.compile(
 """What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a
 picture."""
 
-_BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
+_BLOCK_START = re.compile(r"^(\d{1,9}|)((?<!\d)[-+=](?=[-+=\s]|$)|(?<=\d)[.)](?=\s|$))")
 """What would begin a list or underline a heading at the beginning of a line."""
 
 
@@ -49,10 +49,8 @@ def markdown_report(
 
 def escape(text: str) -> str:
     """Write text as one line of Markdown that has no other meaning."""
-    line = _ACTIVE.sub(lambda match: f"\\{match[0]}", shown(text))
-    return _BLOCK_START.sub(
-        lambda match: f"\\{match[1]}" if match[1] else f"{match[2]}\\{match[3]}", line
-    )
+    line = _ACTIVE.sub(r"\\\g<0>", shown(text))
+    return _BLOCK_START.sub(r"\g<1>\\\g<2>", line)
 
 
 def _sentence(sentence: Sentence) -> str:
@@ -60,8 +58,5 @@ def _sentence(sentence: Sentence) -> str:
 
 
 def _code(part: Part) -> str | None:
-    return (
-        f"`{part}`"
-        if isinstance(part, Styled) and part.style == "code" and "`" not in part.text
-        else None
-    )
+    is_code = isinstance(part, Styled) and part.style == "code"
+    return f"`{part}`" if is_code and "`" not in str(part) else None

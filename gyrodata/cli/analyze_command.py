@@ -59,30 +59,102 @@ OpenOption = Annotated[
 
 
 def analyze(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
-    form: Annotated[Format, typer.Option("--format", "-f")] = "text",
+    logs: Annotated[
+        list[str],
+        typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
+    ],
+    form: Annotated[
+        Format, typer.Option("--format", "-f", help="What to write to standard output.")
+    ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o")] = None,
-    table: Annotated[Table, typer.Option("--table")] = "runs",
-    no_report: Annotated[bool, typer.Option("--no-report")] = False,
-    figures: Annotated[Figures, typer.Option("--figures")] = "svg",
-    style: Annotated[Style, typer.Option("--style")] = "screen",
-    model: Annotated[Model, typer.Option("--model")] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
-    worksheet: Annotated[bool, typer.Option("--worksheet")] = False,
-    together: Annotated[bool, typer.Option("--together")] = False,
-    watched: Annotated[bool, typer.Option("--watch")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="Folder for the report; several logs have one folder each inside it. "
+            "Default: LOG-report, if the format is text. A LaTeX or Markdown document "
+            "goes there too with its figures. With FILE.json, .ndjson or .csv, the "
+            "data go into this file.",
+        ),
+    ] = None,
+    table: Annotated[
+        Table,
+        typer.Option(
+            "--table", help="For --format csv: one row for each run, or for each log."
+        ),
+    ] = "runs",
+    no_report: Annotated[
+        bool, typer.Option("--no-report", help="Write no report.")
+    ] = False,
+    figures: Annotated[
+        Figures, typer.Option("--figures", help="File type of the figures.")
+    ] = "svg",
+    style: Annotated[
+        Style,
+        typer.Option(
+            "--style",
+            help="Figures for the screen or for one column of a printed page (300 dots"
+            " per inch).",
+        ),
+    ] = "screen",
+    model: Annotated[
+        Model,
+        typer.Option(
+            "--model",
+            help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
+            "auto: the simplest model that is sufficient.",
+        ),
+    ] = "auto",
+    keep_flagged: Annotated[
+        bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")
+    ] = False,
+    worksheet: Annotated[
+        bool,
+        typer.Option(
+            "--worksheet",
+            help="In the report, ask questions with hints instead of giving "
+            "conclusions.",
+        ),
+    ] = False,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="Analyze several logs of one gyroscope as one: days, groups.",
+        ),
+    ] = False,
+    watched: Annotated[
+        bool,
+        typer.Option(
+            "--watch",
+            help="During the lab: whenever you save the file, print the answer and "
+            "what gyro check says. Ctrl-C ends it. No report is written.",
+        ),
+    ] = False,
     opened: OpenOption = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option("--verbose", "-v", help="Print the full report in the terminal."),
+    ] = False,
+    quiet: Annotated[
+        bool,
+        typer.Option("--quiet", "-q", help="On standard error, print errors only."),
+    ] = False,
+    exit_zero: Annotated[
+        bool, typer.Option("--exit-zero", help="Exit with 0 even if a log has errors.")
+    ] = False,
 ) -> None:
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
     be read; 3 a fault of gyro, which affects that log only.
+
+    Example:  gyro analyze demo.csv
+              gyro analyze demo.csv --worksheet
+              gyro analyze demo.csv --no-report --format json
     """
     if form != "text" and out == Path("-"):
         # Data go to standard output without --out too.
@@ -400,6 +472,8 @@ def demo(opened: OpenOption = False) -> None:
     """Write a sample log, demo.csv, into this folder, and analyze it.
 
     The log contains ten runs with an air gyroscope.
+
+    Example:  gyro demo
     """
     from gyrodata.cli import documentation
 

@@ -81,17 +81,35 @@ class Checked(NamedTuple):
 
 def template(
     weights: Annotated[
-        Any, list_option("--weights", "mass", "above zero")
+        Any,
+        list_option("--weights", "mass", "above zero", words="Masses of the weights."),
     ] = "20g,40g,60g",
-    position: Annotated[Any, quantity_option("--position", "length")] = "15cm",
+    position: Annotated[
+        Any,
+        quantity_option(
+            "--position", "length", words="Position of the weights on the rod."
+        ),
+    ] = "15cm",
     spins: Annotated[
-        Any, list_option("--spins", "rate", "above zero")
+        Any, list_option("--spins", "rate", "above zero", words="Spins to aim for.")
     ] = "200,400,600rpm",
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="Write this file, such as log.xlsx or log.csv.",
+        ),
+    ] = None,
 ) -> None:
-    """Write a blank log: each weight with every spin, and a run without a weight.
+    r"""Write a blank log: each weight with every spin, and a run without a weight.
 
     The spins alternate. Without --out, the log is printed as CSV.
+
+    Example:  gyro template --weights 20g,40g,60g \
+                --position 15cm --spins 200,400,600rpm \
+                --out log.xlsx
     """
     text = blank_log(weights, position, spins)
     if out is None:
@@ -209,21 +227,54 @@ def _workbook(text: str) -> bytes:
 
 
 def check(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
-    hand_in: Annotated[bool, typer.Option("--hand-in")] = False,
-    fix: Annotated[bool, typer.Option("--fix")] = False,
-    together: Annotated[bool, typer.Option("--together")] = False,
-    form: Annotated[CheckFormat, typer.Option("--format", "-f")] = "text",
+    logs: Annotated[
+        list[str],
+        typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
+    ],
+    hand_in: Annotated[
+        bool,
+        typer.Option(
+            "--hand-in",
+            help="Show instead which answer gyro grade will read from the files of one "
+            "submission, or from a folder or zip.",
+        ),
+    ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option(
+            "--fix",
+            help="Also write the log as gyro understood it, with -fixed.csv in the "
+            "name.",
+        ),
+    ] = False,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="Check several logs of one gyroscope as one: days, groups.",
+        ),
+    ] = False,
+    form: Annotated[
+        CheckFormat,
+        typer.Option("--format", "-f", help="What to write to standard output."),
+    ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
+    exit_zero: Annotated[
+        bool,
+        typer.Option("--exit-zero", help="Exit with 0 even if something is found."),
+    ] = False,
 ) -> None:
     """Check a log while you can still repeat or add runs.
 
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
+
+    Example:  gyro check demo.csv
+              gyro check demo.csv --fix
+              gyro check demo.csv --format json
     """
     if hand_in:
         if any((settings, mapping, config, fix, together, "-" in logs)):

@@ -42,12 +42,20 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
 def explain(
     topics: Annotated[
         list[str] | None,
-        typer.Argument(metavar="PAGE | CODE | WORD | KEY", autocompletion=_topics),
+        typer.Argument(
+            metavar="PAGE | CODE | WORD | KEY",
+            autocompletion=_topics,
+            help="A page of the documentation; a code of a message, such as G454; a "
+            "word, such as M0; or a key of a log, such as u_time. Without one, "
+            "the pages and words are listed.",
+        ),
     ] = None,
 ) -> None:
     """Show a page of the documentation, or explain a code, a word or a key of a log.
 
     For a code: what it means, how to fix it, and an example.
+
+    Example:  gyro explain G454
     """
     texts = [_text_about(topic) for topic in topics] if topics else [_contents()]
     write_text("\n".join(texts))

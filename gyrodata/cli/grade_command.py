@@ -44,34 +44,132 @@ Platform = Literal[
 
 
 def grade(
-    path: Annotated[Path | None, Argument(metavar="PATH")] = None,
-    rubric: Annotated[Path | None, Option("--rubric", metavar="FILE")] = None,
-    print_rubric: Annotated[
-        Literal["simple", "full", "manual"] | None, Option("--print-rubric")
+    path: Annotated[
+        Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")
     ] = None,
-    lms: Annotated[Platform, Option("--lms", metavar="PLATFORM")] = "auto",
-    attempts: Annotated[Literal["newest", "oldest"], Option("--attempts")] = "newest",
-    out: Annotated[Path | None, Option("--out", "-o", metavar="DIR")] = None,
-    workers: Annotated[int | None, Option("--workers", min=0, max=256)] = None,
+    rubric: Annotated[
+        Path | None,
+        Option(
+            "--rubric",
+            metavar="FILE",
+            help="TOML file, or simple, full or manual; to change one, begin with "
+            "--print-rubric.",
+        ),
+    ] = None,
+    print_rubric: Annotated[
+        Literal["simple", "full", "manual"] | None,
+        Option(
+            "--print-rubric",
+            help="Print a rubric to begin with; without --rubric, gyro uses full.",
+        ),
+    ] = None,
+    lms: Annotated[
+        Platform,
+        Option(
+            "--lms",
+            metavar="PLATFORM",
+            help="Platform of the download: canvas, moodle, blackboard, brightspace, "
+            "gradescope or folder.",
+        ),
+    ] = "auto",
+    attempts: Annotated[
+        Literal["newest", "oldest"],
+        Option("--attempts", help="Which of several is graded."),
+    ] = "newest",
+    out: Annotated[
+        Path | None,
+        Option(
+            "--out",
+            "-o",
+            metavar="DIR",
+            help="Folder for the grades. Default: NAME-grades, for --format text only.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        Option(
+            "--workers",
+            min=0,
+            max=256,
+            help="Processes; 0: only this one, where nothing stops a submission that "
+            "hangs. Default: one for each processor.",
+        ),
+    ] = None,
     cluster: Annotated[
         Any,
         Option(
             "--cluster",
             metavar="ADDRESS",
             parser=lambda address: _executor_of(address),
+            help="Dask scheduler that grades on other machines.",
         ),
     ] = None,
-    timeout: Annotated[float, Option("--timeout", metavar="SECONDS", min=0.1)] = 30.0,
-    gradebook: Annotated[Path | None, Option("--gradebook", metavar="FILE")] = None,
-    assignment: Annotated[str | None, Option("--assignment", metavar="TITLE")] = None,
-    gradescope: Annotated[Path | None, Option("--gradescope", metavar="DIR")] = None,
-    roster: Annotated[Path | None, Option("--roster", metavar="FILE")] = None,
-    previous: Annotated[list[Path] | None, Option("--previous", metavar="DIR")] = None,
-    anonymous: Annotated[bool, Option("--anonymous")] = False,
-    dry_run: Annotated[bool, Option("--dry-run")] = False,
-    form: Annotated[Form, Option("--format", "-f")] = "text",
-    quiet: Annotated[bool, Option("--quiet", "-q")] = False,
-    exit_zero: Annotated[bool, Option("--exit-zero")] = False,
+    timeout: Annotated[
+        float,
+        Option(
+            "--timeout", metavar="SECONDS", min=0.1, help="Time for one submission."
+        ),
+    ] = 30.0,
+    gradebook: Annotated[
+        Path | None,
+        Option(
+            "--gradebook",
+            metavar="FILE",
+            help="Gradebook exported from Canvas or Moodle, to fill with the grades.",
+        ),
+    ] = None,
+    assignment: Annotated[
+        str | None,
+        Option(
+            "--assignment",
+            metavar="TITLE",
+            help="Column of the gradebook, if there are several.",
+        ),
+    ] = None,
+    gradescope: Annotated[
+        Path | None,
+        Option(
+            "--gradescope",
+            metavar="DIR",
+            help="Write an autograder for Gradescope, and stop.",
+        ),
+    ] = None,
+    roster: Annotated[
+        Path | None,
+        Option(
+            "--roster",
+            metavar="FILE",
+            help="CSV: student, name, section, grader, station, partner. Default: the "
+            "gradebook.",
+        ),
+    ] = None,
+    previous: Annotated[
+        list[Path] | None,
+        Option(
+            "--previous",
+            metavar="DIR",
+            help="Grades of an earlier year, to find copies of its logs.",
+        ),
+    ] = None,
+    anonymous: Annotated[
+        bool,
+        Option(
+            "--anonymous",
+            help="Show ids instead of names in class.html and in the feedback.",
+        ),
+    ] = False,
+    dry_run: Annotated[
+        bool, Option("--dry-run", help="Write nothing, and say what would change.")
+    ] = False,
+    form: Annotated[
+        Form, Option("--format", "-f", help="What to write to standard output.")
+    ] = "text",
+    quiet: Annotated[
+        bool, Option("--quiet", "-q", help="On standard error, print errors only.")
+    ] = False,
+    exit_zero: Annotated[
+        bool, Option("--exit-zero", help="Exit with 0 even when some are not graded.")
+    ] = False,
 ) -> None:
     """Grade a class: each student against their own data.
 
@@ -84,6 +182,10 @@ def grade(
     Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a
     rubric or desk.csv with a mistake, or a class that cannot be read; 130 stopped by
     Ctrl-C.
+
+    Example:  gyro grade class
+              gyro grade --print-rubric simple > rubric.toml
+              gyro grade class --rubric rubric.toml -o graded
     """
     if print_rubric:
         from gyrodata.grading.rubric import default_rubric_text

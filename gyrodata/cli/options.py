@@ -41,7 +41,8 @@ ConfigOption = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="TOML file with constants. Default: gyro.toml next to the log, or above it.",
+        help="TOML file with constants. Default: gyro.toml next to the log, or above "
+        "it.",
     ),
 ]
 
@@ -190,17 +191,23 @@ def with_units(items: str) -> list[str]:
     return complete[::-1]
 
 
-def quantity_option(option: str, kind: str, bound: Bound = "") -> Any:
+def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) -> Any:
     """Return an option whose value is a number with a unit [SI unit of the kind]."""
     return typer.Option(
         option,
         metavar="QUANTITY",
         parser=lambda text: quantity(option, text, kind, bound),
+        help=words,
     )
 
 
 def list_option(
-    option: str, kind: str, bound: Bound = "", metavar: str = "QUANTITIES"
+    option: str,
+    kind: str,
+    bound: Bound = "",
+    metavar: str = "QUANTITIES",
+    *,
+    words: str,
 ) -> Any:
     """Return an option whose value is a tuple of numbers [SI unit of the kind]."""
 
@@ -208,7 +215,7 @@ def list_option(
         items = with_units(text)
         return tuple([quantity(option, item, kind, bound) for item in items])
 
-    return typer.Option(option, metavar=metavar, parser=parse)
+    return typer.Option(option, metavar=metavar, parser=parse, help=words)
 
 
 def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:

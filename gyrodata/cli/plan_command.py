@@ -25,32 +25,81 @@ def _part_of(text: str) -> float:
 
 
 def plan(
-    log: Annotated[str | None, typer.Argument(metavar="[LOG]")] = None,
+    log: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[LOG]",
+            help="The log so far; without one, the lab before it begins.",
+        ),
+    ] = None,
     weights: Annotated[
-        Any, options.list_option("--weights", "mass", "above zero")
+        Any,
+        options.list_option(
+            "--weights",
+            "mass",
+            "above zero",
+            words="Masses of the weights. Default: those of the log.",
+        ),
     ] = None,
     positions: Annotated[
-        Any, options.list_option("--positions", "length", "above zero")
+        Any,
+        options.list_option(
+            "--positions",
+            "length",
+            "above zero",
+            words="Positions on the rod. Default: those of the log.",
+        ),
     ] = None,
-    spins: Annotated[Any, options.list_option("--spins", "rate", "above zero")] = None,
+    spins: Annotated[
+        Any,
+        options.list_option(
+            "--spins",
+            "rate",
+            "above zero",
+            words="Spins. Default: slow, middle and fast, as in the log.",
+        ),
+    ] = None,
     turns: Annotated[
-        Any, options.list_option("--turns", "number", "above zero", "NUMBERS")
+        Any,
+        options.list_option(
+            "--turns",
+            "number",
+            "above zero",
+            "NUMBERS",
+            words="Numbers of turns that you can time.",
+        ),
     ] = "1",
-    minutes: Annotated[float, typer.Option("--minutes", min=0.0)] = 30.0,
+    minutes: Annotated[
+        float, typer.Option("--minutes", min=0.0, help="Lab time that is left.")
+    ] = 30.0,
     goal: Annotated[
-        Any, typer.Option("--goal", metavar="PERCENT", parser=_part_of)
+        Any,
+        typer.Option(
+            "--goal",
+            metavar="PERCENT",
+            parser=_part_of,
+            help="u of I_zz in % at which the plan ends, such as 0.5%.",
+        ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FILE", help="Write the runs as a log to fill in."
+        ),
+    ] = None,
     form: options.FormatOption = "text",
     settings: options.SettingsOption = None,
     mapping: options.MappingOption = None,
     config: options.ConfigOption = None,
 ) -> None:
-    """List the runs that reduce u of I_zz most for each minute of lab time.
+    r"""List the runs that reduce u of I_zz most for each minute of lab time.
 
     With a LOG, gyro plans the runs that come next. Without one, it plans a lab with a
     typical ball. Each run is added to the lab as the fit predicts it, and the larger lab
     is fitted. --out writes a table to fill in, with the expected times.
+
+    Example:  gyro plan demo.csv \
+                --minutes 20 --goal 0.5%
     """
     from gyrodata.trials import plan as planning
 

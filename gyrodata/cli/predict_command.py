@@ -16,26 +16,62 @@ if TYPE_CHECKING:
     from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
     from gyrodata.results import Analysis
 
-predict = typer.Typer(
-    cls=Door,
-    help="Predict by theory: precession, the rotating Earth, a wheel in your hands, a force "
-    "on the tip. Each command "
-    "also works without options. --log reads I_zz and the fastest spin from your own log.",
-    add_completion=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+predict = typer.Typer(cls=Door, add_completion=False, rich_markup_mode=None)
 
 
-Inertia = Annotated[Any, quantity_option("--inertia", "inertia", "above zero")]
-Transverse = Annotated[Any, quantity_option("--transverse", "inertia", "above zero")]
-Spin = Annotated[Any, quantity_option("--spin", "rate")]
-WheelInertia = Annotated[
-    Any, quantity_option("--wheel-inertia", "inertia", "above zero")
+@predict.callback()
+def _predict() -> None:
+    """Predict by theory: precession, the rotating Earth, a wheel, a force on the tip.
+
+    Each command also works without options. --log reads I_zz and the fastest spin from
+    your own log.
+    """
+
+
+Inertia = Annotated[
+    Any,
+    quantity_option(
+        "--inertia",
+        "inertia",
+        "above zero",
+        words="I_zz about the rod. Default: 4.44e-3 kg m^2.",
+    ),
 ]
-WheelSpin = Annotated[Any, quantity_option("--wheel-spin", "rate")]
-LogOption = Annotated[str | None, typer.Option("--log", metavar="LOG")]
-Hours = Annotated[float, typer.Option(metavar="HOURS", min=0.1, max=1000)]
+Transverse = Annotated[
+    Any,
+    quantity_option(
+        "--transverse",
+        "inertia",
+        "above zero",
+        words="I about an axis across the rod through the centre, with any weight on it. "
+        "Default: 1.3 I_zz, plus m x^2 of a weight.",
+    ),
+]
+Spin = Annotated[
+    Any,
+    quantity_option(
+        "--spin",
+        "rate",
+        words="Spin; counterclockwise seen from the tip is positive. Default: 400 rpm.",
+    ),
+]
+WheelInertia = Annotated[
+    Any,
+    quantity_option(
+        "--wheel-inertia",
+        "inertia",
+        "above zero",
+        words="Moment of inertia of the wheel about its axle.",
+    ),
+]
+LogOption = Annotated[
+    str | None,
+    typer.Option(
+        "--log",
+        metavar="LOG",
+        help="Read numbers that no option gives from this log.",
+    ),
+]
 
 
 USUAL = {
@@ -137,20 +173,50 @@ def precession(
     inertia: Inertia = None,
     spin: Spin = None,
     transverse: Transverse = None,
-    mass: Annotated[Any, quantity_option("--mass", "mass", "zero or above")] = None,
-    position: Annotated[Any, quantity_option("--position", "length")] = None,
+    mass: Annotated[
+        Any,
+        quantity_option(
+            "--mass",
+            "mass",
+            "zero or above",
+            words="Mass of the weight. Default: 60 g.",
+        ),
+    ] = None,
+    position: Annotated[
+        Any,
+        quantity_option(
+            "--position", "length", words="Position on the rod. Default: 15 cm."
+        ),
+    ] = None,
     pitch: Annotated[
-        Any, quantity_option("--pitch", "angle", "below 90 degrees")
+        Any,
+        quantity_option(
+            "--pitch",
+            "angle",
+            "below 90 degrees",
+            words="Angle of the rod above the horizontal.",
+        ),
     ] = "0 deg",
-    g: Annotated[Any, quantity_option("--g", "acceleration", "above zero")] = None,
+    g: Annotated[
+        Any,
+        quantity_option(
+            "--g",
+            "acceleration",
+            "above zero",
+            words="Gravity. Default: 9.80665 m/s^2.",
+        ),
+    ] = None,
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
-    """Predict steady precession, and the motion of a rod that is released or upright.
+    r"""Predict steady precession, and a released or upright rod.
 
     There are both roots of eq. (8), and eq. (9). The spin is relative to the frame that
     follows the rod. If there is no steady precession, JSON has null and the reason.
     --log also reads the weight of the log's fastest run.
+
+    Example:  gyro predict precession --mass 60g \
+                --position 15cm --spin 400rpm --pitch 10deg
     """
     from gyrodata import physics
     from gyrodata.physics.prediction import predict_precession
@@ -180,20 +246,53 @@ def precession(
 @predict.command()
 def earth(
     latitude: Annotated[
-        Any, quantity_option("--latitude", "angle", "from -90 to 90 degrees")
+        Any,
+        quantity_option(
+            "--latitude",
+            "angle",
+            "from -90 to 90 degrees",
+            words="Latitude; negative in the south. Default: 42.5 deg, as in the lab "
+            "sheet.",
+        ),
     ] = None,
-    hours: Hours = 24,
-    step: Hours = 1,
+    hours: Annotated[
+        float,
+        typer.Option(
+            metavar="HOURS",
+            min=0.1,
+            max=1000,
+            help="Duration in hours of the clock.",
+        ),
+    ] = 24,
+    step: Annotated[
+        float,
+        typer.Option(
+            metavar="HOURS", min=0.1, max=1000, help="Hours between two rows."
+        ),
+    ] = 1,
     inertia: Inertia = None,
-    spin: Annotated[Any, quantity_option("--spin", "rate", "other than zero")] = None,
+    spin: Annotated[
+        Any,
+        quantity_option(
+            "--spin",
+            "rate",
+            "other than zero",
+            words="Spin; counterclockwise seen from the tip is positive. Default: 400 "
+            "rpm.",
+        ),
+    ] = None,
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
-    """Predict the directions of two balanced gyroscopes as the Earth rotates.
+    r"""Predict the directions of gyroscopes as the Earth rotates.
 
-    One starts along the Earth's axis, to the pole that is above the horizon. The other
-    starts level, to the east. A sidereal hour is 59 min 50.2 s of the clock; each row
-    has both. I_zz and the spin determine how well the ball has to be balanced for this.
+    Both are balanced. One starts along the Earth's axis, to the pole that is above the
+    horizon. The other starts level, to the east. A sidereal hour is 59 min 50.2 s of
+    the clock; each row has both. I_zz and the spin determine how well the ball has to
+    be balanced for this.
+
+    Example:  gyro predict earth --latitude 42.5deg \
+                --hours 24 --step 3
     """
     from gyrodata.physics.prediction import predict_earth
 
@@ -213,18 +312,43 @@ def earth(
 @predict.command()
 def platform(
     wheel_inertia: WheelInertia = "0.1 kg m^2",
-    wheel_spin: WheelSpin = "200 rpm",
+    wheel_spin: Annotated[
+        Any,
+        quantity_option(
+            "--wheel-spin",
+            "rate",
+            words="Spin; positive: counterclockwise from above, if the axle points up.",
+        ),
+    ] = "200 rpm",
     platform_inertia: Annotated[
-        Any, quantity_option("--platform-inertia", "inertia", "above zero")
+        Any,
+        quantity_option(
+            "--platform-inertia",
+            "inertia",
+            "above zero",
+            words="Moment of inertia of platform, person and wheel about the vertical.",
+        ),
     ] = "3 kg m^2",
-    start: Annotated[Any, quantity_option("--from", "angle")] = "0 deg",
-    end: Annotated[Any, quantity_option("--to", "angle")] = "90 deg",
+    start: Annotated[
+        Any,
+        quantity_option(
+            "--from",
+            "angle",
+            words="Angle of the wheel's axle above the horizontal, before.",
+        ),
+    ] = "0 deg",
+    end: Annotated[
+        Any, quantity_option("--to", "angle", words="The same angle, after.")
+    ] = "90 deg",
     form: FormatOption = "text",
 ) -> None:
-    """Predict the rotation of a turntable when a spinning wheel is tipped on it.
+    r"""Predict the rotation of a turntable as a wheel is tipped.
 
-    The turntable is at rest before. The angular momentum about the vertical does not
+    The wheel spins, and the turntable is at rest before. The angular momentum about the vertical does not
     change.
+
+    Example:  gyro predict platform --wheel-spin 200rpm \
+                --from 0deg --to 90deg
     """
     from gyrodata.physics.prediction import predict_platform
 
@@ -241,17 +365,37 @@ def platform(
 @predict.command()
 def twist(
     wheel_inertia: WheelInertia = "0.1 kg m^2",
-    wheel_spin: WheelSpin = "200 rpm",
-    time: Annotated[Any, quantity_option("--time", "time", "above zero")] = "1 s",
+    wheel_spin: Annotated[
+        Any,
+        quantity_option(
+            "--wheel-spin",
+            "rate",
+            words="Spin; counterclockwise seen from your right hand is positive.",
+        ),
+    ] = "200 rpm",
+    time: Annotated[
+        Any,
+        quantity_option(
+            "--time",
+            "time",
+            "above zero",
+            words="Time in which the axle is turned over, by half a turn.",
+        ),
+    ] = "1 s",
     handles: Annotated[
-        Any, quantity_option("--handles", "length", "above zero")
+        Any,
+        quantity_option(
+            "--handles", "length", "above zero", words="Distance between your hands."
+        ),
     ] = "40 cm",
     form: FormatOption = "text",
 ) -> None:
-    """Predict the torque on your hands when a spinning wheel is turned over.
+    """Predict the torque on your hands as a wheel is turned over.
 
-    The axle is level, with one end in each hand, and turns at a steady rate W. This
+    The wheel spins. Its axle is level, with one end in each hand, and turns at a steady rate W. This
     needs a torque I w W, at right angles to the motion of the axle.
+
+    Example:  gyro predict twist --wheel-spin 200rpm --time 1s
     """
     from gyrodata.physics.prediction import predict_twist
 
@@ -266,9 +410,23 @@ def twist(
 
 @predict.command()
 def tip(
-    force: Annotated[Any, quantity_option("--force", "force", "above zero")] = "0.1 N",
+    force: Annotated[
+        Any,
+        quantity_option(
+            "--force",
+            "force",
+            "above zero",
+            words="Force across the rod, steady in size and direction.",
+        ),
+    ] = "0.1 N",
     length: Annotated[
-        Any, quantity_option("--length", "length", "above zero")
+        Any,
+        quantity_option(
+            "--length",
+            "length",
+            "above zero",
+            words="Distance from the centre of the ball to the tip.",
+        ),
     ] = "20 cm",
     inertia: Inertia = None,
     spin: Spin = None,
@@ -276,11 +434,14 @@ def tip(
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
-    """Predict the motion of the rod's tip under a steady force.
+    r"""Predict the motion of the rod's tip under a steady force.
 
     The tip moves at right angles to the force, along the torque. For a fast spin w its
     speed is F L^2/(I_zz w); for a slow spin the exact motion is used. Without spin it
     moves along the force.
+
+    Example:  gyro predict tip --force 0.5N --length 20cm \
+                --spin 400rpm
     """
     from gyrodata.physics.prediction import predict_tip
 

@@ -40,32 +40,93 @@ def _decay(text: str) -> Decay:
 
 def simulate(
     inertia: Annotated[
-        Any, options.quantity_option("--inertia", "inertia", "above zero")
+        Any,
+        options.quantity_option(
+            "--inertia", "inertia", "above zero", words="I_zz about the rod."
+        ),
     ] = "4.44e-3 kg m^2",
-    weights: Annotated[Any, options.list_option("--weights", "mass")] = "20g,40g,60g",
-    position: Annotated[Any, options.list_option("--position", "length")] = "15cm",
+    weights: Annotated[
+        Any,
+        options.list_option(
+            "--weights", "mass", words="Masses of the weights; 0g: no weight."
+        ),
+    ] = "20g,40g,60g",
+    position: Annotated[
+        Any,
+        options.list_option(
+            "--position",
+            "length",
+            words="Positions of the weight; negative: the other side.",
+        ),
+    ] = "15cm",
     spins: Annotated[
-        Any, options.list_option("--spins", "rate", "other than zero")
+        Any,
+        options.list_option(
+            "--spins",
+            "rate",
+            "other than zero",
+            words="Spins at the start of each run; negative: reversed.",
+        ),
     ] = "200,400,600rpm",
     turns: Annotated[
-        Any, options.list_option("--turns", "number", "above zero", "NUMBERS")
+        Any,
+        options.list_option(
+            "--turns",
+            "number",
+            "above zero",
+            "NUMBERS",
+            words="Number of timed turns, such as 1/3 or 1/3,1.",
+        ),
     ] = "1",
-    pitch: Annotated[Any, options.list_option("--pitch", "angle")] = "0deg",
-    imbalance: Annotated[Any, options.quantity_option("--imbalance", "torque")] = None,
+    pitch: Annotated[
+        Any,
+        options.list_option(
+            "--pitch", "angle", words="Angles of the rod above the horizontal."
+        ),
+    ] = "0deg",
+    imbalance: Annotated[
+        Any,
+        options.quantity_option(
+            "--imbalance",
+            "torque",
+            words='Residual torque M0, such as "0.3 mN m". Default: none, or drawn from '
+            "u_imbalance of a noise FILE.",
+        ),
+    ] = None,
     spin_decay: Annotated[
-        Any, typer.Option("--spin-decay", metavar="QUANTITY", parser=_decay)
+        Any,
+        typer.Option(
+            "--spin-decay",
+            metavar="QUANTITY",
+            parser=_decay,
+            help='Decay of the spin: its time constant, "600 s", or the part lost in '
+            'each run, "10 %"; the log then has the spin at start and end.',
+        ),
     ] = None,
     noise: Annotated[
-        str, typer.Option("--noise", metavar="none|typical|FILE")
+        str,
+        typer.Option(
+            "--noise",
+            metavar="none|typical|FILE",
+            help='typical: the default uncertainties; FILE: TOML such as u_time = "0.1'
+            ' s", or lines such as # u_time: 0.1 s.',
+        ),
     ] = "typical",
-    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Seed of the random numbers.")
+    ] = 1,
 ) -> None:
-    """Print a simulated log with a known true value, for gyro analyze or any other fit.
+    r"""Print a simulated log with a known true value, for gyro analyze or any other fit.
 
     Each weight at each position with each pitch, spin and number of turns is one run.
     The rod precesses steadily. The runs share errors as in a lab: one ruler, one scale,
     one tachometer, one hand. The log contains its uncertainties, and its first line the
     true values. The same options give the same log.
+
+    Example:  gyro simulate --inertia "4.44e-3 kg m^2" \
+                --weights 20g,40g,60g --position 15cm \
+                --spins 200,400,600rpm --turns 1 \
+                --seed 1 > log.csv
     """
     from gyrodata.trials import simulation
 
@@ -79,20 +140,31 @@ def simulate(
 
 
 def selfcheck(
-    log: Annotated[str, typer.Argument(metavar="LOG")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1000000)] = 1000,
-    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
+    log: Annotated[
+        str,
+        typer.Argument(metavar="LOG", help="Log: CSV, text or workbook; - is stdin."),
+    ],
+    labs: Annotated[
+        int,
+        typer.Option("--labs", min=1, max=1000000, help="Number of simulated labs."),
+    ] = 1000,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Seed of the random numbers.")
+    ] = 1,
     form: options.FormatOption = "text",
     settings: options.SettingsOption = None,
     mapping: options.MappingOption = None,
     config: options.ConfigOption = None,
 ) -> None:
-    """Simulate this lab many times, and count the intervals with the true value.
+    r"""Simulate this lab many times, and count the intervals with the true value.
 
     gyro simulates new readings from the design of the lab, its fitted values as the
     truth, and its stated uncertainties. It applies the recommended fit and those of the
     textbook to each. If the runs of the log scatter more or less than stated, a second
     table shows labs with this scatter.
+
+    Example:  gyro selfcheck demo.csv \
+                --labs 1000
     """
     from gyrodata.analysis import analyze_readings
     from gyrodata.trials.coverage import selfcheck as simulate
@@ -104,9 +176,24 @@ def selfcheck(
 
 
 def benchmark(
-    log: Annotated[str | None, typer.Argument(metavar="[LOG]")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o")] = Path("gyro-benchmark"),
-    quick: Annotated[bool, typer.Option("--quick")] = False,
+    log: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[LOG]", help="Log whose lab takes the place of the usual one."
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", "-o", help="Folder for the page, the pictures and the tables."
+        ),
+    ] = Path("gyro-benchmark"),
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="A quick look with few labs: a quarter of a minute."
+        ),
+    ] = False,
 ) -> None:
     """Chart cost against error on this machine, and map where methods fail.
 
@@ -115,6 +202,8 @@ def benchmark(
     there. With a LOG, its lab takes the place of the usual one. gyro writes one page,
     benchmark.html, with the pictures as PNG and their numbers as CSV. It takes up to ten
     minutes on two processors, with --quick a quarter of a minute.
+
+    Example:  gyro benchmark --quick --out charts
     """
     from gyrodata.base.workers import count_workers
     from gyrodata.trials.benchmark import report
@@ -163,10 +252,19 @@ SchemaName = Literal[
 
 def schema(
     name: Annotated[
-        SchemaName, typer.Argument(metavar="NAME", show_choices=False)
+        SchemaName,
+        typer.Argument(
+            metavar="NAME",
+            show_choices=False,
+            help="analysis, check, grades, plan, predictions, selfcheck, rubric; or "
+            "diagnostics, the table of codes.",
+        ),
     ] = "analysis",
 ) -> None:
-    """Print the JSON Schema of an output or a rubric, or all diagnostics."""
+    """Print the JSON Schema of an output or a rubric, or all diagnostics.
+
+    Example:  gyro schema diagnostics
+    """
     from gyrodata.cli.schema import json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text

@@ -146,10 +146,6 @@ def _is_log(word: str) -> bool:
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
-    help=(
-        "Compute the moment of inertia of a gyroscope, with a realistic uncertainty, "
-        "from the log of a lab."
-    ),
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -163,6 +159,10 @@ def _gyro(
         bool, typer.Option("--version", "-V", help="Show the version and exit.")
     ] = False,
 ) -> None:
+    """Compute the moment of inertia of a gyroscope from the log of a lab.
+
+    gyro states a realistic uncertainty.
+    """
     if version:
         write_out(f"gyro {__version__}\n")
         raise typer.Exit

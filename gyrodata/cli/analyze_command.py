@@ -361,7 +361,6 @@ class _Output(Struct):
     def _markdown(self, analysis: Analysis, below: Path) -> str:
         from urllib.parse import quote
 
-        from gyrodata.reporting.figures import alternatives
         from gyrodata.reporting.markdown import markdown_report
         from gyrodata.reporting.page import shown_form
 
@@ -369,7 +368,7 @@ class _Output(Struct):
         if self.several:
             # The document of several logs is next to the folders of their figures.
             figures = quote(os.fsencode(f"{below.as_posix()}/")) + figures
-        return markdown_report(analysis, figures, alternatives(analysis))
+        return markdown_report(analysis, figures)
 
     def text_without(
         self,

@@ -344,8 +344,8 @@ def platform(
 ) -> None:
     r"""Predict the rotation of a turntable as a wheel is tipped.
 
-    The wheel spins, and the turntable is at rest before. The angular momentum about the vertical does not
-    change.
+    The wheel spins, and the turntable is at rest before. The angular momentum about the
+    vertical does not change.
 
     Example:  gyro predict platform --wheel-spin 200rpm \
                 --from 0deg --to 90deg
@@ -392,8 +392,8 @@ def twist(
 ) -> None:
     """Predict the torque on your hands as a wheel is turned over.
 
-    The wheel spins. Its axle is level, with one end in each hand, and turns at a steady rate W. This
-    needs a torque I w W, at right angles to the motion of the axle.
+    The wheel spins. Its axle is level, with one end in each hand, and turns at a steady
+    rate W. This needs a torque I w W, at right angles to the motion of the axle.
 
     Example:  gyro predict twist --wheel-spin 200rpm --time 1s
     """

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from msgspec.structs import asdict
 
-from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
 from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
@@ -354,9 +353,6 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
     run = n.analysis.run_table[i]
     at = f"runs.{i}"
-    residual = None
-    if run.studentized_residual is not None:
-        residual = n.shift(f"{at}.studentized_residual")
     turns = turn_words(run.turns).split(" ")[0]
     return (
         (n.number(f"{at}.run"),),
@@ -367,7 +363,7 @@ def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]
         n.number(f"{at}.turns", turns),
         n.value(f"{at}.period", values.SECOND),
         n.value(f"{at}.product", values.PRODUCT),
-        residual,
+        n.cell(n.shift, f"{at}.studentized_residual"),
         _remark(n, i) or None,
     )
 
@@ -395,10 +391,9 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         shared_by = share.shared_by if share.shared else "each run its own"
         name = say("{}", source_words(share.source))
         rows.append((name, part, u, say("{}", shared_by)))
-    bars = tuple((share.share, 0.0) for share in budget)
     heads = (
         Head("component", wrap=0.28),
-        Head("share of the variance", values.PERCENT, dots=bars),
+        Head("share of the variance", values.PERCENT, bars=True),
         Head("u of I_zz", n.inertia),
         Head("shared by", wrap=0.25),
     )
@@ -440,16 +435,15 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     rows: list[tuple[elements.Cell, ...]] = []
     for i, block in enumerate(blocks):
         at = f"blocks.{i}"
-        alone: elements.Cell = say("not determined")
-        if block.inertia:
-            alone = n.value(f"{at}.inertia.value", n.inertia)
+        alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
         m0 = n.value(f"{at}.residual_torque.value", n.torque)
         name = say("{}", block.name)
-        rows.append((name, n.number(f"{at}.runs"), alone, m0))
+        runs = n.number(f"{at}.runs")
+        rows.append((name, runs, alone or say("not determined"), m0))
     heads = (
         Head("day or group"),
         Head("runs", values.NUMBER),
-        _drawn(n, [block.inertia for block in blocks]),
+        _drawn(n),
         Head("M0", n.torque),
     )
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
@@ -474,18 +468,11 @@ def _days_agree(n: Numbers) -> Sentence:
 # --- details ---
 
 
-def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
-    """Return the head of a column of estimates of I_zz.
-
-    The estimates are drawn against the interval of the answer.
-    """
+def _drawn(n: Numbers) -> Head:
+    """Return the head of a column of I_zz, drawn against that of the answer."""
     value = n.analysis.inertia.value
     u = n.analysis.inertia.u or 0.0
-    dots = tuple(
-        (estimate.value, estimate.u or 0.0) if estimate else None
-        for estimate in estimates
-    )
-    return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))
+    return Head("I_zz", n.inertia, band=(value - u, value + u))
 
 
 def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
@@ -496,15 +483,10 @@ def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     rows: list[tuple[elements.Cell, ...]] = [(say("no change"), fitted, None)]
     for i, case in enumerate(cases):
         at = f"sensitivity.{i}"
-        value: elements.Cell = say("no answer")
-        shift: elements.Cell = None
-        if case.inertia is not None:
-            value = n.value(f"{at}.inertia.value", n.inertia)
-        if case.deviation is not None:
-            shift = n.shift(f"{at}.deviation")
-        rows.append((say("{}", case.words), value, shift))
-    drawn = _drawn(n, [n.analysis.inertia, *(case.inertia for case in cases)])
-    heads = Head("if"), drawn, Head("shift", values.IN_U)
+        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        shift = n.cell(n.shift, f"{at}.deviation")
+        rows.append((say("{}", case.words), value or say("no answer"), shift))
+    heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u"
     return (table(heads, rows, caption, main=0),)
 
@@ -516,22 +498,19 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
     for i, fit in enumerate(fits):
         at = f"fits.{i}"
         name = FIT_NAMES[fit.name]
-        value: elements.Cell = say("not possible")
-        intercept: elements.Cell = None
-        away: elements.Cell = None
-        if fit.inertia:
-            value = n.value(f"{at}.inertia.value", n.inertia)
+        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        intercept = n.cell(n.value, f"{at}.constant.value", n.torque)
+        if value and not intercept:
             intercept = say("assumed 0")
-        if fit.inertia and fit.constant:
-            intercept = n.value(f"{at}.constant.value", n.torque)
-        if fit.deviation is not None and fit.difference is not None:
+        away: elements.Cell = None
+        if fit.deviation is not None:
             shift = n.shift(f"{at}.deviation")
             away = say("{} ({})", shift, n.percent(f"{at}.difference"))
-        rows.append((say("{}", name), value, intercept, away))
+        rows.append((say("{}", name), value or say("not possible"), intercept, away))
         notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
     heads = (
         Head("fit"),
-        _drawn(n, [fit.inertia for fit in fits]),
+        _drawn(n),
         Head("intercept −M0", n.torque),
         Head("from recommended", values.NUMBER),
     )
@@ -544,12 +523,10 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     rows: list[tuple[elements.Cell, ...]] = []
     for i, effect in enumerate(n.analysis.effects):
         size: elements.Cell = None
-        change: elements.Cell = None
         if effect.size is not None:
             text = _size_text(effect.size)
             size = n.number(f"effects.{i}.size", text, values.IN_U)
-        if effect.bias is not None:
-            change = n.percent(f"effects.{i}.bias")
+        change = n.cell(n.percent, f"effects.{i}.bias")
         name = say("{}", changes.effect_words(effect.effect))
         verdict = say(_verdict(effect))
         rows.append((name, change, size, verdict, say("{}", effect.reason)))

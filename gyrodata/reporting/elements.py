@@ -132,10 +132,6 @@ def join(
     return done.strip()
 
 
-Dots = tuple[tuple[float, float] | None, ...]
-"""Value and u of each row of a column."""
-
-
 class Head(Struct, frozen=True):
     """The head of a column."""
 
@@ -145,11 +141,10 @@ class Head(Struct, frozen=True):
     wrap: float = 0.0
     """Part of the line that a column of long texts may use; 0 for a column as wide as
     its cells."""
-    dots: Dots = ()
-    """Value and u of each row, drawn on the page next to the column; without `band` the
-    values are bars from 0 to 1."""
+    bars: bool = False
+    """True if the page draws the values, from 0 to 1, as bars next to the column."""
     band: tuple[float, float] | None = None
-    """The interval that is drawn behind all dots."""
+    """The interval behind the values ± u that the page draws next to the column."""
     page_only: bool = False
     """True if the column is too wide for a terminal."""
 
@@ -289,13 +284,22 @@ class Numbers:
         )
 
     def find(self, place: str) -> Any:
-        """Return what results.json contains at a place; "length" counts a list."""
+        """Return what results.json contains at a place; "length" counts a list.
+
+        The parts of null are null too.
+        """
         value: Any = self.document if place.startswith("/") else self.document["result"]
         for key in place.removeprefix("/").split("."):
             if key == "length":
                 return len(value)
+            if value is None:
+                return None
             value = value[int(key) if isinstance(value, list) else key]
         return value
+
+    def cell(self, show: Callable[..., Cell], place: str, *scale: Scale) -> Cell:
+        """Show what is at a place with a method of this class; None if it is null."""
+        return None if self.find(place) is None else show(place, *scale)
 
     def value(
         self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.data import templates
 from gyrodata.reporting.elements import Part, Sentence, Styled, join
+from gyrodata.reporting.figures import alternatives
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(
@@ -22,9 +22,7 @@ _BLOCK_START = re.compile(r"^(\d{1,9}|)((?<!\d)[-+=](?=[-+=\s]|$)|(?<=\d)[.)](?=
 """What would begin a list or underline a heading at the beginning of a line."""
 
 
-def markdown_report(
-    analysis: Analysis, figures: str = "{}.png", alt: Mapping[str, str] | None = None
-) -> str:
+def markdown_report(analysis: Analysis, figures: str = "{}.png") -> str:
     """Write the report as Markdown; text from the log is escaped.
 
     Parameters
@@ -32,8 +30,6 @@ def markdown_report(
     analysis : Analysis
     figures : str
         Path of a figure, with {} for its name.
-    alt : mapping of str to str, optional
-        What each figure shows, in words.
 
     Returns
     -------
@@ -42,7 +38,7 @@ def markdown_report(
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": _sentence, "text": escape}
     page = room.get_template("report.md.jinja").render(
-        whole=report(analysis), figures=figures, alt=alt or {}
+        whole=report(analysis), figures=figures, alt=alternatives(analysis)
     )
     return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
 

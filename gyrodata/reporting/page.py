@@ -20,14 +20,13 @@ from gyrodata.reporting import content
 from gyrodata.reporting.data import json_text, table_header, table_rows, templates
 from gyrodata.reporting.elements import (
     SYMBOLS,
-    Dots,
-    Head,
     Mark,
     Number,
     Numbers,
     Part,
     Sentence,
     Styled,
+    Table,
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
@@ -51,12 +50,7 @@ FARTHEST = 5.0
 band."""
 
 
-def report_page(
-    analysis: Analysis,
-    figures: Mapping[str, bytes],
-    alt: Mapping[str, str],
-    looks: Sequence[tuple[str, str, str]],
-) -> str:
+def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     """Write the report as one HTML page that needs nothing else.
 
     Parameters
@@ -64,10 +58,7 @@ def report_page(
     analysis : Analysis
     figures : mapping of str to bytes
         The SVG files of "period", "product", "torque" and "residuals".
-    alt : mapping of str to str
-        What each figure shows, in words.
-    looks : sequence of (str, str, str)
-        Label, colour and marker of each torque in the figures.
+        A figure that is missing is replaced by words.
 
     Returns
     -------
@@ -76,28 +67,34 @@ def report_page(
         it.
     """
     whole = content.report(analysis)
-    write = _Writer(whole.numbers, looks)
+    write = _Writer(whole.numbers)
     room = templates(Path(__file__).parent)
-    room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
+    room.filters |= {
+        "sentence": write.sentence,
+        "typeset": _typeset,
+        "draw": write.draw,
+    }
     images = {}
     for name, data in figures.items():
         in_letters = base64.b64encode(data).decode()
         images[name] = f"data:image/svg+xml;base64,{in_letters}"
+    alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
     page = room.get_template("report.html.jinja")
     return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
 
 
 DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
+BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
 MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
 
 
 class _Writer:
     """Write the parts of a report in HTML."""
 
-    def __init__(self, numbers: Numbers, looks: Sequence[tuple[str, str, str]]) -> None:
+    def __init__(self, numbers: Numbers) -> None:
         self.numbers = numbers
-        self.looks = looks
+        self.looks = list_looks(numbers.analysis)
 
     def number(self, number: Number) -> Markup:
         """Write a number with links to its places in results.json."""
@@ -135,9 +132,37 @@ class _Writer:
         if isinstance(part, Styled):
             return Markup(_STYLES[part.style]).format(part.text)
         if isinstance(part, Mark):
-            _, colour, marker = self.looks[part.group]
-            return MARK.format(colour, _SHAPES[marker])
+            look = self.looks[part.group]
+            return MARK.format(look.colour, _SHAPES[look.marker])
         return _typeset(part)
+
+    def draw(self, table: Table, row: int, column: int) -> Markup:
+        """Draw a cell: as a bar, or as a dot with its u on the axis of the column.
+
+        Screen readers skip the drawing, because the cell contains the same numbers.
+        """
+        dots = [self._dot(cells[column]) for cells in table.rows]
+        dot = dots[row]
+        band = table.heads[column].band
+        if band is None:
+            return BAR.format(100 * dot[0]) if dot else Markup()
+        axis = _Axis.of_column(band, dots)
+        start, end = band
+        boxes = axis.box("ref" if end > start else "line", start, end)
+        if dot:
+            value, u = dot
+            boxes += axis.box("bar", value - u, value + u)
+            if axis.low <= value <= axis.high:
+                boxes += axis.box("dot", value, value)
+        return boxes
+
+    def _dot(self, cell: Sentence) -> tuple[float, float] | None:
+        """Return the value of a cell and its u; None for a cell without a number."""
+        for part in cell:
+            if isinstance(part, Number):
+                value, *u = map(self.numbers.find, part.places)
+                return value, u[0] if u else 0.0
+        return None
 
 
 def _typeset(text: str) -> Markup:
@@ -148,38 +173,6 @@ def _typeset(text: str) -> Markup:
     return Markup(text.replace("M0", "<i>M</i><sub>0</sub>"))
 
 
-def _draw(head: Head) -> list[Markup]:
-    """Draw the values of a column, one drawing for each row.
-
-    The drawings are bars, or dots with their u on one axis.
-
-    Screen readers skip the drawings, because the cells contain the same numbers.
-    """
-    if head.band is None:
-        return [_bar(share) for share in head.dots]
-    axis = _Axis.of_column(head.band, head.dots)
-    start, end = head.band
-    behind = axis.box("ref" if end > start else "line", start, end)
-    drawn = []
-    for dot in head.dots:
-        boxes = behind
-        if dot:
-            value, u = dot
-            boxes += axis.box("bar", value - u, value + u)
-            if axis.low <= value <= axis.high:
-                boxes += axis.box("dot", value, value)
-        drawn.append(boxes)
-    return drawn
-
-
-def _bar(share: tuple[float, float] | None) -> Markup:
-    """Draw a share of 1 as a bar."""
-    if share is None:
-        return Markup()
-    bar = Markup('<span class="bar" style="width: {:.1f}%"></span>')
-    return bar.format(100 * share[0])
-
-
 class _Axis(NamedTuple):
     """The axis of the drawings of a column."""
 
@@ -187,7 +180,11 @@ class _Axis(NamedTuple):
     high: float
 
     @classmethod
-    def of_column(cls, band: tuple[float, float], dots: Dots) -> _Axis:
+    def of_column(
+        cls,
+        band: tuple[float, float],
+        dots: Sequence[tuple[float, float] | None],
+    ) -> _Axis:
         """Return an axis with the band and all dots that are not too far from it."""
         start, end = band
         ends = [start, end]
@@ -248,15 +245,14 @@ def report_files(
     elif document and figures == "svg":
         forms.add("pdf")
     drawn = render_all(analysis, sorted({"svg", *forms}), style, faults=faults)
-    alt = alternatives(analysis)
     texts = {
-        "report.html": report_page(analysis, drawn["svg"], alt, list_looks(analysis)),
+        "report.html": report_page(analysis, drawn["svg"]),
         "results.json": json_text(analysis.to_dict()),
         "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
     }
     if document.endswith(".md"):
         place = f"{{}}.{shown_form(figures)}"
-        texts[document] = markdown_report(analysis, place, alt)
+        texts[document] = markdown_report(analysis, place)
     elif document:
         texts[document] = latex_report(analysis)
     files = {name: text.encode() for name, text in texts.items()}

@@ -207,19 +207,13 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     everything = n.value("exponent.value")
     yield paragraph("The runs give τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     rows: list[tuple[elements.Cell, ...]] = []
-    dots: list[tuple[float, float] | None] = []
     for i, law in enumerate(n.analysis.power_law):
-        if law.exponent is None:
-            rows.append((n.load(i), None, say("{}", law.reason)))
-            dots.append(None)
-        else:
-            rows.append((n.load(i), n.value(f"power_law.{i}.exponent"), None))
-            dots.append((law.exponent, law.u or 0.0))
+        exponent = n.cell(n.value, f"power_law.{i}.exponent")
+        rows.append((n.load(i), exponent, None if exponent else (law.reason,)))
     rows.append((say("all together"), everything, None))
-    dots.append((whole.value, whole.u or 0.0))
     heads = (
         Head("load"),
-        Head("exponent n", values.NUMBER, dots=tuple(dots), band=(1.0, 1.0)),
+        Head("exponent n", values.NUMBER, band=(1.0, 1.0)),
         Head("remark", wrap=0.45),
     )
     caption = "Exponent of each torque, and one for all"
@@ -246,18 +240,12 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph(ANSWERS["product_scatter"], scatter, expected, p)
     yield Picture("product", FIGURES["product"].caption)
     rows = []
-    for i, group in enumerate(n.analysis.torques):
+    for i in range(len(n.analysis.torques)):
         at = f"torques.{i}"
         mean = n.value(f"{at}.product.value", values.PRODUCT)
-        spread: elements.Cell = None
-        p_of_group: elements.Cell = None
-        without: elements.Cell = None
-        if group.product.spread is not None:
-            spread = n.scatter(f"{at}.product.spread", values.PRODUCT)
-        if group.product.p is not None:
-            p_of_group = n.p(f"{at}.product.p")
-        if group.without is not None:
-            without = n.value(f"{at}.without.value", n.inertia)
+        spread = n.cell(n.scatter, f"{at}.product.spread", values.PRODUCT)
+        p_of_group = n.cell(n.p, f"{at}.product.p")
+        without = n.cell(n.value, f"{at}.without.value", n.inertia)
         rows.append((n.load(i), mean, spread, p_of_group, without))
     heads = (
         Head("load"),

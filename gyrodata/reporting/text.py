@@ -132,7 +132,7 @@ def check_text(
     str
         The last line is the verdict.
     """
-    counts = Counter(finding.severity for finding in diagnostics)
+    counts: Counter[str] = Counter(finding.severity for finding in diagnostics)
     lines = []
     if analysis is not None:
         lines = _lines_above(report(analysis), analysis)

@@ -187,9 +187,10 @@ def test_a_flagged_run_is_hollow_and_named() -> None:
         assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
         assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
         assert [text.get_text()[:5] for text in ax.texts] == ["run 5", "run 8"]
-        assert "Drawn hollow: run 5, left out; run 8, left out." in alternatives(
-            analysis
-        )[which]
+        assert (
+            "Drawn hollow: run 5, left out; run 8, left out."
+            in alternatives(analysis)[which]
+        )
 
 
 @pytest.mark.slow

@@ -159,10 +159,9 @@ def analyze(
     if form != "text" and out == Path("-"):
         # Data go to standard output without --out too.
         out = None
-    named = terminal.named_logs(logs)
-    parts = [named] if together else [[log] for log in named]
+    parts = terminal.in_parts(logs, together, form)
     several = len(parts) > 1
-    _refuse_contradictions(several, form, table, out)
+    _refuse_contradictions(form, table, out)
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -198,13 +197,8 @@ def _data_file(out: Path | None, form: Format) -> Path | None:
     return None
 
 
-def _refuse_contradictions(
-    several: bool, form: Format, table: Table, out: Path | None
-) -> None:
-    """Refuse options that contradict each other; `several`: there are several answers."""
-    if form in ("json", "latex") and several:
-        other = "ndjson" if form == "json" else "markdown"
-        terminal.refuse("format_for_one_log", form=form, other=other)
+def _refuse_contradictions(form: Format, table: Table, out: Path | None) -> None:
+    """Refuse options that contradict each other."""
     if table != "runs" and form != "csv":
         terminal.refuse("table_for_csv", table=table)
     if out is not None:

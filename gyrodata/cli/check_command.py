@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
-from gyrodata.base.disk import write_whole
+from gyrodata.base.disk import telling, write_whole
 from gyrodata.base.errors import Diagnostic, InputError
 from gyrodata.cli.options import (
     ConfigOption,
@@ -28,6 +28,7 @@ from gyrodata.cli.terminal import (
     Log,
     complain,
     explained,
+    in_parts,
     named_logs,
     refuse,
     tell,
@@ -283,23 +284,12 @@ def check(
         write_answer(form, checked.to_dict(), checked)
         worst = checked.code
     else:
+        if fix and "-" in logs:
+            refuse("fix_of_standard_input")
+        parts = in_parts(logs, together, form)
         reader = Reader.of_options(settings, mapping, config)
-        parts = _parts(logs, fix, together, form)
         worst = max([_check_part(part, reader, fix, form) for part in parts])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
-
-
-def _parts(
-    logs: Sequence[str], fix: bool, together: bool, form: CheckFormat
-) -> list[list[Log]]:
-    """Return the logs that are checked together, and refuse wrong options."""
-    if fix and "-" in logs:
-        refuse("fix_of_standard_input")
-    named = named_logs(logs)
-    parts = [named] if together else [[log] for log in named]
-    if form == "json" and len(parts) > 1:
-        refuse("json_for_one_log")
-    return parts
 
 
 def _check_part(
@@ -331,12 +321,10 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
-    try:
+    with telling(fixed, "fixed_not_written"):
         if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
             refuse("fixed_exists", fixed=fixed)
         write_whole(fixed, [text.encode()])
-    except OSError as error:
-        refuse("fixed_not_written", fixed=fixed, why=error.strerror or error)
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
     lines = [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
     typer.echo("\n   ".join(lines), err=form != "text")

@@ -199,11 +199,12 @@ STYLES = {
 """Styles of words on a terminal."""
 
 
-def coloured(text: str, stream: Any) -> str:
-    """Colour severities and print the answer in bold on a terminal.
+def for_stream(text: str, stream: Any) -> str:
+    """Wrap a text, colour severities and make the answer bold, on a terminal.
 
     FORCE_COLOR, NO_COLOR and TERM are respected.
     """
+    text = _wrapped(text, stream)
     wanted = stream.isatty() or os.environ.get("FORCE_COLOR")
     if not wanted or os.environ.get("NO_COLOR"):
         return text
@@ -219,7 +220,7 @@ def coloured(text: str, stream: Any) -> str:
     return captured.get()
 
 
-def wrapped(text: str, stream: Any) -> str:
+def _wrapped(text: str, stream: Any) -> str:
     """Wrap long lines between words at the width of a terminal.
 
     Texts for other streams stay the same.
@@ -272,15 +273,14 @@ def write_answer(form: str, document: dict[str, Any], text: object) -> None:
 
 def write_text(text: str) -> None:
     """Write text to standard output, wrapped and coloured if it is a terminal."""
-    write_out(coloured(wrapped(text, sys.stdout), sys.stdout))
+    write_out(for_stream(text, sys.stdout))
 
 
 def tell(*lines: str) -> None:
     """Write lines to standard error; if it is closed, the answer is still printed."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
-            line = coloured(wrapped(line, sys.stderr), sys.stderr)
-            typer.echo(line, err=True, color=True)
+            typer.echo(for_stream(line, sys.stderr), err=True, color=True)
         except OSError:
             _throw_away(sys.stderr)
 
@@ -357,6 +357,10 @@ def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
     return [line.rstrip() for line in captured.get().splitlines()]
 
 
+FOR_SEVERAL = {"json": "ndjson", "latex": "markdown"}
+"""What to use for several answers in the place of a format for one."""
+
+
 class Log(NamedTuple):
     """A log that a command is given."""
 
@@ -373,6 +377,15 @@ def named_logs(paths: Sequence[str]) -> list[Log]:
         name = "<stdin>" if path == "-" else printable(short.as_posix())
         logs.append(Log(path, name))
     return logs
+
+
+def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
+    """Return the logs of a command in parts; each part has one answer."""
+    logs = named_logs(paths)
+    parts = [logs] if together else [[log] for log in logs]
+    if len(parts) > 1 and form in FOR_SEVERAL:
+        refuse("format_for_one_log", form=form, other=FOR_SEVERAL[form])
+    return parts
 
 
 def source_of(log: Log) -> Any:

@@ -160,7 +160,6 @@ def analyze(
         # Data go to standard output without --out too.
         out = None
     parts = terminal.in_parts(logs, together, form)
-    several = len(parts) > 1
     _refuse_contradictions(form, table, out)
     from gyrodata.results import Options
 
@@ -176,16 +175,25 @@ def analyze(
         _watch(logs, reader, options, alone=form == "text" and out is None)
         return
     file = _data_file(out, form)
-    has_report = file is None and not no_report
-    if out is None:
-        has_report = has_report and form == "text"
+    has_report = not no_report and _goes_with_report(form, out, file)
     if opened and not has_report:
         terminal.refuse("open_without_report")
-    output = _Output(form, table, figures, style, verbose, several, file, opened, quiet)
+    output = _Output(
+        form=form,
+        table=table,
+        figures=figures,
+        style=style,
+        verbose=verbose,
+        several=len(parts) > 1,
+        file=file,
+        out=out,
+        has_report=has_report,
+        opened=opened,
+        quiet=quiet,
+    )
     worst = 0
     for part, below in zip(parts, _report_folders(parts), strict=True):
-        folder = _place_of(part, out, below, several) if has_report else None
-        worst = max(worst, _analyze_part(part, reader, options, output, below, folder))
+        worst = max(worst, _analyze_part(part, reader, options, output, below))
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
@@ -195,6 +203,13 @@ def _data_file(out: Path | None, form: Format) -> Path | None:
     if out is not None and out.suffix.lower() in DATA.get(form, ()):
         return out
     return None
+
+
+def _goes_with_report(form: Format, out: Path | None, file: Path | None) -> bool:
+    """Return whether a report is written, unless the user wants none."""
+    if out is None:
+        return form == "text"
+    return file is None
 
 
 def _refuse_contradictions(form: Format, table: Table, out: Path | None) -> None:
@@ -243,15 +258,6 @@ def _report_folders(parts: Sequence[Sequence[Log]]) -> Iterator[Path]:
         yield folder
 
 
-def _place_of(
-    part: Sequence[Log], out: Path | None, below: Path, several: bool
-) -> Path | None:
-    """Return the folder of a report; None for standard input without ``--out``."""
-    if out is not None:
-        return out / below if several else out
-    return None if part[0].path == "-" else below
-
-
 # --- one answer ---
 
 
@@ -261,7 +267,6 @@ def _analyze_part(
     options: Options,
     output: _Output,
     below: Path,
-    folder: Path | None,
 ) -> int:
     """Analyse one log, or several together, and return the exit code.
 
@@ -274,14 +279,12 @@ def _analyze_part(
         Where the answer goes.
     below : Path
         The folder of the report, relative to the folder of all reports.
-    folder : Path, optional
-        The folder of the report, if one is written.
     """
     from gyrodata.analysis import analyze_readings
 
-    constants = reader.constants_of(logs[0].path)
-    options = replace(options, config=constants and constants.name)
+    options = replace(options, config=reader.name_of_constants(logs[0].path))
     name = " + ".join(log.name for log in logs)
+    folder = output.folder_of(logs, below)
     readings = None
     try:
         readings = reader.read(logs)
@@ -321,10 +324,24 @@ class _Output(Struct):
     """True if there are several answers."""
     file: Path | None
     """Data go into a file completely, or not at all."""
+    out: Path | None
+    """The folder for the reports, if the user names one."""
+    has_report: bool
     opened: bool
     quiet: bool
     parts: list[str] = []
     """The texts of the answers so far."""
+
+    def folder_of(self, logs: Sequence[Log], below: Path) -> Path | None:
+        """Return the folder of a report; None if there is no report.
+
+        Standard input has a report only with ``--out``.
+        """
+        if not self.has_report or (self.out is None and logs[0].path == "-"):
+            return None
+        if self.out is None:
+            return below
+        return self.out / below if self.several else self.out
 
     def text_of(self, analysis: Analysis, below: Path, has_report: bool) -> str:
         """Write an analysis in the format of the command."""
@@ -499,7 +516,7 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options, alone: bool) -
     if len(logs) > 1 or logs[0] == "-" or path.is_fifo() or not alone:
         terminal.refuse("watch_one_file")
     constants = reader.constants_of(str(path))
-    options = replace(options, config=constants and constants.name)
+    options = replace(options, config=reader.name_of_constants(str(path)))
     if not path.is_file():
         reader.read_source(path, path.name, constants)
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"

@@ -204,7 +204,8 @@ def grade(
     from gyrodata.grading.submissions import list_submissions
 
     listed = list_submissions(path.absolute(), lms, attempts)
-    inputs = _read_inputs(listed, rubric, gradebook, assignment, roster, previous)
+    inputs = _read_inputs(listed, rubric, gradebook, assignment, roster)
+    earlier = _earlier(previous)
     complain((*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet)
     # Decisions are used too if the grades are only printed.
     desk = _read_desk(folder or _usual_folder(path.resolve()), inputs, listed)
@@ -221,7 +222,7 @@ def grade(
             with progress_bar(len(listed.items), "graded", quiet) as progress:
                 options = replace(options, progress=progress)
                 grades = classroom.grade_class(
-                    listed, inputs.rubric, options, inputs.earlier, desk, inputs.roster
+                    listed, inputs.rubric, options, earlier, desk, inputs.roster
                 )
             complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
             changes = _changes(grades, folder)
@@ -265,8 +266,6 @@ class _Inputs(NamedTuple):
     fill_book: Callable[..., Filled] | None
     """Writes grades into the sheet that a platform exported."""
     roster: Roster
-    earlier: dict[str, Fingerprint]
-    """Logs of earlier years."""
 
     def filled(
         self, grades: ClassGrades, folder: Path | None, desk: Desk
@@ -286,7 +285,6 @@ def _read_inputs(
     gradebook: Path | None,
     assignment: str | None,
     roster: Path | None,
-    previous: list[Path] | None,
 ) -> _Inputs:
     """Read the files of the options: a wrong one stops gyro before it grades."""
     from gyrodata.grading.exports.gradebooks import fill_book
@@ -306,7 +304,7 @@ def _read_inputs(
     table = roster or gradebook
     if table is not None:
         people = read_roster(_read(table), table.name, listed)
-    return _Inputs(judged, text, fill, people, _earlier(previous or []))
+    return _Inputs(judged, text, fill, people)
 
 
 def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
@@ -417,12 +415,12 @@ def _executor_of(address: str) -> Executor:
     return executor
 
 
-def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
+def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     """Read the logs of earlier years from the journals next to their grades."""
     from gyrodata.grading.classroom import JOURNAL, read_journal
 
     fingerprints: dict[str, Fingerprint] = {}
-    for year in years:
+    for year in years or ():
         path = year / JOURNAL
         name = year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()

@@ -105,6 +105,11 @@ class Reader(Struct, frozen=True):
             return self.config
         return settings_file(None if log == "-" else Path(log).parent)
 
+    def name_of_constants(self, log: str) -> str | None:
+        """Return the name of the TOML file with constants for a log."""
+        constants = self.constants_of(log)
+        return None if constants is None else constants.name
+
     def read(self, logs: Sequence[Log]) -> Readings:
         """Read logs of one gyroscope, several as one."""
         from gyrodata.readings.together import read_together

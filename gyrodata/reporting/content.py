@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import asdict
 
@@ -223,12 +223,16 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     if len(odd) > FEW:
         yield say(SENTENCES["more_outliers"], str(len(odd) - FEW))
     if far:
-        named = join_sentences([_run_place(n, i) for i in far[:FEW]], ", ")
-        them = "it is" if len(far) == 1 else "they are"
-        yield say(SENTENCES["far"], named, them, f"{FAR:g}")
+        yield _worth_repeating(n, far)
     if not odd and not far:
         end = "." if n.analysis.doubts else "; you need not repeat any run."
         yield say(f"No suspected outliers{end}")
+
+
+def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
+    named = join_sentences([_run_place(n, i) for i in far[:FEW]], ", ")
+    them = "it is" if len(far) == 1 else "they are"
+    return say(SENTENCES["far"], named, them, f"{FAR:g}")
 
 
 def _is_far(run: Run) -> bool:

@@ -23,7 +23,6 @@ from pathlib import Path, PurePosixPath
 from typing import IO
 
 from msgspec import Struct
-from rich.filesize import decimal
 
 from gyrodata.base.errors import Diagnostic, InputError, shown
 from gyrodata.readings import MAX_BYTES, Faults
@@ -128,7 +127,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
             data = file.read(most + 1)
         if len(data) <= most:
             return data
-        why = f"it is larger than {decimal(most, precision=0)}"
+        why = f"it is larger than {most / 1e6:g} MB"
     except OSError as error:
         why = error.strerror or str(error)
     except (

@@ -14,6 +14,8 @@ def main() -> None:
     # A log has a few dozen rows: more threads only slow down the start.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    # Figures are written to files: no setting of a window can prevent them.
+    os.environ["MPLBACKEND"] = "agg"
     # Objects from the start are never freed: searching them for garbage takes 5 % of a
     # run.
     gc.set_threshold(1_000_000)

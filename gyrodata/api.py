@@ -223,7 +223,7 @@ def notebook_html(analysis: results.Analysis) -> str:
 
     answer = escape(summary(analysis))
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
-    words = escape(figures.alt_text(analysis, "torque"))
+    words = escape(figures.alternatives(analysis)["torque"])
     # With `faults`, a figure that cannot be drawn is left out, and is no error.
     drawn = figures.render(analysis, "svg", names=("torque",), faults={})
     if "torque" in drawn:
@@ -232,12 +232,9 @@ def notebook_html(analysis: results.Analysis) -> str:
         parts.append(f'<img src="{source}" alt="{words}" style="max-width: 36em">')
     else:
         parts.append(f"<p>{words}</p>")
-    if analysis.diagnostics:
-        parts.append("<ul>")
-        for finding in analysis.diagnostics:
-            text = escape(f"{finding.severity} {finding.code}: {finding.message}")
-            parts.append(f"<li>{text}</li>")
-        parts.append("</ul>")
+    for finding in analysis.diagnostics:
+        text = escape(f"{finding.severity} {finding.code}: {finding.message}")
+        parts.append(f"<p>{text}</p>")
     return "".join(parts)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import UserDict
 from functools import cache
 from importlib import import_module
@@ -10,71 +9,99 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from msgspec import Struct, convert
 
 from gyrodata.base.version import __version__
 from gyrodata.cli.terminal import Door, write_out
 
-
-class _Kind(Struct, frozen=True):
-    """The description of a command that is not loaded yet."""
-
-    module: str = ""
-    short: str = ""
-    """Its line in ``gyro --help``; empty for a command that is only for programs."""
-    example: tuple[str, ...] = ()
-    """The lines of commands to copy."""
-    also: str = ""
-    """Words that users may type instead of its name."""
-    options: dict[str, str] = {}
-    """Help of the options and arguments by their names in the module."""
-    commands: dict[str, _Kind] = {}
-    """Commands below it."""
-
-
-_GROUPS = convert(
-    tomllib.loads(
-        Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
-    ),
-    dict[str, dict[str, _Kind]],
-)
+_GROUPS = {
+    "Your lab": {
+        "demo": "Write a sample log, demo.csv, and analyze it.",
+        "template": "Write a blank log to fill in: a workbook or CSV.",
+        "plan": "Say which run reduces the uncertainty most.",
+        "check": "Check a log while you can still repeat or add runs.",
+        "analyze": "Fit I_zz to a log, and write figures and a report.",
+        "explain": "Explain a message code, a word or a key; or show a page.",
+    },
+    "A class": {"grade": "Grade a class, with feedback for each student."},
+    "Theory and simulation": {
+        "predict": "Predict precession and other motions from theory.",
+        "simulate": "Print a simulated log of a known truth.",
+    },
+    "Advanced": {
+        "selfcheck": "Test by simulation if the intervals of a log are reliable.",
+        "schema": "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
+        "benchmark": "Chart cost against error, and map where methods fail.",
+    },
+}
 """The commands as ``gyro --help`` lists them."""
 
-_COMMANDS = {name: kind for group in _GROUPS.values() for name, kind in group.items()}
-_COMMANDS["autograde"] = _Kind("grade_command")
+_SHORT = {name: short for group in _GROUPS.values() for name, short in group.items()}
+
+_MODULES = {name: f"{name}_command" for name in _SHORT}
+_MODULES |= {
+    "demo": "analyze_command",
+    "template": "check_command",
+    "simulate": "tool_commands",
+    "selfcheck": "tool_commands",
+    "schema": "tool_commands",
+    "benchmark": "tool_commands",
+    # Only programs call this one.
+    "autograde": "grade_command",
+}
+
+_MEANT = {
+    "sample": "demo",
+    "example": "demo",
+    "tutorial": "demo",
+    "init": "template",
+    "new": "template",
+    "blank": "template",
+    "next": "plan",
+    "fit": "analyze",
+    "plot": "analyze",
+    "report": "analyze",
+    "figures": "analyze",
+    "run": "analyze",
+    "analyse": "analyze",
+    "analysis": "analyze",
+    "docs": "explain",
+    "doc": "explain",
+    "man": "explain",
+    "pages": "explain",
+    "version": "--version",
+}
+"""Words that users may type, with the command that they mean."""
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
-_MEANT = {
-    word: name for name, kind in _COMMANDS.items() for word in kind.also.split()
-} | {"version": "--version"}
-"""Words that users may type, with the command that they mean."""
 
 
 @cache
 def _load(name: str) -> Any:
     """Import the module of a command, and return the command."""
-    kind = _COMMANDS[name]
-    command = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
+    module = import_module(f"gyrodata.cli.{_MODULES[name]}")
+    command = getattr(module, name)
     if not isinstance(command, typer.Typer):
         alone = typer.Typer(
             add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
         )
-        alone.command(name, hidden=not kind.short)(command)
+        alone.command(name, hidden=name not in _SHORT)(command)
         command = alone
-    return _described(typer.main.get_command(command), name, kind)
+    loaded = _described(typer.main.get_command(command))
+    loaded.name = name
+    loaded.short_help = _SHORT.get(name, "")
+    return loaded
 
 
-def _described(command: Any, name: str, kind: _Kind) -> Any:
-    """Give a command, its options and its subcommands the texts of `commands.toml`."""
-    command.name = name
-    command.short_help = kind.short
-    if kind.example:
-        # The lines are not wrapped after this sign.
-        command.epilog = "\b\nExample:  " + "\n          ".join(kind.example)
-    for below, its_kind in kind.commands.items():
-        _described(command.commands[below], below, its_kind)
+def _described(command: Any) -> Any:
+    """Show the examples of a docstring below the options, each in its own line."""
+    command.help, _, example = command.help.partition("\n\nExample:")
+    command.short_help = command.help.partition("\n")[0]
+    if example:
+        # Lines are not wrapped after this sign.
+        command.epilog = f"\b\nExample:{example}"
+    for below in getattr(command, "commands", {}).values():
+        _described(below)
     for param in command.params:
-        param.help = kind.options.get(param.name, param.help)
         if param.param_type_name == "argument":
             # Typer writes the Python type behind the name: "LOG <list[str]>".
             param.display_type_rich = lambda ctx: None
@@ -92,13 +119,13 @@ class _Gyro(Door):
     """The command ``gyro``."""
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes | {"commands": _OnDemand(_COMMANDS)})
+        super().__init__(**attributes | {"commands": _OnDemand(_MODULES)})
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""
         for title, group in _GROUPS.items():
             with formatter.section(title):
-                formatter.write_dl([(name, kind.short) for name, kind in group.items()])
+                formatter.write_dl(list(group.items()))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read "help analyze" as "analyze --help", "log.csv" as "analyze log.csv"."""
@@ -119,10 +146,6 @@ def _is_log(word: str) -> bool:
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
-    help=(
-        "Compute the moment of inertia of a gyroscope, with a realistic uncertainty, "
-        "from the log of a lab."
-    ),
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -136,6 +159,10 @@ def _gyro(
         bool, typer.Option("--version", "-V", help="Show the version and exit.")
     ] = False,
 ) -> None:
+    """Compute the moment of inertia of a gyroscope from the log of a lab.
+
+    gyro states a realistic uncertainty.
+    """
     if version:
         write_out(f"gyro {__version__}\n")
         raise typer.Exit

@@ -2,61 +2,48 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.disk import telling, write_folder, write_whole
-from gyrodata.base.errors import Diagnostic, GyroError, count_text
+from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.cli import terminal
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
+    Reader,
     SettingsOption,
-    constants_of,
-    pairs,
+    input_of,
+    stem_of,
 )
 from gyrodata.readings import listing
 
 if TYPE_CHECKING:
+    from gyrodata.cli.terminal import Log
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, Options
 
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
 
-FILE_TYPES = (
-    ".pdf",
-    ".html",
-    ".txt",
-    ".md",
-    ".tex",
-    ".doc",
-    ".docx",
-    ".xlsx",
-    ".png",
-    ".svg",
-    ".json",
-    ".ndjson",
-    ".jsonl",
-    ".csv",
-)
-"""Endings of a name that users mean as a file, not as the folder of a report."""
-
-ENDINGS = re.compile(r"(?i)(?<=.)(\.xlsx)?(\.tsv)?(\.txt)?(\.csv)?(\.gz)?$")
-"""Endings of a log that the name of its report omits."""
-
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
+
+FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
+FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
+"""Endings of a name that users mean as a file, not as the folder of a report."""
 
 PAUSE = 0.5
 """Time between two looks at a watched file [s]."""
@@ -72,85 +59,143 @@ OpenOption = Annotated[
 
 
 def analyze(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
-    form: Annotated[Format, typer.Option("--format", "-f")] = "text",
+    logs: Annotated[
+        list[str],
+        typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
+    ],
+    form: Annotated[
+        Format, typer.Option("--format", "-f", help="What to write to standard output.")
+    ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o")] = None,
-    table: Annotated[Table, typer.Option("--table")] = "runs",
-    no_report: Annotated[bool, typer.Option("--no-report")] = False,
-    figures: Annotated[Figures, typer.Option("--figures")] = "svg",
-    style: Annotated[Style, typer.Option("--style")] = "screen",
-    model: Annotated[Model, typer.Option("--model")] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
-    worksheet: Annotated[bool, typer.Option("--worksheet")] = False,
-    together: Annotated[bool, typer.Option("--together")] = False,
-    watched: Annotated[bool, typer.Option("--watch")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="Folder for the report; several logs have one folder each inside it. "
+            "Default: LOG-report, if the format is text. A LaTeX or Markdown document "
+            "goes there too with its figures. With FILE.json, .ndjson or .csv, the "
+            "data go into this file.",
+        ),
+    ] = None,
+    table: Annotated[
+        Table,
+        typer.Option(
+            "--table", help="For --format csv: one row for each run, or for each log."
+        ),
+    ] = "runs",
+    no_report: Annotated[
+        bool, typer.Option("--no-report", help="Write no report.")
+    ] = False,
+    figures: Annotated[
+        Figures, typer.Option("--figures", help="File type of the figures.")
+    ] = "svg",
+    style: Annotated[
+        Style,
+        typer.Option(
+            "--style",
+            help="Figures for the screen or for one column of a printed page (300 dots"
+            " per inch).",
+        ),
+    ] = "screen",
+    model: Annotated[
+        Model,
+        typer.Option(
+            "--model",
+            help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
+            "auto: the simplest model that is sufficient.",
+        ),
+    ] = "auto",
+    keep_flagged: Annotated[
+        bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")
+    ] = False,
+    worksheet: Annotated[
+        bool,
+        typer.Option(
+            "--worksheet",
+            help="In the report, ask questions with hints instead of giving "
+            "conclusions.",
+        ),
+    ] = False,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="Analyze several logs of one gyroscope as one: days, groups.",
+        ),
+    ] = False,
+    watched: Annotated[
+        bool,
+        typer.Option(
+            "--watch",
+            help="During the lab: whenever you save the file, print the answer and "
+            "what gyro check says. Ctrl-C ends it. No report is written.",
+        ),
+    ] = False,
     opened: OpenOption = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option("--verbose", "-v", help="Print the full report in the terminal."),
+    ] = False,
+    quiet: Annotated[
+        bool,
+        typer.Option("--quiet", "-q", help="On standard error, print errors only."),
+    ] = False,
+    exit_zero: Annotated[
+        bool, typer.Option("--exit-zero", help="Exit with 0 even if a log has errors.")
+    ] = False,
 ) -> None:
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot
     be read; 3 a fault of gyro, which affects that log only.
+
+    Example:  gyro analyze demo.csv
+              gyro analyze demo.csv --worksheet
+              gyro analyze demo.csv --no-report --format json
     """
-    out = _place_of(out, form)
-    parts = _parts(logs, together)
-    several = len(parts) > 1
-    _refuse_contradictions(several, form, table, out)
+    if form != "text" and out == Path("-"):
+        # Data go to standard output without --out too.
+        out = None
+    parts = terminal.in_parts(logs, together, form)
+    _refuse_contradictions(form, table, out)
     from gyrodata.results import Options
 
+    reader = Reader.of_options(settings, mapping, config, quiet)
     options = Options(
-        set=dict(sorted(pairs(settings, "--set").items())),
-        map=dict(sorted(pairs(mapping, "--map").items())),
+        set=reader.settings,
+        map=reader.mapping,
         model=model,
         keep_flagged=keep_flagged,
         worksheet=worksheet,
     )
-    request = _Request(options, config, form, table, figures, style, verbose, several)
     if watched:
-        _refuse_watching(logs, form, out)
-        _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
+        _watch(logs, reader, options, alone=form == "text" and out is None)
         return
     file = _data_file(out, form)
-    reported = not no_report and file is None and (out is not None or form == "text")
-    if opened and not reported:
+    has_report = not no_report and _goes_with_report(form, out, file)
+    if opened and not has_report:
         terminal.refuse("open_without_report")
-    output = _Output(form, _table_header(form, table), file, opened, quiet)
+    output = _Output(
+        form=form,
+        table=table,
+        figures=figures,
+        style=style,
+        verbose=verbose,
+        several=len(parts) > 1,
+        file=file,
+        out=out,
+        has_report=has_report,
+        opened=opened,
+        quiet=quiet,
+    )
     worst = 0
-    for part, below in parts:
-        log = part[0][0]
-        folder = _report_folder(log, out, below, several) if reported else None
-        requests = request.of_logs(part, config, quiet)
-        of_log = requests[0]
-        outcome = _answer(part, requests, below, folder is not None)
-        output.show_answer(outcome.text, folder is not None)
-        # The answer is on the screen while the figures are drawn.
-        outcome = _with_report(outcome, of_log, folder)
-        output.show_findings(outcome)
-        worst = max(worst, outcome.code)
+    for part, below in zip(parts, _report_folders(parts), strict=True):
+        worst = max(worst, _analyze_part(part, reader, options, output, below))
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
-
-
-def _parts(
-    logs: Sequence[str], together: bool
-) -> list[tuple[list[tuple[str, str]], Path]]:
-    """List what gets one answer: logs with their names, and the folder of the report."""
-    folders = _folders(terminal.short_paths(logs))
-    named = list(zip(logs, terminal.names_of(logs), strict=True))
-    if together and len(logs) > 1:
-        name = f"{Path(named[0][1]).stem}-together-report"
-        return [(named, folders[0].with_name(name))]
-    return [([each], folder) for each, folder in zip(named, folders, strict=True)]
-
-
-def _place_of(out: Path | None, form: Format) -> Path | None:
-    """Return the place of ``--out``; None for "-", to which data go without it too."""
-    return None if out == Path("-") and form != "text" else out
 
 
 def _data_file(out: Path | None, form: Format) -> Path | None:
@@ -160,90 +205,285 @@ def _data_file(out: Path | None, form: Format) -> Path | None:
     return None
 
 
-def _table_header(form: Format, table: Table) -> str:
-    if form != "csv":
-        return ""
-    from gyrodata.reporting.data import table_header
+def _goes_with_report(form: Format, out: Path | None, file: Path | None) -> bool:
+    """Return whether a report is written, unless the user wants none."""
+    if out is None:
+        return form == "text"
+    return file is None
 
-    return table_header(table)
 
-
-def _report_folder(
-    log: str, out: Path | None, below: Path, several: bool
-) -> Path | None:
-    """Return the folder of a report; None for standard input without ``--out``."""
+def _refuse_contradictions(form: Format, table: Table, out: Path | None) -> None:
+    """Refuse options that contradict each other."""
+    if table != "runs" and form != "csv":
+        terminal.refuse("table_for_csv", table=table)
     if out is not None:
-        return out / below if several else out
-    return None if log == "-" else below
+        _refuse_file_for_report(out, form)
+
+
+def _refuse_file_for_report(out: Path, form: Format) -> None:
+    """Refuse a name of a file for a report, which is a folder."""
+    if out == Path("-"):
+        terminal.refuse("out_is_standard_output")
+    ending = out.suffix.lower()
+    if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
+        return
+    folder = out.with_suffix("")
+    data = ending.removeprefix(".")
+    if data in DATA:
+        terminal.refuse("out_is_data", out=out, folder=folder, form=data)
+    terminal.refuse("out_is_a_file", out=out, folder=folder)
+
+
+# --- the folders of reports ---
+
+
+def _report_folders(parts: Sequence[Sequence[Log]]) -> Iterator[Path]:
+    """Name the folder of each report, below that of the log if there are several.
+
+    Equal names get numbers.
+    """
+    used: Counter[Path] = Counter()
+    paths = terminal.short_paths([part[0].path for part in parts])
+    for part, path in zip(parts, paths, strict=True):
+        name = stem_of(path) + "-together" * (len(part) > 1)
+        above = Path()
+        if len(parts) > 1:
+            above = above.joinpath(
+                *(step for step in path.parent.parts if step not in ("..", path.anchor))
+            )
+        folder = above / f"{name}-report"
+        used[folder] += 1
+        if used[folder] > 1:
+            folder = folder.with_name(f"{folder.name}-{used[folder]}")
+        yield folder
+
+
+# --- one answer ---
+
+
+def _analyze_part(
+    logs: Sequence[Log],
+    reader: Reader,
+    options: Options,
+    output: _Output,
+    below: Path,
+) -> int:
+    """Analyse one log, or several together, and return the exit code.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    reader : Reader
+    options : Options
+    output : _Output
+        Where the answer goes.
+    below : Path
+        The folder of the report, relative to the folder of all reports.
+    """
+    from gyrodata.analysis import analyze_readings
+
+    options = replace(options, config=reader.name_of_constants(logs[0].path))
+    name = " + ".join(log.name for log in logs)
+    folder = output.folder_of(logs, below)
+    readings = None
+    try:
+        readings = reader.read(logs)
+        analysis = analyze_readings(readings, options)
+        text = output.text_of(analysis, below, folder is not None)
+    except Exception as error:
+        findings, code = terminal.explained(error, name)
+        output.show(output.text_without(name, readings, options, findings))
+        terminal.complain(findings, output.quiet)
+        return code
+    # The answer is on the screen while the figures are drawn.
+    output.show(text, folder is not None)
+    code = 0
+    findings = analysis.diagnostics
+    report = None
+    if folder is not None:
+        try:
+            report, faults = output.write_report(analysis, folder)
+        except Exception as error:
+            # The answer is right also if its report cannot be made.
+            faults, code = terminal.explained(error, name)
+        findings = (*findings, *faults)
+    terminal.complain(findings, output.quiet)
+    output.end(analysis, findings, report)
+    return code
 
 
 class _Output(Struct):
-    """Where the answers go, and the messages about them."""
+    """How the answers are written, and where they go."""
 
     form: Format
-    header: str
-    """Line before the first answer."""
+    table: Table
+    figures: Figures
+    style: Style
+    verbose: bool
+    several: bool
+    """True if there are several answers."""
     file: Path | None
     """Data go into a file completely, or not at all."""
+    out: Path | None
+    """The folder for the reports, if the user names one."""
+    has_report: bool
     opened: bool
     quiet: bool
     parts: list[str] = []
+    """The texts of the answers so far."""
 
-    def show_answer(self, text: str, in_folder: bool) -> None:
-        """Print the answer for one log, or keep it for the file.
+    def folder_of(self, logs: Sequence[Log], below: Path) -> Path | None:
+        """Return the folder of a report; None if there is no report.
 
-        `in_folder` says whether the log gets a report.
+        Standard input has a report only with ``--out``.
         """
+        if not self.has_report or (self.out is None and logs[0].path == "-"):
+            return None
+        if self.out is None:
+            return below
+        return self.out / below if self.several else self.out
+
+    def text_of(self, analysis: Analysis, below: Path, has_report: bool) -> str:
+        """Write an analysis in the format of the command."""
+        from gyrodata.reporting.data import json_text, table_rows
+
+        after = "\n" * self.several
+        if self.form == "csv":
+            return table_rows(analysis, self.table)
+        if self.form in ("json", "ndjson"):
+            return json_text(analysis.to_dict(), self._indent())
+        if self.form == "text":
+            from gyrodata.reporting.text import summary
+
+            is_one_word = re.fullmatch(r"[\w./-]+", analysis.name)
+            log = analysis.name if is_one_word else "LOG"
+            more = f"More: gyro analyze {log} -v"
+            more += ", or open the HTML report" * has_report
+            return summary(analysis, self.verbose, more, terminal.columns()) + after
+        if self.form == "markdown":
+            return self._markdown(analysis, below) + after
+        from gyrodata.reporting.latex import latex_report
+
+        return latex_report(analysis)
+
+    def _indent(self) -> int | None:
+        return 2 if self.form == "json" else None
+
+    def _markdown(self, analysis: Analysis, below: Path) -> str:
+        from urllib.parse import quote
+
+        from gyrodata.reporting.markdown import markdown_report
+        from gyrodata.reporting.page import shown_form
+
+        figures = f"{{}}.{shown_form(self.figures)}"
+        if self.several:
+            # The document of several logs is next to the folders of their figures.
+            figures = quote(os.fsencode(f"{below.as_posix()}/")) + figures
+        return markdown_report(analysis, figures)
+
+    def text_without(
+        self,
+        name: str,
+        readings: Readings | None,
+        options: Options,
+        findings: Sequence[Diagnostic],
+    ) -> str:
+        """Describe a log without an answer: an object or a row for programs."""
+        from gyrodata.reporting.data import json_text, log_row
+        from gyrodata.results import AnalysisDocument, to_json
+
+        if self.form == "csv" and self.table == "logs":
+            return log_row(name, {}, findings)
+        if self.form not in ("json", "ndjson"):
+            return ""
+        document = AnalysisDocument(
+            input=input_of(name, readings),
+            options=options,
+            result=None,
+            diagnostics=tuple([finding.to_dict() for finding in findings]),
+        )
+        return json_text(to_json(document), self._indent())
+
+    def show(self, text: str, has_report: bool = False) -> None:
+        """Print the text about one log, or keep it for the file."""
+        if not text:
+            return
+        if self.form == "csv" and not self.parts:
+            from gyrodata.reporting.data import table_header
+
+            text = table_header(self.table) + text
+        self.parts.append(text)
         if self.file is not None:
-            self.parts.append(text)
-        elif self.form == "text":
+            return
+        if self.form == "text":
             terminal.write_text(text)
-        elif text and not self._is_in_file(in_folder):
-            terminal.write_out(self.header + text)
-            self.header = ""
+            return
+        # A document is next to its figures: a terminal need not show it.
+        is_in_folder = has_report and self.form in DOCUMENTS
+        if not (is_in_folder and sys.stdout.isatty()):
+            terminal.write_out(text)
 
-    def _is_in_file(self, in_folder: bool) -> bool:
-        """Return whether the text is a document that a terminal need not show."""
-        return in_folder and self.form in DOCUMENTS and sys.stdout.isatty()
+    def write_report(
+        self, analysis: Analysis, folder: Path
+    ) -> tuple[Path, Sequence[Diagnostic]]:
+        """Write the report of an answer into a folder.
 
-    def show_findings(self, outcome: _Outcome) -> None:
-        """Print the messages about one log, and where its report is."""
-        terminal.complain(outcome.diagnostics, self.quiet)
-        if outcome.report is not None and not self.quiet:
-            terminal.tell(f"report: {outcome.report}")
-        if outcome.report is not None and self.opened:
+        Return the page or the document, and a warning about each reason why figures
+        cannot be drawn.
+        """
+        from gyrodata.reporting.page import report_files
+
+        document = DOCUMENTS.get(self.form, "")
+        faults: dict[str, str] = {}
+        files = report_files(analysis, self.figures, self.style, document, faults)
+        with telling(folder):
+            write_folder(folder, files)
+        warnings = []
+        for why in dict.fromkeys(faults.values()):
+            figures = listing([name for name in faults if faults[name] == why])
+            warnings.append(
+                Diagnostic.named(
+                    "figure_not_drawn", analysis.name, what=figures, why=why
+                )
+            )
+        return folder / (document or "report.html"), warnings
+
+    def end(
+        self, analysis: Analysis, findings: Sequence[Diagnostic], report: Path | None
+    ) -> None:
+        """Print where the report is, and the answer if messages moved it off a screen."""
+        if report is not None and self.opened:
             import webbrowser
 
-            page = outcome.report.with_name("report.html")
-            webbrowser.open(page.resolve().as_uri())
-        if self.form == "text" and sys.stdout.isatty() and not self.quiet:
-            self._repeat_answer(outcome)
-
-    def _repeat_answer(self, outcome: _Outcome) -> None:
-        """Print a last line with the answer, which messages have moved off the screen."""
-        counts = Counter(finding.severity for finding in outcome.diagnostics)
-        if outcome.analysis is None or not counts["warning"] + counts["error"]:
+            webbrowser.open(report.with_name("report.html").resolve().as_uri())
+        if self.quiet:
             return
-        from gyrodata.reporting.text import answer_line
-
+        if report is not None:
+            terminal.tell(f"report: {report}")
+        counts = Counter(finding.severity for finding in findings)
         words = [
             count_text(counts[severity], severity)
             for severity in ("error", "warning")
             if counts[severity]
         ]
-        terminal.tell(f"{' and '.join(words)} above; {answer_line(outcome.analysis)}")
+        if words and self.form == "text" and sys.stdout.isatty():
+            from gyrodata.reporting.text import answer_line
+
+            terminal.tell(f"{' and '.join(words)} above; {answer_line(analysis)}")
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
         if self.file is not None:
             with telling(self.file.parent):
-                write_whole(self.file, ["".join([self.header, *self.parts]).encode()])
+                write_whole(self.file, ["".join(self.parts).encode()])
 
 
 def demo(opened: OpenOption = False) -> None:
     """Write a sample log, demo.csv, into this folder, and analyze it.
 
     The log contains ten runs with an air gyroscope.
+
+    Example:  gyro demo
     """
     from gyrodata.cli import documentation
 
@@ -263,121 +503,36 @@ def demo(opened: OpenOption = False) -> None:
     analyze([log.name], opened=opened)
 
 
-def _refuse_contradictions(
-    several: bool, form: Format, table: Table, out: Path | None
-) -> None:
-    """Refuse options that contradict each other; `several`: there are several answers."""
-    if form in ("json", "latex") and several:
-        terminal.refuse(
-            "format_for_one_log",
-            form=form,
-            other="ndjson" if form == "json" else "markdown",
-        )
-    if table != "runs" and form != "csv":
-        terminal.refuse("table_for_csv", table=table)
-    if out is not None:
-        _refuse_file_for_report(out, form)
-
-
-def _refuse_watching(logs: Sequence[str], form: Format, out: Path | None) -> None:
-    """Refuse to watch anything but one file."""
-    if len(logs) > 1 or logs[0] == "-" or form != "text" or out:
-        terminal.refuse("watch_one_file")
-
-
-def _refuse_file_for_report(out: Path, form: Format) -> None:
-    """Refuse a name of a file for a report, which is a folder."""
-    if out == Path("-"):
-        other = "for the report: --out FOLDER; for data on standard output: -f json"
-        terminal.refuse("out_is_a_file", out=out, ways=other)
-    ending = out.suffix.lower()
-    if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
-        return
-    ways = [
-        f"for a folder with report.html and the figures: --out {out.with_suffix('')}"
-    ]
-    ways += [
-        f"for a file with the data: --format {data} --out {out}"
-        for data in DATA
-        if ending == f".{data}"
-    ]
-    if ending == ".pdf":
-        ways.append("for a PDF, print report.html from the browser")
-    terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
-
-
-class _Request(Struct, frozen=True):
-    """The options of one call of ``gyro analyze``."""
-
-    options: Options
-    config: Path | None
-    form: Format
-    table: Table
-    figures: Figures
-    style: Style
-    verbose: bool
-    several: bool
-    """True if there are several logs."""
-
-    def with_constants(self, config: Path | None) -> _Request:
-        """Return the same request with the file of constants of one log."""
-        name = None if config is None else config.name
-        options = replace(self.options, config=name)
-        return replace(self, config=config, options=options)
-
-    def of_logs(
-        self, named: Sequence[tuple[str, str]], config: Path | None, quiet: bool
-    ) -> list[_Request]:
-        """Return the same request with the constants of each log."""
-        return [
-            self.with_constants(constants_of(log, config, quiet)) for log, _ in named
-        ]
-
-    def for_reading(self) -> dict[str, Any]:
-        """Return the constants and headers of the options."""
-        return {
-            "settings": self.options.set,
-            "mapping": self.options.map,
-            "config": self.config,
-        }
-
-    def read(self, **source: Any) -> Readings:
-        """Read a log with the constants and headers of the options."""
-        from gyrodata.readings import read_log
-
-        return read_log(**source, **self.for_reading())
-
-
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(path: Path, request: _Request) -> None:
+def _watch(logs: Sequence[str], reader: Reader, options: Options, alone: bool) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
     On a terminal each state replaces the last one; elsewhere a line separates them.
+    `alone` says that no other output is asked for.
     """
-    if path.is_fifo():
+    path = Path(logs[0])
+    if len(logs) > 1 or logs[0] == "-" or path.is_fifo() or not alone:
         terminal.refuse("watch_one_file")
+    constants = reader.constants_of(str(path))
+    options = replace(options, config=reader.name_of_constants(str(path)))
     if not path.is_file():
-        request.read(source=path)
+        reader.read_source(path, path.name, constants)
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     before = ""
     for data in contents(path):
-        text = (
-            f"{path.name}: cannot be read now\n"
-            if data is None
-            else _state(path.name, data, request)
-        )
+        text = f"{path.name}: cannot be read now\n"
+        if data is not None:
+            read = partial(reader.read_source, data, path.name, constants)
+            text = _state(path.name, read, options)
         if on_terminal:
             # Clear the screen first.
-            text = terminal.wrapped(text, sys.stdout)
-            text = terminal.coloured(text, sys.stdout)
-            terminal.write_out(
-                f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n"
-            )
-        else:
-            terminal.write_out(before + text)
-        before = "-" * 72 + "\n"
+            terminal.write_out("\033[H\033[2J")
+            text += f"\nwatching {path.name}; Ctrl-C ends it\n"
+        terminal.write_text(before + text)
+        if not on_terminal:
+            before = "-" * 72 + "\n"
 
 
 def contents(path: Path) -> Iterator[bytes | None]:
@@ -386,15 +541,15 @@ def contents(path: Path) -> Iterator[bytes | None]:
     Two looks in sequence have to agree, because a program may still be writing the
     file.
     """
-    from gyrodata.readings import MAX_BYTES
-
-    data = last = shown = None
-    for look in range(sys.maxsize):
+    last = shown = None
+    for look in itertools.count():
+        data = None
         try:
             # To open a pipe without a writer would wait for ever.
-            data = _content(path, MAX_BYTES + 1) if path.is_file() else None
+            if path.is_file():
+                data = path.read_bytes()
         except OSError:
-            data = None
+            pass
         if look == 0 or (data == last and data != shown):
             shown = data
             yield data
@@ -402,211 +557,12 @@ def contents(path: Path) -> Iterator[bytes | None]:
         time.sleep(PAUSE)
 
 
-def _content(path: Path, most: int) -> bytes:
-    """Return the first bytes of a file, or nothing of a pipe that took its place."""
-    number = os.open(
-        path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    )
-    with os.fdopen(number, "rb") as file:
-        return file.read(most) or b""
-
-
-def _state(name: str, data: bytes, request: _Request) -> str:
-    """Write the answer so far, and what ``gyro check`` says of the log."""
+def _state(name: str, read: partial[Readings], options: Options) -> str:
+    """Write what ``gyro check`` says of the log, and the answer so far."""
     from gyrodata.cli.check_command import check_log
     from gyrodata.reporting.text import answer_line
 
-    def read() -> Readings:
-        from gyrodata.readings import read_log
-
-        return read_log(data, name=name, **request.for_reading())
-
-    checked = check_log(name, read, request.options)
+    checked = check_log(name, read, options)
     if checked.analysis is None:
         return str(checked)
     return f"{checked}{answer_line(checked.analysis)}\n"
-
-
-# --- one log ---
-
-
-def _folders(paths: Sequence[Path]) -> list[Path]:
-    """Name the folder of each log's report, below that of the log if there are several.
-
-    Equal names get numbers.
-    """
-    folders: list[Path] = []
-    for path in paths:
-        # A folder that is given by mistake may have no name: "." or "/".
-        stem = "stdin" if path == Path("-") else ENDINGS.sub("", path.name) or "log"
-        parts = (
-            [part for part in path.parent.parts if part not in ("..", path.anchor)]
-            if len(paths) > 1
-            else []
-        )
-        folder = Path(*parts, f"{stem}-report")
-        number = 1
-        while folder in folders:
-            number += 1
-            folder = Path(*parts, f"{stem}-report-{number}")
-        folders.append(folder)
-    return folders
-
-
-class _Outcome(Struct, frozen=True):
-    """The output for one log."""
-
-    code: int
-    """Exit code."""
-    text: str
-    """Text for standard output."""
-    diagnostics: Sequence[Diagnostic]
-    analysis: Analysis | None = None
-    """None if the log has no answer."""
-    report: Path | None = None
-    """The report, if one was written."""
-
-    def with_findings(self, findings: Sequence[Diagnostic], code: int) -> _Outcome:
-        """Return the same outcome with more findings and another exit code."""
-        return replace(self, code=code, diagnostics=(*self.diagnostics, *findings))
-
-
-def _answer(
-    named: Sequence[tuple[str, str]],
-    requests: Sequence[_Request],
-    below: Path,
-    has_report: bool,
-) -> _Outcome:
-    """Analyse one log, or several together; `below` is a part of the report's path."""
-    from gyrodata.analysis import analyze_readings
-    from gyrodata.readings.together import read_together
-
-    readings = None
-    request = requests[0]
-    name = " + ".join(name for _, name in named)
-    try:
-        readings = read_together(
-            [
-                of_log.read(**terminal.source_of(*each))
-                for each, of_log in zip(named, requests, strict=True)
-            ]
-        )
-        analysis = analyze_readings(readings, request.options)
-        text = _formatted(analysis, request, below, has_report)
-    except GyroError as error:
-        return _without_answer(
-            name, readings, request, error.exit_code, error.diagnostics
-        )
-    except Exception as error:
-        fault = terminal.fault(error, name)
-        return _without_answer(name, readings, request, terminal.FAULT, (fault,))
-    return _Outcome(0, text, analysis.diagnostics, analysis)
-
-
-def _with_report(outcome: _Outcome, request: _Request, folder: Path | None) -> _Outcome:
-    """Write the report of an answer into a folder, if there are both.
-
-    The answer is right also if its report cannot be made: this adds an error then.
-    """
-    analysis = outcome.analysis
-    if folder is None or analysis is None:
-        return outcome
-    document = DOCUMENTS.get(request.form, "")
-    try:
-        files, findings = _report_of(analysis, request, document)
-        with telling(folder):
-            write_folder(folder, files)
-    except GyroError as error:
-        return outcome.with_findings(error.diagnostics, error.exit_code)
-    except Exception as error:
-        fault = terminal.fault(error, analysis.name)
-        return outcome.with_findings([fault], terminal.FAULT)
-    report = folder / (document or "report.html")
-    return replace(outcome.with_findings(findings, 0), report=report)
-
-
-def _report_of(
-    analysis: Analysis, request: _Request, document: str
-) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Make the files of a report.
-
-    Also return a warning about each reason why figures cannot be drawn.
-    """
-    from gyrodata.reporting.page import report_files
-
-    faults: dict[str, str] = {}
-    files = report_files(analysis, request.figures, request.style, document, faults)
-    reasons = {
-        why: [figure for figure in faults if faults[figure] == why]
-        for why in faults.values()
-    }
-    return files, [
-        Diagnostic.named(
-            "figure_not_drawn", analysis.name, what=listing(figures), why=why
-        )
-        for why, figures in reasons.items()
-    ]
-
-
-def _without_answer(
-    name: str,
-    readings: Readings | None,
-    request: _Request,
-    code: int,
-    diagnostics: Sequence[Diagnostic],
-) -> _Outcome:
-    """Describe a log without an answer; programs get an object or a row for it too."""
-    from gyrodata.reporting.data import json_text, log_row
-    from gyrodata.results import AnalysisDocument, Input, to_json
-
-    text = ""
-    if request.form == "csv" and request.table == "logs":
-        text = log_row(name, {}, diagnostics)
-    elif request.form in ("json", "ndjson"):
-        log = (
-            Input(name, readings.sha256, len(readings.runs))
-            if readings
-            else Input(name, None, None)
-        )
-        rows = tuple(diagnostic.to_dict() for diagnostic in diagnostics)
-        document = AnalysisDocument(
-            input=log, options=request.options, result=None, diagnostics=rows
-        )
-        text = json_text(
-            to_json(document), indent=2 if request.form == "json" else None
-        )
-    return _Outcome(code, text, diagnostics)
-
-
-def _formatted(
-    analysis: Analysis, request: _Request, below: Path, written: bool
-) -> str:
-    """Write an analysis in the format of the request; `written`: it has a report."""
-    from gyrodata.reporting.data import json_text, table_rows
-
-    form = request.form
-    after = "\n" * request.several
-    if form == "csv":
-        return table_rows(analysis, request.table)
-    if form in ("json", "ndjson"):
-        return json_text(analysis.to_dict(), indent=2 if form == "json" else None)
-    if form == "text":
-        from gyrodata.reporting.text import summary
-
-        log = analysis.name if re.fullmatch(r"[\w./-]+", analysis.name) else "LOG"
-        rest = f"More: gyro analyze {log} -v" + ", or open the HTML report" * written
-        return summary(analysis, request.verbose, rest, terminal.columns()) + after
-    if form == "markdown":
-        from urllib.parse import quote
-
-        from gyrodata.reporting.markdown import markdown_report
-        from gyrodata.reporting.page import alternatives, shown_form
-
-        # The document of one log is in the folder of its figures, that of several logs
-        # is next to their folders.
-        place = quote(os.fsencode(f"{below.as_posix()}/")) if request.several else ""
-        figures = f"{place}{{}}.{shown_form(request.figures)}"
-        return markdown_report(analysis, figures, alternatives(analysis)) + after
-    from gyrodata.reporting.latex import latex_report
-
-    return latex_report(analysis)

@@ -5,37 +5,40 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
 from gyrodata.base.disk import telling, write_whole
-from gyrodata.base.errors import Diagnostic, GyroError, InputError
+from gyrodata.base.errors import Diagnostic, InputError
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
+    Reader,
     SettingsOption,
-    constants_of,
-    pairs,
-    with_units,
+    input_of,
+    list_option,
+    quantity_option,
+    stem_of,
+    write_new,
 )
 from gyrodata.cli.terminal import (
-    FAULT,
+    Log,
     complain,
-    fault,
-    names_of,
+    explained,
+    in_parts,
+    named_logs,
     refuse,
-    source_of,
     tell,
+    write_answer,
     write_out,
-    write_text,
 )
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, HandIn, Options
-
 
 CheckFormat = Literal["text", "json", "ndjson"]
 
@@ -54,45 +57,71 @@ class Checked(NamedTuple):
     hand_in: HandIn | None = None
     """Of a submission: what a grader would read."""
 
-    @property
-    def rows(self) -> int | None:
-        """Number of runs, if the log was read."""
-        return len(self.readings.runs) if self.readings else None
-
     def __str__(self) -> str:
         from gyrodata.reporting.text import check_text
 
+        runs = len(self.readings.runs) if self.readings else None
         verdict = "with an answer" if self.hand_in else "complete"
-        return check_text(self.name, self.rows, self.findings, verdict, self.analysis)
+        return check_text(self.name, runs, self.findings, verdict, self.analysis)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object of the JSON, with the schema "gyro.check/1"."""
+        from gyrodata.results import CheckDocument, to_json
+
+        doubts = self.analysis.doubts if self.analysis else ()
+        only_notes = all(finding.severity == "note" for finding in self.findings)
+        document = CheckDocument(
+            input=input_of(self.name, self.readings),
+            clean=not doubts and only_notes,
+            doubts=doubts,
+            diagnostics=tuple([finding.to_dict() for finding in self.findings]),
+            hand_in=self.hand_in,
+        )
+        return to_json(document)
 
 
 def template(
-    weights: Annotated[str, typer.Option("--weights")] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins")] = "200,400,600rpm",
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
+    weights: Annotated[
+        Any,
+        list_option("--weights", "mass", "above zero", words="Masses of the weights."),
+    ] = "20g,40g,60g",
+    position: Annotated[
+        Any,
+        quantity_option(
+            "--position", "length", words="Position of the weights on the rod."
+        ),
+    ] = "15cm",
+    spins: Annotated[
+        Any, list_option("--spins", "rate", "above zero", words="Spins to aim for.")
+    ] = "200,400,600rpm",
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="Write this file, such as log.xlsx or log.csv.",
+        ),
+    ] = None,
 ) -> None:
-    """Write a blank log: each weight with every spin, and a run without a weight.
+    r"""Write a blank log: each weight with every spin, and a run without a weight.
 
     The spins alternate. Without --out, the log is printed as CSV.
+
+    Example:  gyro template --weights 20g,40g,60g \
+                --position 15cm --spins 200,400,600rpm \
+                --out log.xlsx
     """
-    text = blank_log(with_units(weights), position, with_units(spins))
+    text = blank_log(weights, position, spins)
     if out is None:
         write_out(text)
         return
-    if out.exists():
-        refuse("template_exists", out=out)
-    with telling(out):
-        write_whole(
-            out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()]
-        )
+    is_workbook = out.suffix.lower() == ".xlsx"
+    write_new(out, _workbook(text) if is_workbook else text.encode())
     tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
 
 
-_EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
-
-
-def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
+def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
     """Write a log to fill in, with each weight at each spin.
 
     The log also contains a run without a weight, and the first run again.
@@ -103,75 +132,66 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
 
     Parameters
     ----------
-    weights : sequence of str
-        Masses with their units, such as ``20 g``; repeats are kept once.
-    position : str
-        Position of the weights, such as ``15 cm``.
-    spins : sequence of str
-        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for
-        the spins that are read.
+    weights : sequence of float
+        Masses [kg]; repeats are kept once.
+    position : float
+        Position of the weights [m].
+    spins : sequence of float
+        Spins to aim at [rad/s]. They are in the notes: the column is for the spins that
+        are read.
 
     Returns
     -------
     str
         CSV text that `read_log` reads without a diagnostic when spin, time and turns
         are filled in.
-
-    Raises
-    ------
-    InputError
-        A value cannot be read.
     """
     # The values have the digits that a scale and a ruler show.
-    masses = _shown(weights, "mass", "g", "--weights", 2)
-    [arm] = _shown([position], "length", "cm", "--position", 1)
-    aims = _shown(spins, "rate", "rpm", "--spins", 0)
-    lines = (
-        Path(__file__)
-        .with_name("blank_log.csv")
-        .read_text(encoding="utf-8")
-        .splitlines()
-    )
-    half = [*range(len(masses))] * (len(aims) // 2)
-    middle: list[int | None] = [0, *range(1, len(masses)), 0] if len(aims) % 2 else [0]
+    masses = [_shown(mass, "mass", "g", 2) for mass in dict.fromkeys(weights)]
+    arm = _shown(position, "length", "cm", 1)
+    aims = [_shown(spin, "rate", "rpm", 0) for spin in dict.fromkeys(spins)]
+    head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
+    lines = head.splitlines()
+    notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
+    half = masses * (len(aims) // 2)
+    middle: list[str | None] = [masses[0]]
+    if len(aims) % 2:
+        middle = [*masses, masses[0]]
     middle.insert((len(middle) + 1) // 2, None)
-    hung = [0] * len(masses)
-    for weight in (*half, *middle, *reversed(half)):
-        if weight is None:
-            lines.append(
-                f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm"
-            )
-            continue
-        # Each weight begins with another spin, so that the spins take turns too.
-        aim = aims[(weight + hung[weight]) % len(aims)]
-        hung[weight] += 1
-        again = "the first run once more; " if hung[weight] > len(aims) else ""
-        lines.append(f"{masses[weight]},{arm},,,,,{again}aim at {aim} rpm")
+    for mass in (*half, *middle, *reversed(half)):
+        if mass is None:
+            aim = aims[len(aims) // 2]
+            lines.append(f"0,,,,,,no weight on the rod; aim at {aim} rpm")
+        else:
+            lines.append(f"{mass},{arm},,,,,{next(notes[mass])}")
     return "\n".join(lines) + "\n"
 
 
-def _shown(
-    texts: Sequence[str], kind: str, unit: str, option: str, digits: int
-) -> list[str]:
-    """Write the values of an option in one unit, with at least `digits` digits."""
-    from gyrodata.quantities.notation import parse_quantity
-    from gyrodata.quantities.units import UnitError, from_si
+def _notes(aims: Sequence[str], first: int) -> Iterator[str]:
+    """Yield the notes about the spins of a weight, which begin with another for each."""
+    for turn in range(len(aims)):
+        yield f"aim at {aims[(first + turn) % len(aims)]} rpm"
+    yield f"the first run once more; aim at {aims[first % len(aims)]} rpm"
 
-    shown = []
-    if not texts:
-        refuse("template_nothing_given", option=option, example=_EXAMPLES[kind])
-    for text in dict.fromkeys(texts):
-        try:
-            value = from_si(parse_quantity(text, kind), unit, kind)
-        except UnitError as error:
-            refuse("template_value_unfit", option=option, error=error, hint=error.hint)
-        if kind != "length" and value <= 0:
-            refuse("template_not_above_zero", option=option, text=text)
-        short = f"{value:.10g}"
-        shown.append(
-            short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}"
-        )
-    return shown
+
+def _shown(value: float, kind: str, unit: str, digits: int) -> str:
+    """Write a value [SI unit] in a unit, with at least `digits` digits."""
+    from gyrodata.quantities.units import from_si
+
+    number = from_si(value, unit, kind)
+    short = f"{number:.10g}"
+    decimals = len(short.partition(".")[2])
+    return short if decimals >= digits else f"{number:.{digits}f}"
+
+
+_CELL_FORMATS = {
+    "mass [g]": "0.00",
+    "position [cm]": "0.0",
+    "time [s]": "0.00",
+    "turns": "@",
+}
+"""Excel shows as many digits as the instruments; turns are text, because Excel makes a
+date of 1/3."""
 
 
 def _workbook(text: str) -> bytes:
@@ -187,141 +207,127 @@ def _workbook(text: str) -> bytes:
     for line in text.splitlines():
         if line.endswith(": "):
             sheet.append([line.rstrip(), ""])
+        elif line.startswith("#"):
+            sheet.append([line])
         else:
-            sheet.append([line] if line.startswith("#") else next(csv.reader([line])))
+            sheet.append(next(csv.reader([line])))
     header = next(row for row in sheet if row[0].value == "mass [g]")
-    for cell in header:
-        cell.font = Font(bold=True)
-        sheet.column_dimensions[cell.column_letter].width = 18
-        # Excel shows as many digits as the instruments; turns are text, because Excel
-        # makes a date of 1/3.
-        form = {
-            "mass [g]": "0.00",
-            "position [cm]": "0.0",
-            "time [s]": "0.00",
-            "turns": "@",
-        }.get(cell.value, "General")
-        for row in range(cell.row + 1, sheet.max_row + 1):
-            below = sheet.cell(row, cell.column)
-            below.number_format = form
-            if form.startswith("0") and below.value:
-                below.value = float(below.value)
-    sheet.freeze_panes = sheet.cell(header[0].row + 1, 1)
+    for head in header:
+        head.font = Font(bold=True)
+        sheet.column_dimensions[head.column_letter].width = 18
+    first_run = header[0].row + 1
+    for row in sheet.iter_rows(min_row=first_run):
+        for head, cell in zip(header, row, strict=True):
+            cell.number_format = _CELL_FORMATS.get(head.value, "General")
+            if cell.number_format.startswith("0") and cell.value:
+                cell.value = float(cell.value)
+    sheet.freeze_panes = sheet.cell(first_run, 1)
     data = io.BytesIO()
     workbook.save(data)
     return data.getvalue()
 
 
 def check(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
-    hand_in: Annotated[bool, typer.Option("--hand-in")] = False,
-    fix: Annotated[bool, typer.Option("--fix")] = False,
-    together: Annotated[bool, typer.Option("--together")] = False,
-    form: Annotated[CheckFormat, typer.Option("--format", "-f")] = "text",
+    logs: Annotated[
+        list[str],
+        typer.Argument(metavar="LOG", help="Logs: CSV, text or workbook; - is stdin."),
+    ],
+    hand_in: Annotated[
+        bool,
+        typer.Option(
+            "--hand-in",
+            help="Show instead which answer gyro grade will read from the files of one "
+            "submission, or from a folder or zip.",
+        ),
+    ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option(
+            "--fix",
+            help="Also write the log as gyro understood it, with -fixed.csv in the "
+            "name.",
+        ),
+    ] = False,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="Check several logs of one gyroscope as one: days, groups.",
+        ),
+    ] = False,
+    form: Annotated[
+        CheckFormat,
+        typer.Option("--format", "-f", help="What to write to standard output."),
+    ] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
+    exit_zero: Annotated[
+        bool,
+        typer.Option("--exit-zero", help="Exit with 0 even if something is found."),
+    ] = False,
 ) -> None:
     """Check a log while you can still repeat or add runs.
 
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with
     --hand-in the answer is missing or not unique; 2 wrong use, or a log that cannot be
     read; 3 a fault of gyro.
+
+    Example:  gyro check demo.csv
+              gyro check demo.csv --fix
+              gyro check demo.csv --format json
     """
-    if hand_in and any((settings, mapping, config, fix, together, "-" in logs)):
-        refuse("hand_in_as_it_is")
     if hand_in:
-        worst = _print(_check_submission(logs), form)
+        if any((settings, mapping, config, fix, together, "-" in logs)):
+            refuse("hand_in_as_it_is")
+        checked = _check_submission(logs)
+        write_answer(form, checked.to_dict(), checked)
+        worst = checked.code
     else:
-        named = list(zip(logs, names_of(logs), strict=True))
-        parts = _parts(named, fix, together)
-        if form == "json" and len(parts) > 1:
-            refuse("json_for_one_log")
-        options = {
-            "settings": pairs(settings, "--set"),
-            "mapping": pairs(mapping, "--map"),
-        }
-        codes = [_check_part(part, options, config, fix, form) for part in parts]
-        worst = max(codes)
-    raise typer.Exit(worst if worst != 1 else int(not exit_zero))
-
-
-def _parts(
-    named: list[tuple[str, str]], fix: bool, together: bool
-) -> list[list[tuple[str, str]]]:
-    """Return the logs that are checked together, each with its name."""
-    if fix and "-" in [log for log, _ in named]:
-        refuse("fix_of_standard_input")
-    return [named] if together else [[each] for each in named]
+        if fix and "-" in logs:
+            refuse("fix_of_standard_input")
+        parts = in_parts(logs, together, form)
+        reader = Reader.of_options(settings, mapping, config)
+        worst = max([_check_part(part, reader, fix, form) for part in parts])
+    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
 def _check_part(
-    named: Sequence[tuple[str, str]],
-    options: dict[str, Any],
-    config: Path | None,
-    fix: bool,
-    form: CheckFormat,
+    logs: Sequence[Log], reader: Reader, fix: bool, form: CheckFormat
 ) -> int:
     """Print what is found in a log, or in several together; return the exit code."""
-
-    def read() -> Readings:
-        from gyrodata.readings import read_log
-        from gyrodata.readings.together import read_together
-
-        return read_together(
-            [
-                read_log(
-                    **source_of(*each), **options, config=constants_of(each[0], config)
-                )
-                for each in named
-            ]
-        )
-
-    checked = check_log(" + ".join(name for _, name in named), read)
-    worst = _print(checked, form)
-    return max([worst, *_fixed(named, checked, form)]) if fix else worst
-
-
-def _fixed(
-    named: Sequence[tuple[str, str]], checked: Checked, form: CheckFormat
-) -> Iterator[int]:
-    """Write each checked log as it was understood; yield the exit codes."""
+    name = " + ".join(log.name for log in logs)
+    checked = check_log(name, partial(reader.read, logs))
+    write_answer(form, checked.to_dict(), checked)
     readings = checked.readings
-    if readings is None:
-        return
+    worst = checked.code
+    if not fix or readings is None:
+        return worst
     files = [file for _, file in readings.files] or [readings]
-    for (log, _), file in zip(named, files, strict=True):
+    for log, file in zip(logs, files, strict=True):
         try:
-            _fix(Path(log), file, form)
+            _fix(Path(log.path), file, form)
         except InputError as error:
             complain(error.diagnostics)
-            yield error.exit_code
+            worst = max(worst, error.exit_code)
+    return worst
 
 
 def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
-    fixed = log.with_name(
-        f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv"
-    )
+    fixed = log.with_name(f"{stem_of(log)}-fixed.csv")
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
-    try:
+    with telling(fixed, "fixed_not_written"):
         if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
             refuse("fixed_exists", fixed=fixed)
         write_whole(fixed, [text.encode()])
-    except OSError as error:
-        refuse("fixed_not_written", fixed=fixed, why=error.strerror or error)
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
-    typer.echo(
-        "\n   ".join(
-            [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
-        ),
-        err=form != "text",
-    )
+    lines = [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
+    typer.echo("\n   ".join(lines), err=form != "text")
 
 
 def check_log(
@@ -333,10 +339,8 @@ def check_log(
     try:
         readings = read()
         analysis, findings = story.check_log(readings, options)
-    except GyroError as error:
-        return Checked(name, error.diagnostics, error.exit_code)
     except Exception as error:
-        return Checked(name, (fault(error, name),), FAULT)
+        return Checked(name, *explained(error, name))
     has_doubts = analysis is not None and bool(analysis.doubts)
     code = int(has_doubts or _is_serious(findings))
     in_order = sorted(findings, key=_place)
@@ -352,13 +356,11 @@ def _check_submission(paths: Sequence[str]) -> Checked:
     """
     from gyrodata.grading.grade import read_hand_in
 
-    name = names_of(paths)[0]
+    name = named_logs(paths)[0].name
     try:
         readings, hand_in, of_submission = read_hand_in([Path(path) for path in paths])
-    except GyroError as error:
-        return Checked(name, error.diagnostics, error.exit_code)
     except Exception as error:
-        return Checked(name, (fault(error, name),), FAULT)
+        return Checked(name, *explained(error, name))
     of_log = sorted(readings.diagnostics, key=_place)
     findings = (*of_log, *sorted(of_submission, key=_place))
     code = int(_is_serious(findings))
@@ -377,25 +379,3 @@ def _is_serious(findings: Sequence[Diagnostic]) -> bool:
         finding.severity != "note" and finding.code not in ADVICE
         for finding in findings
     )
-
-
-def _print(checked: Checked, form: CheckFormat) -> int:
-    """Print what a check found, and return its exit code."""
-    from gyrodata.reporting.data import json_text
-    from gyrodata.results import CheckDocument, Input, to_json
-
-    if form == "text":
-        write_text(str(checked))
-        return checked.code
-    readings = checked.readings
-    doubts = checked.analysis.doubts if checked.analysis else ()
-    only_notes = all(finding.severity == "note" for finding in checked.findings)
-    document = CheckDocument(
-        input=Input(checked.name, readings.sha256 if readings else None, checked.rows),
-        clean=not doubts and only_notes,
-        doubts=doubts,
-        diagnostics=tuple([finding.to_dict() for finding in checked.findings]),
-        hand_in=checked.hand_in,
-    )
-    write_out(json_text(to_json(document), indent=2 if form == "json" else None))
-    return checked.code

@@ -6,9 +6,10 @@ import os
 import re
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, indent
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from msgspec.structs import replace
@@ -44,25 +45,37 @@ def explain(
         typer.Argument(
             metavar="PAGE | CODE | WORD | KEY",
             autocompletion=_topics,
-            help=f"A page of the documentation; a code of a message, such as "
-            f"{diagnostics.NO_UNLOADED_RUN}; a word, "
-            "such as M0; or a key of a log, such as u_time. Without one, the pages and "
-            "words are listed.",
+            help="A page of the documentation; a code of a message, such as G454; a "
+            "word, such as M0; or a key of a log, such as u_time. Without one, "
+            "the pages and words are listed.",
         ),
     ] = None,
 ) -> None:
     """Show a page of the documentation, or explain a code, a word or a key of a log.
 
     For a code: what it means, how to fix it, and an example.
+
+    Example:  gyro explain G454
     """
-    if not topics:
-        write_text(_contents())
-        return
-    texts = [
-        _settings() if topic.lower() == "settings" else _explanation(topic)
-        for topic in topics
-    ]
+    texts = [_text_about(topic) for topic in topics] if topics else [_contents()]
     write_text("\n".join(texts))
+
+
+def _contents() -> str:
+    """List the pages and the words."""
+    longest = max(map(len, documentation.PAGES))
+    pages = [
+        f"gyro explain {name:<{longest}}  {documentation.page_title(name)}"
+        for name in documentation.PAGES
+    ]
+    words = [names.partition(",")[0] for names in _glossary()["words"]]
+    parts = {
+        "Pages": "\n".join(pages),
+        "Codes of messages, such as": f"gyro explain {diagnostics.NO_UNLOADED_RUN}",
+        "Words": fill(", ".join(words), 74),
+        "Keys of a log, such as": "gyro explain u_time",
+    }
+    return "".join(f"{head}:\n{indent(text, '  ')}\n" for head, text in parts.items())
 
 
 def _glossary() -> dict[str, dict[str, str]]:
@@ -70,25 +83,8 @@ def _glossary() -> dict[str, dict[str, str]]:
 
     The key of a text consists of all names of the word, separated by commas.
     """
-    return tomllib.loads(
-        (documentation.FOLDER / "glossary.toml").read_text(encoding="utf-8")
-    )
-
-
-def _contents() -> str:
-    longest = max(map(len, documentation.PAGES))
-    pages = "".join(
-        f"  gyro explain {name:<{longest}}  {documentation.page_title(name)}\n"
-        for name in documentation.PAGES
-    )
-    words = fill(
-        ", ".join(names.partition(",")[0] for names in _glossary()["words"]), 74
-    )
-    codes = (
-        f"Codes of messages, such as:\n  gyro explain {diagnostics.NO_UNLOADED_RUN}\n"
-    )
-    keys = "Keys of a log, such as:\n  gyro explain u_time\n"
-    return f"Pages:\n{pages}{codes}Words:\n{indent(words, '  ')}\n{keys}"
+    path = documentation.FOLDER / "glossary.toml"
+    return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 def _folded(name: str) -> str:
@@ -96,7 +92,7 @@ def _folded(name: str) -> str:
     return re.sub(r"[\s_-]+", "_", name.strip().lower().removesuffix(".md"))
 
 
-def _explanation(asked: str) -> str:
+def _text_about(asked: str) -> str:
     """Return the text about a page, a code, a word or a key.
 
     Raises
@@ -104,85 +100,85 @@ def _explanation(asked: str) -> str:
     InputError
         If there is no such name; the message proposes the nearest one.
     """
-    from difflib import get_close_matches
-
     from gyrodata.readings.roles import KEYS
 
+    codes = diagnostics.explanations()
     texts = _glossary()["keys"] | _glossary()["words"]
     words = {word: names for names in texts for word in names.split(", ")}
-    known = {
-        _folded(name): name
-        for name in (*KEYS, *words, *diagnostics.explanations(), *documentation.PAGES)
+    topics = {
+        _folded(name): name for name in (*KEYS, *words, *codes, *documentation.PAGES)
     }
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
-    if name not in known:
-        near = get_close_matches(name, known, n=1)
-        pages = [
-            page
-            for page in documentation.PAGES
-            if asked.lower() in documentation.page_text(page).lower()
-        ]
-        if near:
-            refuse("page_misspelt", asked=asked, near=known[near[0]])
-        elif pages:
-            refuse("page_of_word", asked=asked, pages=", ".join(pages))
-        refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
-    topic = known[name]
+    if name not in topics:
+        _refuse_unknown(asked, name, topics)
+    topic = topics[name]
     if topic in documentation.PAGES:
         page = documentation.page_text(topic)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if topic in diagnostics.explanations():
+    if topic in codes:
         return _about_code(topic)
-    text = texts[words[topic]].rstrip("\n") + "\n" if topic in words else ""
-    text += _about_key(topic) if topic in KEYS else ""
-    return f"{words.get(topic, topic)}:\n{indent(text, '  ')}"
+    names = words.get(topic, topic)
+    text = texts.get(names, "").rstrip("\n")
+    return _about_word(topic, names, f"{text}\n" if text else "")
 
 
-def _settings() -> str:
-    """Say where settings come from, and which file a log in this folder uses."""
-    used = settings_file(Path.cwd())
-    file = "none" if used is None else used.as_posix()
-    named = os.environ.get("GYRO_CONFIG") or "not set"
-    return f"""settings:
-  Constants of the apparatus and other keys of a log can be in a TOML file, with
-  lines such as: latitude = "42.5 deg"
-  gyro uses one file, the first of these:
-    1. --config FILE
-    2. the file that the variable GYRO_CONFIG names; now: {named}
-    3. gyro.toml in the folder of the log or in a folder above it, up to the home
-       folder or the top of a repository
-  The file for a log in this folder: {file}
-  A line of the log replaces a line of the file, and --set replaces both.
-  A teacher can write: worksheet = "yes"
-"""
+def _about_word(topic: str, names: str, text: str) -> str:
+    """Complete the text of the glossary about a word or a key."""
+    from gyrodata.readings.roles import KEYS, OTHER_KEYS
+
+    if topic == "settings":
+        text += _settings_here()
+    # The glossary shows other keys as whole lines.
+    if topic in KEYS and topic not in OTHER_KEYS:
+        text += "".join(f"{line}\n" for line in _about_key(topic))
+    return f"{names}:\n{indent(text, '  ')}"
 
 
-def _about_key(key: str) -> str:
-    """Describe the meaning and the form of a key of a log."""
+def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
+    """Propose the nearest name, or the pages that contain the words."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, topics, n=1)
+    if near:
+        refuse("page_misspelt", asked=asked, near=topics[near[0]])
+    pages = [
+        page
+        for page in documentation.PAGES
+        if asked.lower() in documentation.page_text(page).lower()
+    ]
+    if pages:
+        refuse("page_of_word", asked=asked, pages=", ".join(pages))
+    refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
+
+
+def _settings_here() -> str:
+    """Say which file of settings a log in this folder uses."""
+    variable = os.environ.get("GYRO_CONFIG") or "not set"
+    file = settings_file(Path.cwd()) or "none"
+    return f"GYRO_CONFIG now: {variable}\nThe file for a log in this folder: {file}\n"
+
+
+def _about_key(key: str) -> Iterator[str]:
+    """Describe the meaning and the form of a key of a log, in lines."""
     from gyrodata.quantities.error_sources import SOURCES
     from gyrodata.quantities.units import DISPLAY
     from gyrodata.readings import roles
 
-    if key in roles.OTHER_KEYS:
-        # The glossary shows these lines as a whole.
-        return ""
-    lines = []
-    base = key.removeprefix("u_")
     role = roles.BY_NAME.get(key)
     if role and role.meaning:
-        lines.append(f"As a quantity of a run: {role.meaning}.")
-    if key != base and key in roles.UNCERTAINTIES:
+        yield f"As a quantity of a run: {role.meaning}."
+    base = key.removeprefix("u_")
+    if key in roles.UNCERTAINTIES:
         source = SOURCES.get(base)
-        lines.append(f"Standard uncertainty of {source.words if source else base}.")
+        yield f"Standard uncertainty of {source.words if source else base}."
         if source:
-            lines.append(f"If the log does not state it, gyro assumes {source.usual}.")
+            yield f"If the log does not state it, gyro assumes {source.usual}."
     unit = DISPLAY[roles.kind_of_role(key)]
     if base in roles.BY_NAME:
-        lines.append(f"As a column: {key} [{unit}]" if unit else f"As a column: {key}")
+        yield f"As a column: {key} [{unit}]" if unit else f"As a column: {key}"
     if key not in roles.TEXTS:
-        value = role.sample if role and role.sample else f"NUMBER {unit}".rstrip()
-        lines.append(f"For all runs: # {key}: {value}")
-    return "".join(f"{line}\n" for line in lines)
+        sample = role.sample if role else ""
+        yield f"For all runs: # {key}: {sample or f'NUMBER {unit}'.rstrip()}"
 
 
 def _about_code(code: str) -> str:
@@ -201,13 +197,11 @@ def _about_code(code: str) -> str:
         "Example": example,
         "gyro says about this log": str(raised or ""),
     }
-    lines = [
-        f"{head}:\n{indent(text.rstrip(), '  ')}"
-        for head, text in blocks.items()
-        if text
-    ]
-    title = f"{code}, {entry.severity}: {entry.title}"
-    return "\n\n".join([title, *lines]).translate(PICTURES) + "\n"
+    parts = [f"{code}, {entry.severity}: {entry.title}"]
+    for head, text in blocks.items():
+        if text:
+            parts.append(f"{head}:\n{indent(text.rstrip(), '  ')}")
+    return "\n\n".join(parts).translate(PICTURES) + "\n"
 
 
 def _wrapped(line: str) -> str:
@@ -226,12 +220,8 @@ def _raised(code: str) -> Diagnostic | None:
     # Codes from G5 on are about options and classes.
     if code >= "G5" or example.startswith("analyze "):
         return None
-    # These two codes are about bytes that are not UTF-8.
-    encoding = (
-        "latin-1"
-        if code in (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED)
-        else "utf-8"
-    )
+    about_bytes = (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED)
+    encoding = "latin-1" if code in about_bytes else "utf-8"
     try:
         readings = read_log(example.encode(encoding), name="log.csv")
         raised = (*readings.diagnostics, *check_log(readings)[1])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
 
 import typer
 from msgspec.structs import replace
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports import Change
     from gyrodata.grading.exports.gradebooks import Filled
     from gyrodata.grading.forensics import Fingerprint
-    from gyrodata.grading.ledger import Desk, Known
+    from gyrodata.grading.ledger import Desk
     from gyrodata.grading.roster import Roster
     from gyrodata.grading.rubric import Rubric
     from gyrodata.grading.submissions import Submissions
@@ -43,27 +44,132 @@ Platform = Literal[
 
 
 def grade(
-    path: Annotated[Path | None, Argument(metavar="PATH")] = None,
-    rubric: Annotated[Path | None, Option("--rubric", metavar="FILE")] = None,
-    print_rubric: Annotated[
-        Literal["simple", "full", "manual"] | None, Option("--print-rubric")
+    path: Annotated[
+        Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")
     ] = None,
-    lms: Annotated[Platform, Option("--lms", metavar="PLATFORM")] = "auto",
-    attempts: Annotated[Literal["newest", "oldest"], Option("--attempts")] = "newest",
-    out: Annotated[Path | None, Option("--out", "-o", metavar="DIR")] = None,
-    workers: Annotated[int | None, Option("--workers", min=0, max=256)] = None,
-    cluster: Annotated[str | None, Option("--cluster", metavar="ADDRESS")] = None,
-    timeout: Annotated[float, Option("--timeout", metavar="SECONDS", min=0.1)] = 30.0,
-    gradebook: Annotated[Path | None, Option("--gradebook", metavar="FILE")] = None,
-    assignment: Annotated[str | None, Option("--assignment", metavar="TITLE")] = None,
-    gradescope: Annotated[Path | None, Option("--gradescope", metavar="DIR")] = None,
-    roster: Annotated[Path | None, Option("--roster", metavar="FILE")] = None,
-    previous: Annotated[list[Path] | None, Option("--previous", metavar="DIR")] = None,
-    anonymous: Annotated[bool, Option("--anonymous")] = False,
-    dry_run: Annotated[bool, Option("--dry-run")] = False,
-    form: Annotated[Form, Option("--format", "-f")] = "text",
-    quiet: Annotated[bool, Option("--quiet", "-q")] = False,
-    exit_zero: Annotated[bool, Option("--exit-zero")] = False,
+    rubric: Annotated[
+        Path | None,
+        Option(
+            "--rubric",
+            metavar="FILE",
+            help="TOML file, or simple, full or manual; to change one, begin with "
+            "--print-rubric.",
+        ),
+    ] = None,
+    print_rubric: Annotated[
+        Literal["simple", "full", "manual"] | None,
+        Option(
+            "--print-rubric",
+            help="Print a rubric to begin with; without --rubric, gyro uses full.",
+        ),
+    ] = None,
+    lms: Annotated[
+        Platform,
+        Option(
+            "--lms",
+            metavar="PLATFORM",
+            help="Platform of the download: canvas, moodle, blackboard, brightspace, "
+            "gradescope or folder.",
+        ),
+    ] = "auto",
+    attempts: Annotated[
+        Literal["newest", "oldest"],
+        Option("--attempts", help="Which of several is graded."),
+    ] = "newest",
+    out: Annotated[
+        Path | None,
+        Option(
+            "--out",
+            "-o",
+            metavar="DIR",
+            help="Folder for the grades. Default: NAME-grades, for --format text only.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        Option(
+            "--workers",
+            min=0,
+            max=256,
+            help="Processes; 0: only this one, where nothing stops a submission that "
+            "hangs. Default: one for each processor.",
+        ),
+    ] = None,
+    cluster: Annotated[
+        Any,
+        Option(
+            "--cluster",
+            metavar="ADDRESS",
+            parser=lambda address: _executor_of(address),
+            help="Dask scheduler that grades on other machines.",
+        ),
+    ] = None,
+    timeout: Annotated[
+        float,
+        Option(
+            "--timeout", metavar="SECONDS", min=0.1, help="Time for one submission."
+        ),
+    ] = 30.0,
+    gradebook: Annotated[
+        Path | None,
+        Option(
+            "--gradebook",
+            metavar="FILE",
+            help="Gradebook exported from Canvas or Moodle, to fill with the grades.",
+        ),
+    ] = None,
+    assignment: Annotated[
+        str | None,
+        Option(
+            "--assignment",
+            metavar="TITLE",
+            help="Column of the gradebook, if there are several.",
+        ),
+    ] = None,
+    gradescope: Annotated[
+        Path | None,
+        Option(
+            "--gradescope",
+            metavar="DIR",
+            help="Write an autograder for Gradescope, and stop.",
+        ),
+    ] = None,
+    roster: Annotated[
+        Path | None,
+        Option(
+            "--roster",
+            metavar="FILE",
+            help="CSV: student, name, section, grader, station, partner. Default: the "
+            "gradebook.",
+        ),
+    ] = None,
+    previous: Annotated[
+        list[Path] | None,
+        Option(
+            "--previous",
+            metavar="DIR",
+            help="Grades of an earlier year, to find copies of its logs.",
+        ),
+    ] = None,
+    anonymous: Annotated[
+        bool,
+        Option(
+            "--anonymous",
+            help="Show ids instead of names in class.html and in the feedback.",
+        ),
+    ] = False,
+    dry_run: Annotated[
+        bool, Option("--dry-run", help="Write nothing, and say what would change.")
+    ] = False,
+    form: Annotated[
+        Form, Option("--format", "-f", help="What to write to standard output.")
+    ] = "text",
+    quiet: Annotated[
+        bool, Option("--quiet", "-q", help="On standard error, print errors only.")
+    ] = False,
+    exit_zero: Annotated[
+        bool, Option("--exit-zero", help="Exit with 0 even when some are not graded.")
+    ] = False,
 ) -> None:
     """Grade a class: each student against their own data.
 
@@ -76,6 +182,10 @@ def grade(
     Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a
     rubric or desk.csv with a mistake, or a class that cannot be read; 130 stopped by
     Ctrl-C.
+
+    Example:  gyro grade class
+              gyro grade --print-rubric simple > rubric.toml
+              gyro grade class --rubric rubric.toml -o graded
     """
     if print_rubric:
         from gyrodata.grading.rubric import default_rubric_text
@@ -89,100 +199,115 @@ def grade(
         refuse("nothing_to_grade")
     folder = _folder(path, out, form, dry_run, gradebook is not None)
     from gyrodata.base.workers import count_workers
-    from gyrodata.grading import classroom, output, submissions
-    from gyrodata.grading.rubric import read_rubric, unknown_exceptions
+    from gyrodata.grading import classroom, output
+    from gyrodata.grading.rubric import unknown_exceptions
+    from gyrodata.grading.submissions import list_submissions
 
-    judged = read_rubric(*_rubric(rubric))
-    listed = submissions.list_submissions(path.absolute(), lms, attempts)
-    book = _read_gradebook(gradebook, assignment, listed, judged)
-    people = _read_roster(roster or gradebook, listed)
+    listed = list_submissions(path.absolute(), lms, attempts)
+    inputs = _read_inputs(listed, rubric, gradebook, assignment, roster)
+    earlier = _earlier(previous)
+    complain((*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet)
     # Decisions are used too if the grades are only printed.
-    home = folder or _usual_folder(path.resolve())
-    desk = _read_desk(home, people.who_is_meant(listed), judged)
-    complain((*listed.diagnostics, *unknown_exceptions(judged, listed)), quiet)
-    target = None if dry_run else folder
+    desk = _read_desk(folder or _usual_folder(path.resolve()), inputs, listed)
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
-        cluster=_executor_of(cluster) if cluster else None,
-        journal=None if folder is None else folder / classroom.JOURNAL,
+        cluster=cluster,
+        journal=folder and folder / classroom.JOURNAL,
         keep=not dry_run,
     )
-    years = _earlier(previous or [])
-    with ExitStack() as at_work:
-        if folder is not None:
-            at_work.enter_context(telling(folder, "grades_not_written"))
-        if target is not None:
-            at_work.enter_context(alone_in(target, private=True))
-        try:
+    target = None if dry_run else folder
+    try:
+        with _alone_in(target):
             with progress_bar(len(listed.items), "graded", quiet) as progress:
                 options = replace(options, progress=progress)
                 grades = classroom.grade_class(
-                    listed, judged, options, years, desk, people
+                    listed, inputs.rubric, options, earlier, desk, inputs.roster
                 )
             complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
             changes = _changes(grades, folder)
-            filled = None if book is None else book.filled(grades, folder, desk)
+            filled = inputs.filled(grades, folder, desk)
             if not quiet:
-                tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
+                told = output.told_of(grades, changes, filled, dry_run)
+                tell(*told.splitlines())
             if target is not None:
-                output.write_rubric(target, _rubric(rubric)[0])
+                output.write_rubric(target, inputs.rubric_text)
                 _write(grades, target, filled, quiet, anonymous)
-        except KeyboardInterrupt:
-            kept = "nothing is kept"
-            if target:
-                kept = "what was done is kept, and the same command goes on from there"
-            tell(f"stopped; {kept}")
-            raise typer.Exit(130) from None
+    except KeyboardInterrupt:
+        _stop(target)
     _print(grades, changes if dry_run else None, form)
     raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
 
 
-class _Gradebook(NamedTuple):
-    """The sheet of grades that a platform exported."""
-
-    data: bytes
-    name: str
-    assignment: str | None
-
-    def filled(self, grades: ClassGrades, folder: Path | None, desk: Desk) -> Filled:
-        """Return the sheet with the grades in it."""
-        from gyrodata.grading import output
-        from gyrodata.grading.exports.gradebooks import fill_book
-
-        ours = None
-        if folder is not None:
-            ours = output.totals_from_here(folder, desk, grades.names)
-        book = self.data, self.name, grades.grades, self.assignment, grades.ids, ours
-        return fill_book(*book)
+def _stop(folder: Path | None) -> NoReturn:
+    """End gyro after Ctrl-C."""
+    kept = "nothing is kept"
+    if folder is not None:
+        kept = "what was done is kept, and the same command goes on from there"
+    tell(f"stopped; {kept}")
+    raise typer.Exit(130) from None
 
 
-def _read_gradebook(
-    path: Path | None, assignment: str | None, listed: Submissions, rubric: Rubric
-) -> _Gradebook | None:
-    """Read a gradebook; one that cannot be filled stops gyro before it grades."""
-    if path is None:
-        return None
+@contextmanager
+def _alone_in(folder: Path | None) -> Iterator[None]:
+    """Be the only gyro that writes into the folder of the grades, if there is one."""
+    if folder is None:
+        yield
+        return
+    with telling(folder, "grades_not_written"), alone_in(folder, private=True):
+        yield
+
+
+class _Inputs(NamedTuple):
+    """What a class is graded by, in addition to the submissions."""
+
+    rubric: Rubric
+    rubric_text: bytes
+    fill_book: Callable[..., Filled] | None
+    """Writes grades into the sheet that a platform exported."""
+    roster: Roster
+
+    def filled(
+        self, grades: ClassGrades, folder: Path | None, desk: Desk
+    ) -> Filled | None:
+        """Return the gradebook with the grades in it, if there is one."""
+        from gyrodata.grading.output import totals_from_here
+
+        if self.fill_book is None:
+            return None
+        ours = folder and totals_from_here(folder, desk, grades.names)
+        return self.fill_book(grades=grades.grades, ids=grades.ids, ours=ours)
+
+
+def _read_inputs(
+    listed: Submissions,
+    rubric: Path | None,
+    gradebook: Path | None,
+    assignment: str | None,
+    roster: Path | None,
+) -> _Inputs:
+    """Read the files of the options: a wrong one stops gyro before it grades."""
     from gyrodata.grading.exports.gradebooks import fill_book
     from gyrodata.grading.grade import not_graded
-
-    book = _Gradebook(_read(path), path.name, assignment)
-    fill_book(
-        book.data,
-        book.name,
-        [not_graded(listed.items[0], rubric, "not yet")],
-        assignment,
-    )
-    return book
-
-
-def _read_roster(path: Path | None, listed: Submissions) -> Roster:
     from gyrodata.grading.roster import Roster, read_roster
+    from gyrodata.grading.rubric import read_rubric
 
-    return Roster() if path is None else read_roster(_read(path), path.name, listed)
+    text, name = _rubric(rubric)
+    judged = read_rubric(text, name)
+    fill = None
+    if gradebook is not None:
+        fill = partial(
+            fill_book, _read(gradebook), gradebook.name, assignment=assignment
+        )
+        fill(grades=[not_graded(listed.items[0], judged, "not yet")])
+    people = Roster()
+    table = roster or gradebook
+    if table is not None:
+        people = read_roster(_read(table), table.name, listed)
+    return _Inputs(judged, text, fill, people)
 
 
-def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
+def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     """Read the decisions of people in the folder of the grades."""
     from gyrodata.grading import ledger
 
@@ -191,7 +316,8 @@ def _read_desk(home: Path, meant: Known, rubric: Rubric) -> Desk:
         refuse("two_desks", home=home)
     if not desks:
         return ledger.NO_DESK
-    return ledger.read_desk(desks[0], _read(desks[0]), meant, rubric)
+    meant = inputs.roster.who_is_meant(listed)
+    return ledger.read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
 
 
 def _changes(grades: ClassGrades, folder: Path | None) -> Sequence[Change] | None:
@@ -289,20 +415,19 @@ def _executor_of(address: str) -> Executor:
     return executor
 
 
-def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
+def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     """Read the logs of earlier years from the journals next to their grades."""
     from gyrodata.grading.classroom import JOURNAL, read_journal
 
     fingerprints: dict[str, Fingerprint] = {}
-    for year in years:
+    for year in years or ():
         path = year / JOURNAL
         name = year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
-        kept = {
-            f"{name}/{student}": fingerprint.grade.fingerprint
-            for student, fingerprint in entries
-            if fingerprint.grade.fingerprint
-        }
+        kept = {}
+        for student, entry in entries:
+            if entry.grade.fingerprint:
+                kept[f"{name}/{student}"] = entry.grade.fingerprint
         if not kept:
             refuse("previous_without_logs", year=year, journal=JOURNAL)
         fingerprints |= kept
@@ -322,19 +447,19 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    by_hand = [
-        criterion for criterion in rubric.criteria if criterion.check == "manual"
-    ]
-    points = rubric.points - sum(criterion.points for criterion in by_hand)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
+    points = rubric.points
+    by_hand = []
+    for criterion in rubric.criteria:
+        if criterion.check == "manual":
+            points -= criterion.points
+            shown = f'{criterion.points:g} points for "{criterion.title}"'
+            by_hand.append(f"in Gradescope: {shown} are given by hand")
     yield (
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
         f"feedback is shown"
     )
-    yield from (
-        f'in Gradescope: {judged.points:g} points for "{judged.title}" are given by hand'
-        for judged in by_hand
-    )
+    yield from by_hand
 
 
 def _folder(

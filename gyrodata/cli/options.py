@@ -7,14 +7,17 @@ import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+from msgspec import Struct
 
-from gyrodata.cli.terminal import names_of, refuse, source_of, tell
+from gyrodata.base.disk import telling, write_whole
+from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
+    from gyrodata.results import Input
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -38,7 +41,8 @@ ConfigOption = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="TOML file with constants. Default: gyro.toml next to the log, or above it.",
+        help="TOML file with constants. Default: gyro.toml next to the log, or above "
+        "it.",
     ),
 ]
 
@@ -54,17 +58,13 @@ Bound = Literal[
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; the last value of a key is used."""
+    form, example = "ROLE=HEADER", 'time="T (s)"'
+    if option == "--set":
+        form, example = "KEY=VALUE", "turns=1/3"
     values: dict[str, str] = {}
-    if texts is None:
-        return values
-    for item in texts:
+    for item in texts or []:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
-            example, form = (
-                ("turns=1/3", "KEY=VALUE")
-                if option == "--set"
-                else ('time="T (s)"', "ROLE=HEADER")
-            )
             refuse(
                 "option_not_a_pair",
                 option=option,
@@ -73,7 +73,75 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
                 example=example,
             )
         values[key] = value
-    return values
+    return dict(sorted(values.items()))
+
+
+class Reader(Struct, frozen=True):
+    """Reads logs with the constants and headers that the options of a command give."""
+
+    settings: dict[str, str]
+    mapping: dict[str, str]
+    config: Path | None
+    quiet: bool = False
+
+    @classmethod
+    def of_options(
+        cls,
+        settings: list[str] | None,
+        mapping: list[str] | None,
+        config: Path | None,
+        quiet: bool = False,
+    ) -> Reader:
+        """Return the reader for the options --set, --map and --config."""
+        return cls(pairs(settings, "--set"), pairs(mapping, "--map"), config, quiet)
+
+    def constants_of(self, log: str) -> Path | None:
+        """Return the TOML file with constants for a log; None if there is none.
+
+        It is the file of --config, else that of the variable GYRO_CONFIG, else the next
+        gyro.toml in the folder of the log or above it.
+        """
+        if self.config is not None:
+            return self.config
+        return settings_file(None if log == "-" else Path(log).parent)
+
+    def name_of_constants(self, log: str) -> str | None:
+        """Return the name of the TOML file with constants for a log."""
+        constants = self.constants_of(log)
+        return None if constants is None else constants.name
+
+    def read(self, logs: Sequence[Log]) -> Readings:
+        """Read logs of one gyroscope, several as one."""
+        from gyrodata.readings.together import read_together
+
+        return read_together([self._read_log(log) for log in logs])
+
+    def _read_log(self, log: Log) -> Readings:
+        constants = self.constants_of(log.path)
+        if constants != self.config and not self.quiet:
+            tell(f"constants of the apparatus: {constants}")
+        return self.read_source(source_of(log), log.name, constants)
+
+    def read_source(self, source: Any, name: str, constants: Path | None) -> Readings:
+        """Read a log from its file or from its bytes."""
+        from gyrodata.readings import read_log
+
+        return read_log(
+            source,
+            name=name,
+            settings=self.settings,
+            mapping=self.mapping,
+            config=constants,
+        )
+
+
+def input_of(name: str, readings: Readings | None) -> Input:
+    """Describe a log, which may be unreadable, for the JSON."""
+    from gyrodata.results import Input
+
+    if readings is None:
+        return Input(name, None, None)
+    return Input(name, readings.sha256, len(readings.runs))
 
 
 def read(
@@ -83,33 +151,7 @@ def read(
     config: Path | None = None,
 ) -> Readings:
     """Read the logs of a command with the values of its options, as one log."""
-    from gyrodata.readings import read_log
-    from gyrodata.readings.together import read_together
-
-    readings = [
-        read_log(
-            **source_of(log, name),
-            settings=pairs(settings, "--set"),
-            mapping=pairs(mapping, "--map"),
-            config=constants_of(log, config),
-        )
-        for log, name in zip(logs, names_of(logs), strict=True)
-    ]
-    return read_together(readings)
-
-
-def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:
-    """Return the TOML file with constants for a log; None if there is none.
-
-    It is the file of --config, else that of the variable GYRO_CONFIG, else the next
-    gyro.toml in the folder of the log or above it.
-    """
-    if config is not None:
-        return config
-    near = settings_file(None if log == "-" else Path(log).parent)
-    if near is not None and not quiet:
-        tell(f"constants of the apparatus: {near.as_posix()}")
-    return near
+    return Reader.of_options(settings, mapping, config).read(named_logs(logs))
 
 
 def settings_file(folder: Path | None) -> Path | None:
@@ -132,18 +174,53 @@ def settings_file(folder: Path | None) -> Path | None:
     return None
 
 
+def stem_of(log: Path) -> str:
+    """Return the name of a log without its ending: "lab" of lab.csv.gz."""
+    name = "stdin" if log == Path("-") else log.name.removesuffix(".gz")
+    # A folder that is given by mistake may have no name: "." or "/".
+    return name.rpartition(".")[0] or name or "log"
+
+
 def with_units(items: str) -> list[str]:
-    """Split "200,400,600rpm" at the commas.
+    """Split "200,400,600rpm" at the commas or semicolons.
 
     An item without a unit has the unit of the next item with one.
     """
     unit = ""
     complete = []
-    for item in reversed([item.strip() for item in items.split(",") if item.strip()]):
+    parts = [part.strip() for part in items.replace(";", ",").split(",")]
+    for item in reversed([part for part in parts if part] or [items]):
         number = re.split(r"[^\d.]*$", item)[0]
         unit = item[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())
     return complete[::-1]
+
+
+def quantity_option(option: str, kind: str, bound: Bound = "", *, words: str) -> Any:
+    """Return an option whose value is a number with a unit [SI unit of the kind]."""
+    return typer.Option(
+        option,
+        metavar="QUANTITY",
+        parser=lambda text: quantity(option, text, kind, bound),
+        help=words,
+    )
+
+
+def list_option(
+    option: str,
+    kind: str,
+    bound: Bound = "",
+    metavar: str = "QUANTITIES",
+    *,
+    words: str,
+) -> Any:
+    """Return an option whose value is a tuple of numbers [SI unit of the kind]."""
+
+    def parse(text: str) -> tuple[float, ...]:
+        items = with_units(text)
+        return tuple([quantity(option, item, kind, bound) for item in items])
+
+    return typer.Option(option, metavar=metavar, parser=parse, help=words)
 
 
 def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
@@ -177,12 +254,8 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         value = notation.parse_quantity(text, kind)
     except units.UnitError as error:
         if re.fullmatch(r"\s*[-+]?\d++\.?\d*\s*", text):
-            refuse(
-                "option_without_unit",
-                shown=shown,
-                option=option,
-                meant=f"{text.strip()} {units.DISPLAY[kind]}",
-            )
+            meant = f"{text.strip()} {units.DISPLAY[kind]}"
+            refuse("option_without_unit", shown=shown, option=option, meant=meant)
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
     broken = {
         "above zero": value <= 0,
@@ -195,16 +268,25 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         refuse("option_impossible", shown=shown, bound=bound)
     low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
-    if abs(value) > high or (0 < abs(value) < low and kind != "angle"):
-        size = "large" if abs(value) > high else "small"
+    is_small = 0 < abs(value) < low and kind != "angle"
+    if is_small or abs(value) > high:
+        words = units.KINDS[kind].words
         unit = f" {units.SI[kind]}".rstrip()
         refuse(
             "option_too_large",
             shown=shown,
-            size=size,
-            kind=units.KINDS[kind].words,
+            size="small" if is_small else "large",
+            kind=words,
             low=low,
             high=high,
             unit=unit,
         )
     return value
+
+
+def write_new(out: Path, data: bytes) -> None:
+    """Write a table to fill in; a file that exists may contain data, and stays."""
+    if out.exists():
+        refuse("template_exists", out=out)
+    with telling(out):
+        write_whole(out, [data])

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli import options
-from gyrodata.cli.terminal import (
-    columns,
-    refuse,
-    tell,
-    write_out,
-    write_text,
-)
+from gyrodata.cli.terminal import columns, tell, write_answer
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
@@ -25,66 +18,107 @@ if TYPE_CHECKING:
 HEADER = "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense,note"
 
 
+def _part_of(text: str) -> float:
+    """Read "0.5%" or "0.5" as a part of I_zz [1]."""
+    percent = text.strip().removesuffix("%")
+    return options.quantity("--goal", percent, "number", "above zero") / 100
+
+
 def plan(
-    log: Annotated[str | None, typer.Argument(metavar="[LOG]")] = None,
+    log: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[LOG]",
+            help="The log so far; without one, the lab before it begins.",
+        ),
+    ] = None,
     weights: Annotated[
-        str | None, typer.Option("--weights", metavar="QUANTITIES")
+        Any,
+        options.list_option(
+            "--weights",
+            "mass",
+            "above zero",
+            words="Masses of the weights. Default: those of the log.",
+        ),
     ] = None,
     positions: Annotated[
-        str | None, typer.Option("--positions", metavar="QUANTITIES")
+        Any,
+        options.list_option(
+            "--positions",
+            "length",
+            "above zero",
+            words="Positions on the rod. Default: those of the log.",
+        ),
     ] = None,
-    spins: Annotated[str | None, typer.Option("--spins", metavar="QUANTITIES")] = None,
-    turns: Annotated[str, typer.Option("--turns", metavar="NUMBERS")] = "1",
-    minutes: Annotated[float, typer.Option("--minutes", min=0.0)] = 30.0,
-    goal: Annotated[str | None, typer.Option("--goal", metavar="PERCENT")] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
+    spins: Annotated[
+        Any,
+        options.list_option(
+            "--spins",
+            "rate",
+            "above zero",
+            words="Spins. Default: slow, middle and fast, as in the log.",
+        ),
+    ] = None,
+    turns: Annotated[
+        Any,
+        options.list_option(
+            "--turns",
+            "number",
+            "above zero",
+            "NUMBERS",
+            words="Numbers of turns that you can time.",
+        ),
+    ] = "1",
+    minutes: Annotated[
+        float, typer.Option("--minutes", min=0.0, help="Lab time that is left.")
+    ] = 30.0,
+    goal: Annotated[
+        Any,
+        typer.Option(
+            "--goal",
+            metavar="PERCENT",
+            parser=_part_of,
+            help="u of I_zz in % at which the plan ends, such as 0.5%.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FILE", help="Write the runs as a log to fill in."
+        ),
+    ] = None,
     form: options.FormatOption = "text",
     settings: options.SettingsOption = None,
     mapping: options.MappingOption = None,
     config: options.ConfigOption = None,
 ) -> None:
-    """List the runs that reduce u of I_zz most for each minute of lab time.
+    r"""List the runs that reduce u of I_zz most for each minute of lab time.
 
     With a LOG, gyro plans the runs that come next. Without one, it plans a lab with a
     typical ball. Each run is added to the lab as the fit predicts it, and the larger lab
     is fitted. --out writes a table to fill in, with the expected times.
+
+    Example:  gyro plan demo.csv \
+                --minutes 20 --goal 0.5%
     """
-    from gyrodata.reporting.data import json_text
     from gyrodata.trials import plan as planning
 
     limits = planning.Limits(
-        masses=_values("--weights", weights, "mass"),
-        positions=_values("--positions", positions, "length"),
-        spins=_values("--spins", spins, "rate"),
-        turns=_values("--turns", turns, "number"),
+        masses=weights or (),
+        positions=positions or (),
+        spins=spins or (),
+        turns=turns,
         minutes=minutes,
-        goal=_goal(goal),
+        goal=goal,
     )
     if log is None:
         planned = planning.plan_lab(limits)
     else:
         planned = _plan_log(options.read([log], settings, mapping, config), limits)
-    if form == "json":
-        write_out(json_text(planned.to_dict()))
-    else:
-        write_text(plan_text(planned, minutes))
+    write_answer(form, planned.to_dict(), plan_text(planned, minutes))
     if out is not None:
-        _write_table(out, planned)
-
-
-def _values(option: str, text: str | None, kind: str) -> tuple[float, ...]:
-    """Read the values of an option; none if it is not given."""
-    items = [] if text is None else options.with_units(text)
-    values = [options.quantity(option, item, kind, "above zero") for item in items]
-    return tuple(values)
-
-
-def _goal(text: str | None) -> float | None:
-    """Read "0.5%" or "0.5" as a part of I_zz [1]."""
-    if text is None:
-        return None
-    percent = text.strip().removesuffix("%")
-    return options.quantity("--goal", percent, "number", "above zero") / 100
+        options.write_new(out, _log_to_fill_in(planned).encode())
+        tell(f"table to fill in: {out}")
 
 
 def _plan_log(readings: Readings, limits: Limits) -> Plan:
@@ -106,12 +140,12 @@ def plan_text(plan: Plan, minutes: float) -> str:
     blocks = []
     if plan.now is not None:
         now = f"u of I_zz is {_percent(plan.now)} now."
-        blocks += [[now, "The next run, the best for its time first:"]]
-        blocks[-1] += _table(plan.choices)
-    runs = (*plan.first, *plan.runs)
+        head = "The next run, the best for its time first:"
+        blocks.append([now, head, *_table(plan.choices)])
     title = f"A plan for {minutes:g} minutes, in this order:"
     if plan.minutes > minutes:
         title = f"The first runs of a lab, which take more than {minutes:g} minutes:"
+    runs = (*plan.first, *plan.runs)
     blocks.append([title, *_table(runs)] if runs else [_nothing(plan)])
     blocks.append(_result(plan))
     if plan.others:
@@ -140,19 +174,14 @@ def _result(plan: Plan) -> list[str]:
 
 def _table(runs: Sequence[PlannedRun]) -> list[str]:
     """Write runs in columns."""
-    heads = ["load", "spin [rpm]", "turns", "time [s]", "minutes", "u then"]
-    rows = [
-        [
-            _load(run),
-            _rpm(run),
-            _turns(run),
-            f"{run.time:.1f}",
-            f"{run.minutes:.1f}",
-            _percent(run.u),
-        ]
-        for run in runs
-    ]
-    return [f"  {line}" for line in columns()([heads, *rows])]
+    rows = [["load", "spin [rpm]", "turns", "time [s]", "minutes", "u then"]]
+    for run in runs:
+        time = f"{run.time:.1f}"
+        minutes = f"{run.minutes:.1f}"
+        rows.append(
+            [_load(run), _rpm(run), _turns(run), time, minutes, _percent(run.u)]
+        )
+    return [f"  {line}" for line in columns()(rows)]
 
 
 def _load(run: PlannedRun) -> str:
@@ -178,24 +207,17 @@ def _percent(part: float) -> str:
     return f"{100 * part:.2g} %"
 
 
-# --- the table to fill in ---
-
-
-def _write_table(out: Path, plan: Plan) -> None:
+def _log_to_fill_in(plan: Plan) -> str:
     """Write the runs of a plan as a log to fill in."""
-    if out.exists():
-        refuse("template_exists", out=out)
     lines = [HEADER]
     for run in (*plan.first, *plan.runs):
         aim = f"aim at {_rpm(run)} rpm"
+        load = "0,"
+        note = f"no weight on the rod (watch it for 3 minutes and {aim})"
+        turns = ""
         if run.mass:
             load = f"{1e3 * run.mass:.6g},{100 * run.position:.6g}"
             note = f"{aim} (about {run.time:.1f} s)"
-            lines.append(f"{load},,,{_turns(run)},,{note}")
-        else:
-            lines.append(
-                f"0,,,,,,no weight on the rod (watch it for 3 minutes and {aim})"
-            )
-    with telling(out):
-        write_whole(out, ["".join(f"{line}\n" for line in lines).encode()])
-    tell(f"table to fill in: {out}")
+            turns = _turns(run)
+        lines.append(f"{load},,,{turns},,{note}")
+    return "\n".join(lines) + "\n"

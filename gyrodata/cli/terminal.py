@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOBase, TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -42,21 +42,10 @@ class Door(TyperGroup):
         except SystemExit:
             # Help goes to a reader that has stopped, such as "| head".
             code = 0
-        except GyroError as error:
-            code = _report(error.diagnostics, error.exit_code)
-        except OSError as error:
-            # Commands explain errors of the files that they open.
-            diagnostic = Diagnostic.named(
-                "cannot_continue", why=error.strerror or type(error).__name__
-            )
-            code = _report([diagnostic], InputError.exit_code)
         except Exception as error:
-            # Errors of the command line itself have this method; typer does not export
-            # their class.
-            if hasattr(error, "format_message"):
-                code = _report([_usage_error(error)], InputError.exit_code)
-            else:
-                code = _report([fault(error)], FAULT)
+            diagnostics, code = explained(error)
+            complain(diagnostics)
+            _flush()
         if standalone:
             sys.exit(code)
         return code
@@ -66,19 +55,35 @@ class Door(TyperGroup):
         return super().parse_args(ctx, args or ["--help"])
 
 
+def explained(error: Exception, log: str = "") -> tuple[Sequence[Diagnostic], int]:
+    """Return what an error means, and its exit code; `log` is the name of a log."""
+    if isinstance(error, GyroError):
+        return error.diagnostics, error.exit_code
+    if isinstance(error, OSError) and not log:
+        # Commands explain errors of the files that they open.
+        why = error.strerror or type(error).__name__
+        return [Diagnostic.named("cannot_continue", why=why)], InputError.exit_code
+    if hasattr(error, "format_message"):
+        # An error of the command line itself: typer does not export its class.
+        return [_usage_error(error)], InputError.exit_code
+    return [_fault(error, log)], FAULT
+
+
 def _usage_error(error: Any) -> Diagnostic:
     """Write an error of the command line in the form of all others."""
     words = " ".join(error.format_message().split())
     message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
     message = re.sub("(?i)value error, ", "", message)
     message = (message[:1].lower() + message[1:]).rstrip(".")
-    hint = _hint_for_file() or _nearest_choice(message)
-    if names:
-        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
+    hint = ""
     if error.ctx is not None:
         wrong = getattr(error, "option_name", "").lstrip("-")
-        hint = _hint_from_options(error.ctx, message, wrong) or hint
-        hint = hint or _example_or_help(error.ctx, message)
+        hint = _hint_from_options(error.ctx, message, wrong)
+    if not hint and names:
+        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
+    hint = hint or _hint_for_file() or _nearest_choice(message)
+    if not hint and error.ctx is not None:
+        hint = _example_or_help(error.ctx, message)
     hint = hint or "see: gyro --help"
     return Diagnostic.named("command_line_wrong", message=message, hint=hint)
 
@@ -125,14 +130,13 @@ def _example_or_help(context: Any, message: str) -> str:
     return f"see: {context.command_path} --help"
 
 
-def _report(diagnostics: Sequence[Diagnostic], code: int) -> int:
-    complain(diagnostics)
+def _flush() -> None:
+    """Write what Python still keeps; a stream that is closed is left alone."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except OSError:
             _throw_away(stream)
-    return code
 
 
 class _Closed(TextIOBase):
@@ -148,7 +152,10 @@ class _Closed(TextIOBase):
 
 
 def _open_streams() -> None:
-    """Write UTF-8 to files and pipes on every system."""
+    """Write UTF-8 to files and pipes on every system.
+
+    On a terminal without a character, its name takes its place: no number is damaged.
+    """
     closed: Any = _Closed()
     sys.stdout = sys.stdout or closed
     sys.stderr = sys.stderr or closed
@@ -157,80 +164,8 @@ def _open_streams() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(
                 encoding=stream.encoding if stream.isatty() else "utf-8",
-                errors="replace",
+                errors="namereplace",
             )
-
-
-_PLAIN = {
-    "±": "+/-",
-    "·": "*",
-    "×": "x",
-    "−": "-",
-    "–": "-",
-    "→": "->",
-    "≤": "<=",
-    "≥": ">=",
-    "√": "sqrt",
-    "°": " deg",
-    "’": "'",
-    "“": '"',
-    "”": '"',
-    "∝": "~",
-    "∞": "infinity",
-    "⁄": "/",
-    "─": "-",
-    "━": "-",
-    "│": "|",
-    "▌": "|",
-    "•": "*",
-    "\u0307": "_dot",
-}
-"""ASCII text for characters that `unicodedata` does not describe."""
-
-_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-
-
-def readable(text: str, encoding: str) -> str:
-    """Write a text in ASCII if the encoding lacks a character.
-
-    Every number stays the same: 4.4 × 10⁻³ as 4.4e-3.
-    """
-    try:
-        text.encode(encoding)
-    except UnicodeEncodeError:
-        text = re.sub(
-            " ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
-            lambda match: "e" + match[1].translate(_RAISED),
-            text,
-        )
-        text = re.sub(
-            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), text
-        )
-        text = "".join(map(_plain, text))
-    return text
-
-
-def _plain(sign: str) -> str:
-    """Write a character in ASCII: π as pi, é as e.
-
-    A question mark for a character without such a name.
-    """
-    from unicodedata import combining, decimal, name, normalize
-
-    if sign.isascii() or sign in _PLAIN:
-        return _PLAIN.get(sign, sign)
-    if (digit := decimal(sign, None)) is not None:
-        return str(digit)
-    if (parts := normalize("NFKD", sign)) != sign:
-        # Separated by a blank: 2½ is not 21/2.
-        return " " * ("⁄" in parts) + "".join(map(_plain, parts))
-    if "\N{SYMBOL FOR NULL}" <= sign <= "\N{SYMBOL FOR UNIT SEPARATOR}":
-        return f"^{chr(ord(sign) - 0x2400 + 64)}"  # NUL as ^@
-    called = name(sign, "")
-    if called.startswith("GREEK "):
-        letter = called.split()[-1]
-        return letter.capitalize() if "CAPITAL" in called else letter.lower()
-    return "" if combining(sign) else "?"
 
 
 def _throw_away(stream: Any) -> None:
@@ -239,49 +174,53 @@ def _throw_away(stream: Any) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def fault(error: Exception, name: str = "") -> Diagnostic:
+def _fault(error: Exception, log: str) -> Diagnostic:
     """Describe a fault of gyro itself; GYRO_DEBUG=1 prints the traceback."""
     import traceback
 
     if os.environ.get("GYRO_DEBUG"):
         tell("".join(traceback.format_exception(error)))
-    frames = traceback.walk_tb(error.__traceback__)
-    places = [(frame.f_globals.get("__name__", ""), line) for frame, line in frames]
-    place = [
-        f" in {module}, line {line}"
-        for module, line in places
-        if module.startswith("gyrodata")
-    ][-1:]
-    return Diagnostic.named(
-        "fault_of_gyro", name, error=type(error).__name__, place="".join(place)
-    )
+    place = ""
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        module = frame.f_globals.get("__name__", "")
+        if module.startswith("gyrodata"):
+            place = f" in {module}, line {line}"
+    name = type(error).__name__
+    return Diagnostic.named("fault_of_gyro", log, error=name, place=place)
 
 
-_COLOURED = (
-    r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)"
-    r"|(?P<doubt>Do not rely on this answer:)|(?P<answer>^  I_zz = .*)"
-)
-_COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
+STYLES = {
+    r"\berror G\d{3}:": "bold red",
+    r"\bwarning G\d{3}:": "bold yellow",
+    r"\bnote G\d{3}:": "cyan",
+    "Do not rely on this answer:": "bold red",
+    "(?m)^  I_zz = .*": "bold",
+}
+"""Styles of words on a terminal."""
 
 
-def coloured(text: str, stream: Any) -> str:
-    """Colour severities and print the answer in bold on a terminal.
+def for_stream(text: str, stream: Any) -> str:
+    """Wrap a text, colour severities and make the answer bold, on a terminal.
 
-    FORCE_COLOR and NO_COLOR are respected.
+    FORCE_COLOR, NO_COLOR and TERM are respected.
     """
-    plain = os.environ.get("TERM") == "dumb" or not stream.isatty()
-    if os.environ.get("NO_COLOR") or (plain and not os.environ.get("FORCE_COLOR")):
+    text = _wrapped(text, stream)
+    wanted = stream.isatty() or os.environ.get("FORCE_COLOR")
+    if not wanted or os.environ.get("NO_COLOR"):
         return text
+    from rich.console import Console
+    from rich.text import Text
 
-    def paint(match: re.Match[str]) -> str:
-        colour = "1" if match["answer"] else _COLOURS[match["severity"] or "error"]
-        words = match["told"] or match["doubt"] or match["answer"]
-        return f"{match['place'] or ''}\033[{colour}m{words}\033[0m"
+    console = Console(file=stream, legacy_windows=False)
+    styled = Text(text)
+    for words, style in STYLES.items():
+        styled.highlight_regex(words, style)
+    with console.capture() as captured:
+        console.print(styled, soft_wrap=True, end="")
+    return captured.get()
 
-    return re.sub(_COLOURED, paint, text)
 
-
-def wrapped(text: str, stream: Any) -> str:
+def _wrapped(text: str, stream: Any) -> str:
     """Wrap long lines between words at the width of a terminal.
 
     Texts for other streams stay the same.
@@ -312,7 +251,7 @@ def _wrap_line(line: str, width: int) -> str:
 def write_out(text: str) -> None:
     """Write data to standard output; ``| head`` can close it."""
     try:
-        sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
+        sys.stdout.write(text)
         sys.stdout.flush()
     except BrokenPipeError:
         _throw_away(sys.stdout)
@@ -322,42 +261,43 @@ def write_out(text: str) -> None:
         refuse("output_not_written", why=error.strerror)
 
 
+def write_answer(form: str, document: dict[str, Any], text: object) -> None:
+    """Print a result: its document as JSON, or what `str` makes of `text`."""
+    from gyrodata.reporting.data import json_text
+
+    if form == "text":
+        write_text(str(text))
+    else:
+        write_out(json_text(document, indent=None if form == "ndjson" else 2))
+
+
 def write_text(text: str) -> None:
     """Write text to standard output, wrapped and coloured if it is a terminal."""
-    write_out(coloured(wrapped(text, sys.stdout), sys.stdout))
+    write_out(for_stream(text, sys.stdout))
 
 
 def tell(*lines: str) -> None:
     """Write lines to standard error; if it is closed, the answer is still printed."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
-            line = wrapped(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr)
-            typer.echo(coloured(line, sys.stderr), err=True, color=True)
+            typer.echo(for_stream(line, sys.stderr), err=True, color=True)
         except OSError:
             _throw_away(sys.stderr)
 
 
+SEVERITIES = ("note", "warning", "error")
+
+
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error; errors come last, where users see them."""
-    order = {"note": 0, "warning": 1, "error": 2}
-    shown = [
-        diagnostic
-        for diagnostic in diagnostics
-        if not quiet or diagnostic.severity == "error"
-    ]
-    tell(
-        *map(
-            str,
-            sorted(
-                shown,
-                key=lambda diagnostic: (
-                    order[diagnostic.severity],
-                    diagnostic.line or 0,
-                    diagnostic.column or 0,
-                ),
-            ),
-        )
-    )
+
+    def order(finding: Diagnostic) -> tuple[int, int, int]:
+        place = finding.line or 0, finding.column or 0
+        return SEVERITIES.index(finding.severity), *place
+
+    for finding in sorted(diagnostics, key=order):
+        if not quiet or finding.severity == "error":
+            tell(str(finding))
 
 
 def refuse(name: str, /, **values: object) -> NoReturn:
@@ -417,21 +357,48 @@ def _in_table(rows: Sequence[Sequence[str]]) -> list[str]:
     return [line.rstrip() for line in captured.get().splitlines()]
 
 
-STDIN = "<stdin>"
-"""Name of a log from standard input."""
+FOR_SEVERAL = {"json": "ndjson", "latex": "markdown"}
+"""What to use for several answers in the place of a format for one."""
 
 
-def source_of(log: str, name: str) -> dict[str, Any]:
-    """Return the source of a log and its name, as `read_log` needs them."""
-    if log != "-":
+class Log(NamedTuple):
+    """A log that a command is given."""
+
+    path: str
+    """As it was typed; "-" is standard input."""
+    name: str
+    """For messages and results."""
+
+
+def named_logs(paths: Sequence[str]) -> list[Log]:
+    """Return the logs of a command with their names."""
+    logs = []
+    for path, short in zip(paths, short_paths(paths), strict=True):
+        name = "<stdin>" if path == "-" else printable(short.as_posix())
+        logs.append(Log(path, name))
+    return logs
+
+
+def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
+    """Return the logs of a command in parts; each part has one answer."""
+    logs = named_logs(paths)
+    parts = [logs] if together else [[log] for log in logs]
+    if len(parts) > 1 and form in FOR_SEVERAL:
+        refuse("format_for_one_log", form=form, other=FOR_SEVERAL[form])
+    return parts
+
+
+def source_of(log: Log) -> Any:
+    """Return the file of a log, or the bytes of standard input."""
+    if log.path != "-":
         # A path that contains a line break is still a path.
-        return {"source": Path(log), "name": name}
+        return Path(log.path)
     if sys.stdin is None:
         refuse("input_closed")
     if sys.stdin.isatty():
         end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
         tell(f"gyro reads the log from the keyboard; end it with {end}")
-    return {"source": sys.stdin.buffer, "name": name}
+    return sys.stdin.buffer
 
 
 def short_paths(logs: Sequence[str]) -> list[Path]:
@@ -447,11 +414,3 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
         # Two drives of Windows share no folder.
         return [Path(path.name) if path.is_absolute() else path for path in paths]
     return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
-
-
-def names_of(logs: Sequence[str]) -> list[str]:
-    """Return the names of logs for messages and results."""
-    return [
-        printable(STDIN if path == Path("-") else path.as_posix())
-        for path in short_paths(logs)
-    ]

@@ -7,16 +7,17 @@ of the output.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from gyrodata.base.disk import telling, write_folder
 from gyrodata.cli import options
 from gyrodata.cli.terminal import (
-    names_of,
+    named_logs,
     progress_bar,
     tell,
+    write_answer,
     write_out,
     write_text,
 )
@@ -27,100 +28,167 @@ if TYPE_CHECKING:
 
 def simulate(
     inertia: Annotated[
-        str, typer.Option("--inertia", metavar="QUANTITY")
+        Any,
+        options.quantity_option(
+            "--inertia", "inertia", "above zero", words="I_zz about the rod."
+        ),
     ] = "4.44e-3 kg m^2",
     weights: Annotated[
-        str, typer.Option("--weights", metavar="QUANTITIES")
+        Any,
+        options.list_option(
+            "--weights", "mass", words="Masses of the weights; 0g: no weight."
+        ),
     ] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position", metavar="QUANTITIES")] = "15cm",
+    position: Annotated[
+        Any,
+        options.list_option(
+            "--position",
+            "length",
+            words="Positions of the weight; negative: the other side.",
+        ),
+    ] = "15cm",
     spins: Annotated[
-        str, typer.Option("--spins", metavar="QUANTITIES")
+        Any,
+        options.list_option(
+            "--spins",
+            "rate",
+            "other than zero",
+            words="Spins at the start of each run; negative: reversed.",
+        ),
     ] = "200,400,600rpm",
-    turns: Annotated[str, typer.Option("--turns", metavar="NUMBERS")] = "1",
-    pitch: Annotated[str, typer.Option("--pitch", metavar="QUANTITIES")] = "0deg",
+    turns: Annotated[
+        Any,
+        options.list_option(
+            "--turns",
+            "number",
+            "above zero",
+            "NUMBERS",
+            words="Number of timed turns, such as 1/3 or 1/3,1.",
+        ),
+    ] = "1",
+    pitch: Annotated[
+        Any,
+        options.list_option(
+            "--pitch", "angle", words="Angles of the rod above the horizontal."
+        ),
+    ] = "0deg",
     imbalance: Annotated[
-        str | None, typer.Option("--imbalance", metavar="QUANTITY")
+        Any,
+        options.quantity_option(
+            "--imbalance",
+            "torque",
+            words='Residual torque M0, such as "0.3 mN m". Default: none, or drawn from '
+            "u_imbalance of a noise FILE.",
+        ),
     ] = None,
     spin_decay: Annotated[
-        str | None, typer.Option("--spin-decay", metavar="QUANTITY")
+        Any,
+        options.quantity_option(
+            "--spin-decay",
+            "time",
+            "above zero",
+            words='Time constant of the decay of the spin, "600 s"; the log then has '
+            "the spin at start and end.",
+        ),
     ] = None,
     noise: Annotated[
-        str, typer.Option("--noise", metavar="none|typical|FILE")
+        str,
+        typer.Option(
+            "--noise",
+            metavar="none|typical|FILE",
+            help="typical: the default uncertainties; FILE: a log with lines such as "
+            "# u_time: 0.1 s.",
+        ),
     ] = "typical",
-    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Seed of the random numbers.")
+    ] = 1,
 ) -> None:
-    """Print a simulated log with a known true value, for gyro analyze or any other fit.
+    r"""Print a simulated log with a known true value, for gyro analyze or any other fit.
 
     Each weight at each position with each pitch, spin and number of turns is one run.
     The rod precesses steadily. The runs share errors as in a lab: one ruler, one scale,
     one tachometer, one hand. The log contains its uncertainties, and its first line the
     true values. The same options give the same log.
+
+    Example:  gyro simulate --inertia "4.44e-3 kg m^2" \
+                --weights 20g,40g,60g --position 15cm \
+                --spins 200,400,600rpm --turns 1 \
+                --seed 1 > log.csv
     """
     from gyrodata.trials import simulation
 
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
     truth = simulation.Truth(
-        inertia=options.quantity("--inertia", inertia, "inertia", "above zero"),
-        imbalance=None
-        if imbalance is None
-        else options.quantity("--imbalance", imbalance, "torque"),
-        decay_time=None
-        if spin_decay is None
-        else options.quantity("--spin-decay", spin_decay, "time", "above zero"),
+        inertia=inertia, imbalance=imbalance, decay_time=spin_decay
     )
     design = simulation.Design(
-        masses=_list("--weights", weights, "mass"),
-        positions=_list("--position", position, "length"),
-        spins=_list("--spins", spins, "rate", "other than zero"),
-        turns=_list("--turns", turns, "number", "above zero"),
-        pitches=_list("--pitch", pitch, "angle"),
+        masses=weights, positions=position, spins=spins, turns=turns, pitches=pitch
     )
     errors = known[noise] if noise in known else simulation.read_noise(noise)
     write_out(simulation.simulate(truth, design, errors, seed).log)
 
 
-def _list(
-    option: str, text: str, kind: str, bound: options.Bound = ""
-) -> tuple[float, ...]:
-    return tuple(
-        options.quantity(option, item, kind, bound) for item in options.with_units(text)
-    )
-
-
 def selfcheck(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1000000)] = 1000,
-    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
+    logs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="LOG",
+            help="Log: CSV, text or workbook; - is stdin. Several are days of one "
+            "gyroscope.",
+        ),
+    ],
+    labs: Annotated[
+        int,
+        typer.Option("--labs", min=1, max=1000000, help="Number of simulated labs."),
+    ] = 1000,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, help="Seed of the random numbers.")
+    ] = 1,
     form: options.FormatOption = "text",
     settings: options.SettingsOption = None,
     mapping: options.MappingOption = None,
     config: options.ConfigOption = None,
 ) -> None:
-    """Simulate this lab many times, and count the intervals with the true value.
+    r"""Simulate this lab many times, and count the intervals with the true value.
 
     gyro simulates new readings from the design of the lab, its fitted values as the
     truth, and its stated uncertainties. Each day of a lab has its own M0 and hand; each
     of several logs is a day. gyro applies the recommended fit and those of the textbook
     to each lab. If the runs scatter more or less than stated, a second table shows labs
     with this scatter.
+
+    Example:  gyro selfcheck demo.csv \
+                --labs 1000
     """
     from gyrodata.analysis import analyze_readings
-    from gyrodata.reporting.data import json_text
     from gyrodata.trials.coverage import selfcheck as simulate
 
     analysis = analyze_readings(options.read(logs, settings, mapping, config))
     with progress_bar(labs, "simulated labs") as progress:
         done = simulate(analysis, labs, seed, progress)
-    if form == "json":
-        write_out(json_text(done.to_dict()))
-    else:
-        write_text(f"{done}\n")
+    write_answer(form, done.to_dict(), f"{done}\n")
 
 
 def benchmark(
-    log: Annotated[str | None, typer.Argument(metavar="[LOG]")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o")] = Path("gyro-benchmark"),
-    quick: Annotated[bool, typer.Option("--quick")] = False,
+    log: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[LOG]", help="Log whose lab takes the place of the usual one."
+        ),
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", "-o", help="Folder for the page, the pictures and the tables."
+        ),
+    ] = Path("gyro-benchmark"),
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick", help="A quick look with few labs: a quarter of a minute."
+        ),
+    ] = False,
 ) -> None:
     """Chart cost against error on this machine, and map where methods fail.
 
@@ -129,6 +197,8 @@ def benchmark(
     there. With a LOG, its lab takes the place of the usual one. gyro writes one page,
     benchmark.html, with the pictures as PNG and their numbers as CSV. It takes up to ten
     minutes on two processors, with --quick a quarter of a minute.
+
+    Example:  gyro benchmark --quick --out charts
     """
     from gyrodata.base.workers import count_workers
     from gyrodata.trials.benchmark import report
@@ -141,7 +211,7 @@ def benchmark(
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
         tables = report.run(effort, workers, 1, own, progress)
-    name = names_of([log])[0] if log else ""
+    name = named_logs([log])[0].name if log else ""
     files = report.files(tables, name, workers)
     with telling(out):
         write_folder(out, files)
@@ -172,15 +242,22 @@ SchemaName = Literal[
 
 def schema(
     name: Annotated[
-        SchemaName, typer.Argument(metavar="NAME", show_choices=False)
+        SchemaName,
+        typer.Argument(
+            metavar="NAME",
+            show_choices=False,
+            help="analysis, check, grades, plan, predictions, selfcheck, rubric; or "
+            "diagnostics, the table of codes.",
+        ),
     ] = "analysis",
 ) -> None:
-    """Print the JSON Schema of an output or a rubric, or all diagnostics."""
+    """Print the JSON Schema of an output or a rubric, or all diagnostics.
+
+    Example:  gyro schema diagnostics
+    """
     from gyrodata.cli.schema import json_schema
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
 
-    if name == "diagnostics":
-        write_out(diagnostics_text())
-    else:
-        write_out(json_text(json_schema(name)))
+    is_table = name == "diagnostics"
+    write_out(diagnostics_text() if is_table else json_text(json_schema(name)))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import asdict
 
-from gyrodata.fitting import Estimate
 from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
 from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
@@ -23,6 +22,7 @@ from gyrodata.reporting.elements import (
     Sentence,
     Styled,
     Text,
+    join_sentences,
     paragraph,
     say,
     table,
@@ -44,6 +44,7 @@ UNSEEN_BALANCE = 0.3
 """
 
 FIT_NAMES = questions.WORDS["fits"]
+SENTENCES = questions.WORDS["sentences"]
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
     "sources"
 ]
@@ -70,103 +71,81 @@ BYLINE = (
 """Keys of the lines of a log that the report shows below its title."""
 
 
-def _wide_answer(n: Numbers) -> Sentence:
-    """Write the 95 % interval; with one torque, first the answer of a balanced ball."""
-    analysis = n.analysis
-    interval = n.interval("inertia.interval_95", n.inertia)
-    if analysis.if_balanced is None or analysis.measurements.balanced is False:
-        return say("I_zz = {} (95 % interval)", interval)
-    return say(
-        "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} (95 % "
-        "interval)",
-        n.value("if_balanced.value", n.inertia),
-        interval,
-    )
-
-
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
-    size = say(
-        "{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque")
-    )
-    answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
-    if is_wide(analysis.inertia):
-        answer = _wide_answer(n)
-    is_worksheet = questions.is_worksheet(analysis)
-    sections = (
-        *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
-        Section("Runs", tuple(_runs(n)), "runs"),
-        *([Section("Days and groups", _days(n), "days")] if analysis.blocks else []),
-        Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
-        *(
-            []
-            if is_worksheet
-            else [Section("How to improve the next lab", _advice(analysis), "advice")]
-        ),
-        Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True),
-        Section("Three fits side by side", tuple(_fits(n)), "fits", True),
-        Section("Effects considered", _effects(n), "effects", True),
-        questions.others(n),
-        Section("Diagnostics", _diagnostics(n), "diagnostics", True),
-        Section("Method and how to cite it", tuple(_method(n)), "method", True),
-        Section("Provenance", _provenance(n), "provenance", True),
-        Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True),
-    )
-    known = {
-        key.lower(): (key, text) for key, text in analysis.readings.metadata.items()
-    }
-    lines = [
-        f"{key.capitalize()}: {text}"
-        for key, text in (known[name] for name in BYLINE if name in known)
-    ]
+    answer = n.answer()
+    runs = n.count("/input.rows", "run")
+    size = say("{}, {}", runs, n.count("torques.length", "torque"))
+    kind = "worksheet" if questions.is_worksheet(analysis) else "report"
     return elements.Report(
+        numbers=n,
         name=analysis.name,
         size=size,
-        title=say(
-            "Gyroscope lab {}: {}, {}",
-            "worksheet" if is_worksheet else "report",
-            analysis.name,
-            size,
-        ),
-        byline=say("{}", " · ".join(lines)),
+        title=say("Gyroscope lab {}: {}, {}", kind, analysis.name, size),
+        byline=_byline(analysis),
         read_as=_read_as(n),
         doubts=tuple(_doubts(n)),
-        warnings=_warnings(n),
+        warnings=tuple(_warnings(n)),
         answer=answer,
         top=tuple(_top(n)),
         brief=tuple(_brief(n)),
-        sections=sections,
+        sections=tuple(_sections(n, answer)),
     )
+
+
+def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
+    analysis = n.analysis
+    yield from questions.answer(n, answer, _agreement(n), _fit_quality(n))
+    yield Section("Runs", tuple(_runs(n)), "runs")
+    if analysis.blocks:
+        yield Section("Days and groups", _days(n), "days")
+    yield Section("Uncertainty budget", tuple(_budget(n)), "uncertainty")
+    if not questions.is_worksheet(analysis):
+        yield Section("How to improve the next lab", _advice(analysis), "advice")
+    yield Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True)
+    yield Section("Three fits side by side", tuple(_fits(n)), "fits", True)
+    yield Section("Effects considered", _effects(n), "effects", True)
+    yield questions.others(n)
+    yield Section("Diagnostics", _diagnostics(n), "diagnostics", True)
+    yield Section("Method and how to cite it", tuple(_method(n)), "method", True)
+    yield Section("Provenance", (_provenance(n),), "provenance", True)
+    yield Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True)
 
 
 # --- the first screen ---
 
 
+def _byline(analysis: Analysis) -> Sentence:
+    """Show who made the log, if it says so."""
+    known = {key.lower(): key for key in analysis.readings.metadata}
+    lines = []
+    for name in BYLINE:
+        if name in known:
+            text = analysis.readings.metadata[known[name]]
+            lines.append(f"{known[name].capitalize()}: {text}")
+    return say("{}", " · ".join(lines))
+
+
 def _read_as(n: Numbers) -> Sentence:
     """Describe the first run with a load: what was read, and what follows from it."""
-    i, run = next((i, run) for i, run in enumerate(n.analysis.run_table) if run.torque)
+    runs = n.analysis.run_table
+    i = next(i for i, run in enumerate(runs) if run.torque)
+    run = runs[i]
     at = f"runs.{i}"
     torque = n.value(f"{at}.torque", n.torque)
-    loaded = run.mass is not None and run.position is not None
-    on_the_rod = (
-        say("{} from the centre", n.hung(i, at))
-        if loaded
-        else say("a torque of {}", torque)
-    )
+    load = say("a torque of {}", torque)
+    if run.mass is not None and run.position is not None:
+        load = say("{} from the centre", n.hung(i, at))
     timed: Sentence = ()
     if n.analysis.measurements.timed:
-        turns, noun = turn_words(run.turns).split(" ")
-        timed = say(
-            ", {} {} in {}",
-            n.number(f"{at}.turns", turns),
-            noun,
-            n.reading(i, "time", values.SECOND),
-        )
+        digits, noun = turn_words(run.turns).split(" ")
+        turns = n.number(f"{at}.turns", digits)
+        timed = say(", {} {} in {}", turns, noun, n.reading(i, "time", values.SECOND))
     return say(
         "Read as: run {}: {}, {}{}{}, one turn in {}.",
         n.number(f"{at}.run"),
-        on_the_rod,
+        load,
         n.reading(i, "spin", values.RPM),
         timed,
         say(": {}", torque) if run.mass is not None else (),
@@ -176,28 +155,25 @@ def _read_as(n: Numbers) -> Sentence:
 
 def _doubts(n: Numbers) -> Iterator[Sentence]:
     """List the reasons why the answer is not reliable, with their lines in the log."""
-    diagnostics = n.analysis.diagnostics
-    number_of = {finding.message: i for i, finding in enumerate(diagnostics)}
-    for i, doubt in enumerate(n.analysis.doubts):
-        start = Styled("Also: " if i else "Do not rely on this answer: ", "warn")
-        place = _place(n, number_of[doubt.words])
-        remedy = ""
-        if i == 0:
+    start = "Do not rely on this answer: "
+    numbers = {finding.message: i for i, finding in enumerate(n.analysis.diagnostics)}
+    for doubt in n.analysis.doubts:
+        place = _place(n, numbers[doubt.words])
+        sentence = say("{}{}{}.", Styled(start, "warn"), doubt.words, place)
+        if doubt is n.analysis.doubts[0]:
             end = "" if doubt.remedy.endswith("?") else "."
-            remedy = f" Find the cause: {doubt.remedy}{end}"
-        yield say("{}{}{}.{}", start, doubt.words, place, remedy)
+            sentence = say("{} Find the cause: {}{}", sentence, doubt.remedy, end)
+        yield sentence
+        start = "Also: "
 
 
-def _warnings(n: Numbers) -> tuple[Sentence, ...]:
+def _warnings(n: Numbers) -> Iterator[Sentence]:
     """List the warnings that are not reasons to doubt the answer, without remedies."""
     doubts = {doubt.words for doubt in n.analysis.doubts}
-    return tuple(
-        [
-            say("{}{}: {}", Styled("Warning", "warn"), _place(n, i), finding.message)
-            for i, finding in enumerate(n.analysis.diagnostics)
-            if finding.severity != "note" and finding.message not in doubts
-        ]
-    )
+    start = Styled("Warning", "warn")
+    for i, finding in enumerate(n.analysis.diagnostics):
+        if finding.severity != "note" and finding.message not in doubts:
+            yield say("{}{}: {}", start, _place(n, i), finding.message)
 
 
 def _top(n: Numbers) -> Iterator[elements.Block]:
@@ -206,16 +182,10 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         yield Text(_on_balance(n))
     # If the interval is wide, it is the answer itself.
     if analysis.inertia.interval_95 is not None and not is_wide(analysis.inertia):
+        interval = n.interval("inertia.interval_95", n.inertia)
         k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
-        yield paragraph(
-            "95 % interval: {} (k = {})",
-            n.interval("inertia.interval_95", n.inertia),
-            k,
-        )
-    yield paragraph(
-        "Every ± is one standard uncertainty u, which includes the scatter of the runs.",
-        kind="small",
-    )
+        yield paragraph("95 % interval: {} (k = {})", interval, k)
+    yield paragraph(SENTENCES["every_u"], kind="small")
 
 
 def _brief(n: Numbers) -> Iterator[Sentence]:
@@ -224,19 +194,14 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
+    inertia = n.value("inertia.value", n.inertia)
     if is_wide(analysis.inertia):
-        words = (
-            "Median and half of the 68 % interval: {}; the 95 % interval is much wider "
-            "than ± 2 u."
-        )
-        yield say(words, n.value("inertia.value", n.inertia))
+        yield say(SENTENCES["median"], inertia)
     elif analysis.inertia.interval_95 is not None:
-        yield say(
-            "95 % interval: {}; torque without a weight M0 = {} ({})",
-            n.interval("inertia.interval_95", n.inertia),
-            n.value("residual_torque.value", n.torque),
-            "mean of the days" if analysis.blocks else "included in the fit",
-        )
+        interval = n.interval("inertia.interval_95", n.inertia)
+        m0 = n.value("residual_torque.value", n.torque)
+        of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
+        yield say(SENTENCES["interval_and_m0"], interval, m0, of_m0)
     if analysis.blocks:
         names = listing([block.name for block in analysis.blocks])
         yield say("{}: each has its own M0. {}", names, _days_agree(n))
@@ -251,7 +216,12 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
     far = [i for i, run in enumerate(runs) if _is_far(run)]
-    yield from _outliers(n, odd)
+    for i in odd[:FEW]:
+        place = _run_place(n, i)
+        fate = _fate(n.analysis, i)
+        yield say(SENTENCES["outlier"], place, fate, runs[i].reason)
+    if len(odd) > FEW:
+        yield say(SENTENCES["more_outliers"], str(len(odd) - FEW))
     if far:
         yield _worth_repeating(n, far)
     if not odd and not far:
@@ -259,34 +229,20 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
         yield say(f"No suspected outliers{end}")
 
 
+def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
+    named = join_sentences([_run_place(n, i) for i in far[:FEW]], ", ")
+    them = "it is" if len(far) == 1 else "they are"
+    return say(SENTENCES["far"], named, them, f"{FAR:g}")
+
+
 def _is_far(run: Run) -> bool:
     """Return whether an ordinary run is far from the prediction of the others."""
     return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
 
 
-def _outliers(n: Numbers, odd: Sequence[int]) -> Iterator[Sentence]:
-    words = "Suspected outlier: {}, {}: {}. Check it, or repeat the run."
-    for i in odd[:FEW]:
-        reason = n.analysis.run_table[i].reason
-        yield say(words, _run_place(n, i), _fate(n.analysis, i), reason)
-    rest = len(odd) - FEW
-    if rest > 0:
-        yield say(f"{rest} more suspected outliers are marked in the table of runs.")
-
-
-def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
-    names = [_run_place(n, i) for i in far[:FEW]]
-    first, *others = names
-    named = say("{}" + ", {}" * len(others), first, *others)
-    them = "it is" if len(far) == 1 else "they are"
-    words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
-    return say(words, named, them, f"{FAR:g}")
-
-
 def _run_place(n: Numbers, i: int) -> Sentence:
-    return say(
-        "run {} (line {})", n.number(f"runs.{i}.run"), n.number(f"runs.{i}.line")
-    )
+    number = n.number(f"runs.{i}.run")
+    return say("run {} (line {})", number, n.number(f"runs.{i}.line"))
 
 
 def _fate(analysis: Analysis, i: int) -> str:
@@ -298,38 +254,25 @@ def _fate(analysis: Analysis, i: int) -> str:
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
     analysis = n.analysis
-    scatter = n.analysis.fit.widths.scatter
-    runs = n.count("/input.rows", "run")
-    left_out = any(run.left_out for run in analysis.run_table)
-    runs = (
-        say("Of the {}, those that were kept", runs)
-        if left_out
-        else say("The {}", runs)
-    )
+    runs = say("The {}", n.count("/input.rows", "run"))
+    if any(run.left_out for run in analysis.run_table):
+        count = n.count("/input.rows", "run")
+        runs = say("Of the {}, those that were kept", count)
     if analysis.p is None:
-        return say("There are as many unknowns as runs, so nothing shows if they agree")
+        return say(SENTENCES["no_freedom"])
     if analysis.runs_disagree:
-        return say(
-            "{} do not agree with one straight line within the stated uncertainties",
-            runs,
-        )
+        return say(SENTENCES["runs_disagree"], runs)
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
         return say("{} agree with one straight line{}", runs, better)
-    if scatter < NOTICEABLE:
+    if analysis.fit.widths.scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
-    timed = analysis.measurements.time_u is not None
-    stated: elements.Part = (
-        n.value("goodness.time_u", values.SECOND) if timed else "the log"
-    )
-    words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
-    return say(
-        words,
-        runs,
-        n.scatter("goodness.scatter"),
-        stated,
-        scatter_in_u(analysis.constancy, analysis.measurements),
-    )
+    stated: elements.Part = "the log"
+    if analysis.measurements.time_u is not None:
+        stated = n.value("goodness.time_u", values.SECOND)
+    scatter = n.scatter("goodness.scatter")
+    in_u = scatter_in_u(analysis.constancy, analysis.measurements)
+    return say(SENTENCES["scatter"], runs, scatter, stated, in_u)
 
 
 def _largest_part(n: Numbers) -> Sentence:
@@ -340,11 +283,7 @@ def _largest_part(n: Numbers) -> Sentence:
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
-            words = (
-                "{} These runs cannot show how well the ball is balanced. This "
-                "uncertainty is {}{} of the variance."
-            )
-            sentence = say(words, sentence, largest, part)
+            sentence = say(SENTENCES["unseen_balance"], sentence, largest, part)
         elif i == 0:
             sentence = _largest(n, part)
     return sentence
@@ -357,11 +296,8 @@ def _largest(n: Numbers, part: elements.Number) -> Sentence:
     of_hand = {"time", "unexplained_scatter"}
     if source in of_hand and of_hand <= shares.keys():
         # The scatter above the stated uncertainties is most likely that of the hand.
-        both = 100 * (shares["time"] + shares["unexplained_scatter"])
-        return say(
-            ". Largest uncertainty: the stopwatch readings with their unexplained "
-            f"scatter ({both:.0f} % of the variance)."
-        )
+        both = shares["time"] + shares["unexplained_scatter"]
+        return say(SENTENCES["hand_and_scatter"], f"{100 * both:.0f}")
     # In a sentence, a clause needs its pronoun.
     name = source_words(source).replace(", differs", ", which differs")
     the = "" if name == "g" or name.startswith("each") else "the "
@@ -371,30 +307,19 @@ def _largest(n: Numbers, part: elements.Number) -> Sentence:
 def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     """Name the assumption that I_zz depends on if all torques are equal."""
     measured = n.analysis.measurements
-    by = (
-        "the balance test"
-        if measured.balance_test is not None
-        else "the ball being balanced"
-    )
-    known = (measured.balance_test, measured.torque_unseen)
-    if measured.balanced or any(each is not None for each in known):
-        return (say(f"All torques are equal, so the answer depends on {by}."),)
-    decide = (
-        "All torques are equal, and a usual imbalance, 5 % of the torque, changes I_zz "
-        "by 5 %. Time runs with one more weight; or write {}, add a balance test, or "
-        "time a run without an added mass."
-    )
-    return (say(decide, Styled("# balanced: yes", "code")),)
+    tested = measured.balance_test is not None
+    if tested or measured.balanced or measured.torque_unseen is not None:
+        by = "the balance test" if tested else "the ball being balanced"
+        return (say("All torques are equal, so the answer depends on {}.", by),)
+    return (say(SENTENCES["usual_imbalance"], Styled("# balanced: yes", "code")),)
 
 
 def _fit_quality(n: Numbers) -> Sentence:
-    chi2 = n.analysis.fit.chi2
     if n.analysis.p is None:
-        return say(
-            "Fit quality: not available, because there are no degrees of freedom"
-        )
+        return say(SENTENCES["no_quality"])
+    chi2 = n.analysis.fit.chi2
     return say(
-        "Fit quality: {} (chi-square {} for {} of freedom; scatter {} times the stated one)",
+        SENTENCES["quality"],
         n.p("goodness.p"),
         n.number("goodness.chi2", f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"),
         n.count("goodness.dof", "degree"),
@@ -407,101 +332,81 @@ def _fit_quality(n: Numbers) -> Sentence:
 
 def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
-    second = values.SECOND
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
-    marked = "The remarks in the table explain the suspected outliers."
-    yield paragraph(
-        marked if odd else "No suspected outliers; all runs are in the fit."
-    )
+    yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
     yield Picture("residuals", FIGURES["residuals"].caption)
-    group_of = {
-        i: g for g, group in enumerate(analysis.measurements.by_torque) for i in group
-    }
-    rows: list[tuple[elements.Cell, ...]] = []
-    for i, (run, note) in enumerate(
-        zip(analysis.run_table, analysis.readings.notes, strict=True)
-    ):
-        at = f"runs.{i}"
-        shift = None
-        if run.studentized_residual is not None:
-            shift = n.shift(f"{at}.studentized_residual")
-        rows.append(
-            (
-                (n.number(f"{at}.run"),),
-                n.number(f"{at}.line"),
-                n.load(group_of[i]),
-                n.reading(i, "spin", values.RPM),
-                n.reading(i, "time", second),
-                n.number(f"{at}.turns", turn_words(run.turns).split(" ")[0]),
-                n.value(f"{at}.period", second),
-                n.value(f"{at}.product", values.PRODUCT),
-                shift,
-                _remark(n, i, note) or None,
-            )
-        )
-    number = values.NUMBER
     heads = (
-        *(
-            Head("run"),
-            Head("line", number),
-            Head("load"),
-            Head("spin", values.RPM),
-            Head("time", second),
-        ),
-        *(Head("turns", number), Head("period τ", second), Head("φ̇ψ̇", values.PRODUCT)),
-        *(Head("residual", values.IN_U), Head("remark", wrap=0.2)),
+        Head("run"),
+        Head("line", values.NUMBER),
+        Head("load"),
+        Head("spin", values.RPM),
+        Head("time", values.SECOND),
+        Head("turns", values.NUMBER),
+        Head("period τ", values.SECOND),
+        Head("φ̇ψ̇", values.PRODUCT),
+        Head("residual", values.IN_U),
+        Head("remark", wrap=0.2),
     )
-    caption = "The residual is the time minus the time that the other runs predict, in units of u"
-    yield table(heads, rows, caption, odd=odd)
+    rows: list[tuple[elements.Cell, ...]] = [()] * len(analysis.run_table)
+    for group, members in enumerate(analysis.measurements.by_torque):
+        for i in members:
+            rows[i] = _row_of_run(n, i, n.load(group))
+    yield table(heads, rows, SENTENCES["residual"], odd=odd)
 
 
-def _remark(n: Numbers, i: int, note: str) -> Sentence:
+def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
+    run = n.analysis.run_table[i]
+    at = f"runs.{i}"
+    turns = turn_words(run.turns).split(" ")[0]
+    return (
+        (n.number(f"{at}.run"),),
+        n.number(f"{at}.line"),
+        load,
+        n.reading(i, "spin", values.RPM),
+        n.reading(i, "time", values.SECOND),
+        n.number(f"{at}.turns", turns),
+        n.value(f"{at}.period", values.SECOND),
+        n.value(f"{at}.product", values.PRODUCT),
+        n.cell(n.shift, f"{at}.studentized_residual"),
+        _remark(n, i) or None,
+    )
+
+
+def _remark(n: Numbers, i: int) -> Sentence:
     """Explain why a run is an outlier, and quote its note."""
     run = n.analysis.run_table[i]
+    note = n.analysis.readings.notes[i]
     parts: list[Sentence] = []
     if run.flagged:
         fate = Styled(_fate(n.analysis, i), "strong")
         parts.append(say("{}: {}", fate, run.reason))
     if note:
         parts.append(say("note: {}", Styled(note, "quote")))
-    return say("; ".join(["{}"] * len(parts)), *parts)
+    return join_sentences(parts, "; ")
 
 
 def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
-    rows = [
-        (
-            say("{}", source_words(share.source)),
-            n.number(
-                f"budget.{i}.share",
-                f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1",
-                values.PERCENT,
-            ),
-            n.scatter(f"budget.{i}.u_inertia", n.inertia),
-            say("{}", share.shared_by if share.shared else "each run its own"),
-        )
-        for i, share in enumerate(budget)
-    ]
-    bars = tuple((share.share, 0.0) for share in budget)
+    rows = []
+    for i, share in enumerate(budget):
+        percent = f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1"
+        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
+        u = n.scatter(f"budget.{i}.u_inertia", n.inertia)
+        shared_by = share.shared_by if share.shared else "each run its own"
+        name = say("{}", source_words(share.source))
+        rows.append((name, part, u, say("{}", shared_by)))
     heads = (
         Head("component", wrap=0.28),
-        Head("share of the variance", values.PERCENT, dots=bars),
+        Head("share of the variance", values.PERCENT, bars=True),
         Head("u of I_zz", n.inertia),
         Head("shared by", wrap=0.25),
     )
-    caption = (
-        "Uncertainty components with their shares of the variance u² of I_zz, the "
-        "largest first"
-    )
-    yield (
-        table(heads, rows, caption)
-        if rows
-        else paragraph("The log states no uncertainty.")
-    )
+    if rows:
+        yield table(heads, rows, SENTENCES["budget"])
+    else:
+        yield paragraph("The log states no uncertainty.")
     if assumed := defaults_used(n.analysis):
-        yield paragraph(
-            "The log does not state these uncertainties, so default values are used:"
-        )
+        yield paragraph(SENTENCES["defaults"])
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
     if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
@@ -510,25 +415,22 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
 def defaults_used(analysis: Analysis) -> list[str]:
     """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
     used = [
-        f"u_{s.name} {s.usual}"
-        for s in analysis.measurements.sources
-        if s.default and s.usual != "0"
+        f"u_{source.name} {source.usual}"
+        for source in analysis.measurements.sources
+        if source.default and source.usual != "0"
     ]
-    if (
-        analysis.measurements.timed
-        and "u_time_bias" not in analysis.readings.uncertainties
-    ):
+    states_bias = "u_time_bias" in analysis.readings.uncertainties
+    if analysis.measurements.timed and not states_bias:
         used.append(f"u_time_bias {SOURCES['time_bias'].usual}")
     return used
 
 
 def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
+    """List what would make the next lab better."""
     advice = tuple((item,) for item in analysis.advice)
-    return (
-        Text(advice, "numbered")
-        if advice
-        else paragraph("No single change would help much."),
-    )
+    if advice:
+        return (Text(advice, "numbered"),)
+    return (paragraph("No single change would help much."),)
 
 
 def _days(n: Numbers) -> tuple[elements.Block, ...]:
@@ -537,16 +439,15 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     rows: list[tuple[elements.Cell, ...]] = []
     for i, block in enumerate(blocks):
         at = f"blocks.{i}"
-        alone: elements.Cell = say("not determined")
-        if block.inertia:
-            alone = n.value(f"{at}.inertia.value", n.inertia)
+        alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
         m0 = n.value(f"{at}.residual_torque.value", n.torque)
         name = say("{}", block.name)
-        rows.append((name, n.number(f"{at}.runs"), alone, m0))
+        runs = n.number(f"{at}.runs")
+        rows.append((name, runs, alone or say("not determined"), m0))
     heads = (
         Head("day or group"),
         Head("runs", values.NUMBER),
-        _drawn(n, [block.inertia for block in blocks]),
+        _drawn(n),
         Head("M0", n.torque),
     )
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
@@ -571,100 +472,68 @@ def _days_agree(n: Numbers) -> Sentence:
 # --- details ---
 
 
-def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
-    """Return the head of a column of estimates of I_zz.
-
-    The estimates are drawn against the interval of the answer.
-    """
+def _drawn(n: Numbers) -> Head:
+    """Return the head of a column of I_zz, drawn against that of the answer."""
     value = n.analysis.inertia.value
     u = n.analysis.inertia.u or 0.0
-    dots = tuple(
-        (estimate.value, estimate.u or 0.0) if estimate else None
-        for estimate in estimates
-    )
-    return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))
+    return Head("I_zz", n.inertia, band=(value - u, value + u))
 
 
 def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     cases = n.analysis.sensitivity
-    rows: list[tuple[elements.Cell, ...]] = [
-        (say("no change"), n.value("inertia.value", n.inertia), None)
-    ]
+    if not cases:
+        return ()
+    fitted = n.value("inertia.value", n.inertia)
+    rows: list[tuple[elements.Cell, ...]] = [(say("no change"), fitted, None)]
     for i, case in enumerate(cases):
-        value: elements.Cell = say("no answer")
-        if case.inertia is not None:
-            value = n.value(f"sensitivity.{i}.inertia.value", n.inertia)
-        shift = (
-            None if case.deviation is None else n.shift(f"sensitivity.{i}.deviation")
-        )
-        rows.append((say("{}", case.words), value, shift))
-    drawn = _drawn(n, [n.analysis.inertia, *(case.inertia for case in cases)])
-    heads = Head("if"), drawn, Head("shift", values.IN_U)
+        at = f"sensitivity.{i}"
+        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        shift = n.cell(n.shift, f"{at}.deviation")
+        rows.append((say("{}", case.words), value or say("no answer"), shift))
+    heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u"
-    return (table(heads, rows, caption, main=0),) if cases else ()
+    return (table(heads, rows, caption, main=0),)
 
 
 def _fits(n: Numbers) -> Iterator[elements.Block]:
     fits = n.analysis.fits
     rows: list[tuple[elements.Cell, ...]] = []
+    notes = []
     for i, fit in enumerate(fits):
         at = f"fits.{i}"
-        away = None
-        intercept = None
-        if fit.deviation is not None and fit.difference is not None:
-            away = say(
-                "{} ({})", n.shift(f"{at}.deviation"), n.percent(f"{at}.difference")
-            )
-        if fit.inertia:
-            intercept = (
-                n.value(f"{at}.constant.value", n.torque)
-                if fit.constant
-                else say("assumed 0")
-            )
-        value = (
-            n.value(f"{at}.inertia.value", n.inertia)
-            if fit.inertia
-            else say("not possible")
-        )
-        rows.append((say("{}", FIT_NAMES[fit.name]), value, intercept, away))
+        name = FIT_NAMES[fit.name]
+        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        intercept = n.cell(n.value, f"{at}.constant.value", n.torque)
+        if value and not intercept:
+            intercept = say("assumed 0")
+        away: elements.Cell = None
+        if fit.deviation is not None:
+            shift = n.shift(f"{at}.deviation")
+            away = say("{} ({})", shift, n.percent(f"{at}.difference"))
+        rows.append((say("{}", name), value or say("not possible"), intercept, away))
+        notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
     heads = (
         Head("fit"),
-        _drawn(n, [fit.inertia for fit in fits]),
+        _drawn(n),
         Head("intercept −M0", n.torque),
+        Head("from recommended", values.NUMBER),
     )
     caption = "The recommended fit, and the lines of the textbook"
-    yield table(
-        (*heads, Head("from recommended", values.NUMBER)), rows, caption, main=0
-    )
-    yield Text(
-        tuple(
-            say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note)
-            for fit in fits
-        ),
-        "list",
-    )
+    yield table(heads, rows, caption, main=0)
+    yield Text(tuple(notes), "list")
 
 
 def _effects(n: Numbers) -> tuple[elements.Block, ...]:
-    model = n.analysis.model
     rows: list[tuple[elements.Cell, ...]] = []
     for i, effect in enumerate(n.analysis.effects):
-        size = None
+        size: elements.Cell = None
         if effect.size is not None:
-            text = f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
-            text = "< 0.01" if effect.size and text == "0.00" else text
+            text = _size_text(effect.size)
             size = n.number(f"effects.{i}.size", text, values.IN_U)
-        change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
-        name = changes.effect_words(effect.effect)
-        rows.append(
-            (
-                say("{}", name),
-                change,
-                size,
-                say(_verdict(effect)),
-                say("{}", effect.reason),
-            )
-        )
+        change = n.cell(n.percent, f"effects.{i}.bias")
+        name = say("{}", changes.effect_words(effect.effect))
+        verdict = say(_verdict(effect))
+        rows.append((name, change, size, verdict, say("{}", effect.reason)))
     heads = (
         Head("effect", wrap=0.2),
         Head("change of I_zz", values.PERCENT),
@@ -672,20 +541,21 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
         Head("verdict", wrap=0.12),
         Head("why", wrap=0.3, page_only=True),
     )
-    choice = (
-        ", as asked"
-        if n.analysis.lab.asked
-        else ", the simplest model that is sufficient here"
-    )
-    words = say(f"Model: {model.words}{choice}.")
+    choice = "the simplest model that is sufficient here"
+    if n.analysis.lab.asked:
+        choice = "as asked"
+    caption = "Change of I_zz if the effect is ignored, in % and in units of u"
     return (
-        Text((words,)),
-        table(
-            heads,
-            rows,
-            "Change of I_zz if the effect is ignored, in % and in units of u",
-        ),
+        paragraph("Model: {}, {}.", n.analysis.model.words, choice),
+        table(heads, rows, caption),
     )
+
+
+def _size_text(size: float) -> str:
+    """Write the size of an effect [u]."""
+    if 0 < size < 0.005:
+        return "< 0.01"
+    return f"{size:.2f}" if size < 10 else f"{size:.0f}"
 
 
 def _verdict(effect: changes.Effect) -> str:
@@ -701,23 +571,15 @@ def _verdict(effect: changes.Effect) -> str:
 
 def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
     """List every message about the log, with its remedy."""
-    lines = [_diagnostic(n, i) for i in range(len(n.analysis.diagnostics))]
-    return (Text(tuple(lines), "list") if lines else paragraph("None."),)
-
-
-def _diagnostic(n: Numbers, i: int) -> Sentence:
-    diagnostic = n.analysis.diagnostics[i]
-    code = Styled(
-        f"{diagnostic.severity} {diagnostic.code}",
-        "strong" if diagnostic.severity == "note" else "warn",
-    )
-    return say(
-        "{}{}: {}{}",
-        code,
-        _place(n, i),
-        diagnostic.message,
-        f"; {diagnostic.hint}" if diagnostic.hint else "",
-    )
+    lines = []
+    for i, finding in enumerate(n.analysis.diagnostics):
+        style = "strong" if finding.severity == "note" else "warn"
+        code = Styled(f"{finding.severity} {finding.code}", style)
+        hint = f"; {finding.hint}" if finding.hint else ""
+        lines.append(say("{}{}: {}{}", code, _place(n, i), finding.message, hint))
+    if lines:
+        return (Text(tuple(lines), "list"),)
+    return (paragraph("None."),)
 
 
 def _place(n: Numbers, i: int) -> Sentence:
@@ -731,75 +593,52 @@ def _place(n: Numbers, i: int) -> Sentence:
 
 
 def _method(n: Numbers) -> Iterator[elements.Block]:
-    left_out = any(run.left_out for run in n.analysis.run_table)
-    fitted = say(
-        "I_zz, the residual torque M0 and the timing bias b were fitted to all "
-        "readings of the {}{} at once, by "
-        f"{n.analysis.model.words}: least squares with errors in "
-        f"every reading (Gauss-Helmert "
-        "model). An error that runs share, for example of the ruler, is one unknown "
-        "for all of them. Unknown sizes of "
-        "errors are marginalised: the factor by which the runs scatter more or less "
-        "than stated, and the imbalance of "
-        "the ball. I_zz is the median of the posterior distribution, u is half of its "
-        "68.3 % interval, and the 95 % "
-        "interval goes from its 2.5 % to its 97.5 % quantile.",
-        n.count("/input.rows", "run"),
-        ", without those marked as left out," if left_out else "",
-    )
-    cite = say(
-        (
-            "{}gyrodata, version {}: moment of inertia of an air gyroscope from its "
-            "precession; log {} with its SHA-256."
-        ),
-        Styled("To cite: ", "strong"),
-        n.number("/tool.version"),
-        n.number("/input.name"),
-    )
-    pages = (
-        Styled(f"gyro explain {page}", "code") for page in ("statistics", "theory")
-    )
-    yield Text((fitted, cite, say("More: {} and {}; and in:", *pages)))
-    yield Text(tuple((line,) for line in questions.WORDS["references"]["list"]), "list")
+    left_out = ""
+    if any(run.left_out for run in n.analysis.run_table):
+        left_out = ", without those marked as left out,"
+    runs = n.count("/input.rows", "run")
+    fitted = say(SENTENCES["method"], runs, left_out, n.analysis.model.words)
+    version = n.number("/tool.version")
+    to_cite = Styled("To cite: ", "strong")
+    cite = say(SENTENCES["cite"], to_cite, version, n.number("/input.name"))
+    statistics = Styled("gyro explain statistics", "code")
+    theory = Styled("gyro explain theory", "code")
+    more = say("More: {} and {}; and in:", statistics, theory)
+    yield Text((fitted, cite, more))
+    references = tuple((line,) for line in questions.WORDS["references"]["list"])
+    yield Text(references, "list")
 
 
-def _provenance(n: Numbers) -> tuple[elements.Block, ...]:
+UNITS_OF_CONSTANTS = {
+    "acceleration": values.FREE_FALL,
+    "angle": values.Scale("deg", r"\degree", math.radians(1)),
+    "length": values.METRE,
+    "mass": values.KILOGRAM,
+}
+
+
+def _provenance(n: Numbers) -> Text:
+    """List the version, the log, the options and the constants."""
     analysis = n.analysis
-    units = {
-        "acceleration": values.FREE_FALL,
-        "angle": values.Scale("deg", r"\degree", math.radians(1)),
-        "length": values.METRE,
-        "mass": values.KILOGRAM,
-    }
     facts: dict[str, elements.Part] = {
         "gyrodata": n.number("/tool.version"),
         "log": analysis.name,
+        "SHA-256 of the log": Styled(analysis.sha256, "code"),
     }
-    facts["SHA-256 of the log"] = Styled(analysis.sha256, "code")
     for key, option in asdict(analysis.options).items():
+        if isinstance(option, Mapping):
+            option = ", ".join(f"{name} = {text}" for name, text in option.items())
         if option:
-            pairs = (
-                ", ".join(f"{name} = {text}" for name, text in option.items())
-                if isinstance(option, Mapping)
-                else ""
-            )
-            facts[f"option {key}"] = pairs or ("yes" if option is True else option)
+            facts[f"option {key}"] = "yes" if option is True else option
     for key, value in n.find("constants").items():
-        scale = units[kind_of_role(key)]
-        facts[f"constant {key}"] = n.number(
-            f"constants.{key}", f"{value / scale.size:.6g}", scale
-        )
-    facts |= {
-        f"# {key}": Styled(value, "quote")
-        for key, value in analysis.readings.metadata.items()
-    }
-    return (_pairs(facts),)
+        scale = UNITS_OF_CONSTANTS[kind_of_role(key)]
+        text = f"{value / scale.size:.6g}"
+        facts[f"constant {key}"] = n.number(f"constants.{key}", text, scale)
+    for key, text in analysis.readings.metadata.items():
+        facts[f"# {key}"] = Styled(text, "quote")
+    return _pairs(facts)
 
 
 def _pairs(facts: Mapping[str, elements.Part]) -> Text:
-    return Text(
-        tuple(
-            say("{}: {}", key.replace("_", " "), value) for key, value in facts.items()
-        ),
-        "list",
-    )
+    lines = [say("{}: {}", key.replace("_", " "), fact) for key, fact in facts.items()]
+    return Text(tuple(lines), "list")

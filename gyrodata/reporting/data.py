@@ -25,11 +25,16 @@ RUN_UNITS = {
     "position": "m",
     "torque": "N*m",
     "spin": "rad/s",
+    "time": "s",
     "precession_rate": "rad/s",
+    "period": "s",
+    "product": "rad^2/s^2",
+    "inertia": "kg*m^2",
+    "residual": "s",
+    "residual_u": "s",
+    "influence": "kg*m^2",
 }
-RUN_UNITS |= {"product": "rad^2/s^2", "inertia": "kg*m^2", "influence": "kg*m^2"}
-RUN_UNITS |= dict.fromkeys(("time", "period", "residual", "residual_u"), "s")
-
+"""Unit of each column of the table of runs."""
 
 _SIGN = r"[=+\-@＝＋－＠]"
 _FORMULA = rf"(^(?=[\s\"]*{_SIGN})|[;\n\t](?=(?:[^\S\n]|\")*{_SIGN}))|^(?=[\t\n])"
@@ -73,16 +78,12 @@ def table_header(table: str) -> str:
     """Write the header of a table of `table_rows`; several logs can share it."""
     if table == "logs":
         return ",".join(_LOG_COLUMNS) + "\n"
-    heads = [
-        f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name
-        for name in Run.__struct_fields__
-    ]
-    return (
-        ",".join(
-            ["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]
-        )
-        + "\n"
-    )
+    heads = ["log"]
+    for name in Run.__struct_fields__:
+        heads.append(f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name)
+        if name == "spin":
+            heads.append("spin [rpm]")
+    return ",".join([*heads, "note"]) + "\n"
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
@@ -91,22 +92,12 @@ def table_rows(analysis: Analysis, table: str) -> str:
     Values are in SI units with the digits of the JSON; the spin of a run is in rpm too.
     """
     if table == "runs":
+        notes = analysis.readings.notes
         rows = []
-        for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-            rpm = run.spin / RPM
-            cells = astuple(run)
-            rows.append(
-                map(
-                    csv_cell,
-                    (
-                        analysis.name,
-                        *cells[:_AFTER_SPIN],
-                        rpm,
-                        *cells[_AFTER_SPIN:],
-                        note,
-                    ),
-                )
-            )
+        for run, note in zip(analysis.run_table, notes, strict=True):
+            cells: list[object] = [analysis.name, *astuple(run), note]
+            cells.insert(_AFTER_SPIN + 1, run.spin / RPM)
+            rows.append([csv_cell(cell) for cell in cells])
         return csv_lines(rows)
     document = analysis.to_dict()
     result = document["result"]
@@ -114,8 +105,8 @@ def table_rows(analysis: Analysis, table: str) -> str:
     for name in _QUANTITIES:
         quantity = result[name] or {}
         low, high = quantity.get("interval_95") or (None, None)
-        row |= {f"{name}_{part}": quantity.get(part) for part in ("value", "u", "unit")}
-        row |= {f"{name}_interval_95_low": low, f"{name}_interval_95_high": high}
+        quantity = {**quantity, "interval_95_low": low, "interval_95_high": high}
+        row |= {f"{name}_{part}": quantity.get(part) for part in _PARTS}
     return log_row(analysis.name, row, analysis.diagnostics)
 
 
@@ -123,14 +114,9 @@ def log_row(
     name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]
 ) -> str:
     """Write the row of a log; `row` is empty for a log without an answer."""
-    codes = " ".join(
-        dict.fromkeys(
-            diagnostic.code
-            for diagnostic in diagnostics
-            if diagnostic.severity != "note"
-        )
-    )
-    row = {**row, "log": name, "diagnostics": codes}
+    codes = [finding.code for finding in diagnostics if finding.severity != "note"]
+    different = " ".join(dict.fromkeys(codes))
+    row = {**row, "log": name, "diagnostics": different}
     return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])
 
 

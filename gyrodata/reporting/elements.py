@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, is_wide
 
 
 class Number(Struct, frozen=True):
@@ -97,6 +97,14 @@ def say(words: str, *parts: Part | Sentence) -> Sentence:
     return tuple(part for part in sentence if part != "")
 
 
+def join_sentences(sentences: Iterable[Sentence], between: str = " ") -> Sentence:
+    """Return sentences as one, with a text between them."""
+    joined: list[Part] = []
+    for sentence in sentences:
+        joined += [between, *sentence] if joined else sentence
+    return tuple(joined)
+
+
 def plain(sentence: Sentence) -> str:
     """Write a sentence as text."""
     return "".join(map(str, sentence))
@@ -133,11 +141,10 @@ class Head(Struct, frozen=True):
     wrap: float = 0.0
     """Part of the line that a column of long texts may use; 0 for a column as wide as
     its cells."""
-    dots: tuple[tuple[float, float] | None, ...] = ()
-    """Value and u of each row, drawn on the page next to the column; without `band` the
-    values are bars from 0 to 1."""
+    bars: bool = False
+    """True if the page draws the values, from 0 to 1, as bars next to the column."""
     band: tuple[float, float] | None = None
-    """The interval that is drawn behind all dots."""
+    """The interval behind the values ± u that the page draws next to the column."""
     page_only: bool = False
     """True if the column is too wide for a terminal."""
 
@@ -237,6 +244,7 @@ class Section(Struct, frozen=True):
 class Report(Struct, frozen=True):
     """Everything that is said of one analysis."""
 
+    numbers: Numbers
     name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
@@ -276,13 +284,22 @@ class Numbers:
         )
 
     def find(self, place: str) -> Any:
-        """Return what results.json contains at a place; "length" counts a list."""
+        """Return what results.json contains at a place; "length" counts a list.
+
+        The parts of null are null too.
+        """
         value: Any = self.document if place.startswith("/") else self.document["result"]
         for key in place.removeprefix("/").split("."):
             if key == "length":
                 return len(value)
+            if value is None:
+                return None
             value = value[int(key) if isinstance(value, list) else key]
         return value
+
+    def cell(self, show: Callable[..., Cell], place: str, *scale: Scale) -> Cell:
+        """Show what is at a place with a method of this class; None if it is null."""
+        return None if self.find(place) is None else show(place, *scale)
 
     def value(
         self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0
@@ -389,6 +406,24 @@ class Numbers:
         size = self.find(place)
         text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
         return self.number(place, text[1:] if float(text) == 0 else text, values.IN_U)
+
+    def answer(self) -> Sentence:
+        """Show I_zz ± u, or its 95 % interval if that is wide.
+
+        With one torque, the answer of a balanced ball is before the interval.
+        """
+        analysis = self.analysis
+        if not is_wide(analysis.inertia):
+            return say("I_zz = {}", self.value("inertia.value", self.inertia))
+        interval = self.interval("inertia.interval_95", self.inertia)
+        if analysis.if_balanced is None or analysis.measurements.balanced is False:
+            return say("I_zz = {} (95 % interval)", interval)
+        balanced = self.value("if_balanced.value", self.inertia)
+        words = (
+            "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} "
+            "(95 % interval)"
+        )
+        return say(words, balanced, interval)
 
     def hung(self, run: int, place: str) -> Sentence:
         """Show the mass and the position of a run with the digits of the log.

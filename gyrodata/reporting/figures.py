@@ -9,15 +9,11 @@ from __future__ import annotations
 
 import io
 import math
-import os
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from importlib import import_module
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill, shorten
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -25,21 +21,19 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
-from gyrodata.fitting import Estimate
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.figure_data import (
     COLOURS,
     MARKERS,
     Group,
+    Quantity,
     Scene,
-    answer,
-    as_number,
     gather,
     run_name,
     short_name,
-    with_u,
+    shown,
 )
-from gyrodata.reporting.values import p_text
+from gyrodata.reporting.values import p_text, reading_text
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -91,57 +85,43 @@ MOST_NAMES = 10
 MOST_LETTERS = 60
 """Largest number of letters in a line of a heading."""
 
+SPIN_AXIS = "spin ψ̇ [rpm]"
+PRODUCT_AXIS = "precession rate × spin, φ̇ψ̇ [rad²/s²]"
+
 # --- the figures ---
 
 
 def draw_period(ax: Axes, scene: Scene) -> None:
     """Draw the period against the spin, with the fitted line of each torque."""
-    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    right = _right_end(scene)
     # One turn without a weight may take an hour: such runs do not determine the limits.
-    loaded = scene.torque != 0
-    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[
-        1
-    ]
-    ax.set(
-        xlim=(0.0, right),
-        ylim=(0.0, top),
-        xlabel="spin ψ̇ [rpm]",
-        ylabel="precession period τ [s]",
-    )
+    loaded = scene.torque.value != 0
+    of_loaded = Quantity(scene.period.value[loaded], scene.period.u[loaded])
+    _, top = _limits(of_loaded, ~scene.hollow[loaded])
+    ax.set(xlim=(0.0, right), ylim=(0.0, top))
+    ax.set(xlabel=SPIN_AXIS, ylabel="precession period τ [s]")
     for group in scene.groups:
         m0 = scene.analysis.fit.balances[group.members[0]]
-        working = abs(group.summary.torque + m0)
-        if group.summary.torque and working:
-            ax.plot(
-                (0.0, right),
-                (0.0, 2 * math.pi * scene.inertia * RPM * right / working),
-                color=group.look.colour,
-            )
-    _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
+        net_torque = abs(group.summary.torque + m0)
+        if group.summary.torque and net_torque:
+            last = 2 * math.pi * scene.inertia * RPM * right / net_torque
+            ax.plot((0.0, right), (0.0, last), color=group.look.colour)
+    _draw_runs(ax, scene, scene.spin, scene.period)
 
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    right = 1.06 * float((scene.spin + scene.spin_u).max())
-    limits = _limits(scene.product, scene.product_u, ~scene.hollow)
-    ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
+    ax.set(xlim=(0.0, _right_end(scene)), ylim=_limits(scene.product, ~scene.hollow))
+    ax.set(xlabel=SPIN_AXIS, ylabel="φ̇ψ̇ [rad²/s²]")
+    labels = {}
     for group in scene.groups:
         mean = group.summary.product.value
         half = 2 * (group.summary.product.u or 0.0)
-        ax.axhspan(
-            mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0
-        )
-        ax.axhline(mean, color=group.look.colour)
+        _draw_band(ax, mean, half, group.look.colour, 0.2)
+        labels[group.look.label] = f"{group.look.label}\n{group.mean}"
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(
-        ax,
-        scene,
-        scene.spin,
-        scene.product,
-        scene.spin_u,
-        scene.product_u,
-        means=len(scene.groups) <= 6,
-    )
+    few = len(scene.groups) <= 6
+    _draw_runs(ax, scene, scene.spin, scene.product, labels if few else {})
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -150,16 +130,14 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     The line through the origin is drawn as well.
     """
     x, line, (down, up) = _line(scene)
-    low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
+    low, high = _limits(scene.torque, ~scene.hollow)
     low = min(low, float(line.min()) - 0.02 * (high - low))
     high = max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
-    ax.set(
-        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]"
-    )
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"torque M [{scene.unit}]")
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
+    _draw_runs(ax, scene, scene.product, scene.torque)
     ax.plot(x, line, color=INK, label="fitted line")
     _draw_origin(ax, scene, x, 0.0)
 
@@ -168,66 +146,61 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     """Draw the difference of each torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
-    reach = float(
-        (np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max()
-    )
-    limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
+    kept = ~scene.hollow | scene.hollow.all()
+    reach = float((np.abs(scene.rest.value) + scene.rest.u)[kept].max())
+    of_band = max(float(down.max()), float(up.max()))
+    limit = 1.1 * min(max(reach, of_band), 2 * reach) or 1.0
     ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
-    ax.set_ylabel(f"M − fit [{scene.unit}]")
-    ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − fit [{scene.unit}]")
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
-    _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
+    _draw_runs(ax, scene, _without_u(scene.product.value), scene.rest)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each time minus the prediction of the other runs, in the log's order."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
-    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
+    of_kept = np.abs(deviations[~scene.hollow])
+    limit = max(3.5, 1.15 * float(of_kept.max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
     # There is space for about 40 letters.
     step = 1 + len("  ".join(scene.names)) // 40
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
-    kept = np.abs(deviations[~scene.left_out])
-    title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
-    ax.set_title(
-        title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs",
-        loc="left",
-    )
+    title = "Residuals: as many unknowns as runs"
+    if scene.analysis.fit.dof > 0:
+        in_fit = np.abs(deviations[~scene.left_out])
+        within = int(np.sum(in_fit <= 2))
+        title = f"Residuals: {within} of {len(in_fit)} runs within ± 2 u"
+    ax.set_title(title, loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
+    _draw_runs(ax, scene, _without_u(number), _without_u(deviations))
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
     """Draw what the torque of each run lacks to I_zz φ̇ψ̇, in the colour of its day."""
-    lacking = scene.torque - scene.inertia * scene.product / scene.unit_size
-    low, high = _limits(lacking, scene.rest_u, ~scene.hollow)
-    left, right = _limits(scene.product, scene.product_u, ~scene.hollow)
-    ax.set(xlim=(left, right), ylim=(low, high))
-    ax.set(
-        xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]",
-        ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]",
-    )
+    of_spin = scene.inertia * scene.product.value / scene.unit_size
+    lacking = Quantity(scene.torque.value - of_spin, scene.rest.u)
+    low, high = _limits(lacking, ~scene.hollow)
+    ax.set(xlim=_limits(scene.product, ~scene.hollow), ylim=(low, high))
+    ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]")
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    at = np.clip(lacking, low, high)
+    at = np.clip(lacking.value, low, high)
     for number, block in enumerate(scene.analysis.blocks):
         colour = COLOURS[number % len(COLOURS)]
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
-        ax.axhline(minus_m0, color=colour)
-        ax.axhspan(minus_m0 - half, minus_m0 + half, color=colour, alpha=0.15, lw=0.0)
+        _draw_band(ax, minus_m0, half, colour, 0.15)
+        of_day = scene.analysis.measurements.day == number
         for hollow in (False, True):
-            runs = (scene.analysis.measurements.day == number) & (
-                scene.hollow == hollow
-            )
+            runs = of_day & (scene.hollow == hollow)
             ax.errorbar(
-                scene.product[runs],
+                scene.product.value[runs],
                 at[runs],
-                scene.rest_u[runs],
+                lacking.u[runs],
                 fmt=MARKERS[number % len(MARKERS)],
                 color=colour,
                 markerfacecolor="white" if hollow else colour,
@@ -292,14 +265,19 @@ def figures_of(analysis: Analysis) -> tuple[str, ...]:
 # --- parts of figures ---
 
 
-def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
+def _without_u(values: Floats) -> Quantity:
+    return Quantity(values, np.zeros_like(values))
+
+
+def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
     """Return limits that include zero and the kept runs.
 
     Other runs extend them by a half at most.
     """
-    shown = kept if kept.any() else np.ones_like(kept)
-    low = min(0.0, float((values - u)[shown].min()))
-    high = max(0.0, float((values + u)[shown].max()))
+    values, u = quantity
+    inside = kept if kept.any() else np.ones_like(kept)
+    low = min(0.0, float((values - u)[inside].min()))
+    high = max(0.0, float((values + u)[inside].max()))
     span = high - low or 1.0
     low = max(min(low, float(values.min())), low - span / 2)
     high = min(max(high, float(values.max())), high + span / 2)
@@ -315,70 +293,75 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     The slope varies within its interval, about the point at which slope and height are
     not correlated; the height at this point has an independent error.
     """
-    x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
+    x = np.linspace(*_limits(scene.product, ~scene.hollow), 41)
     (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
-    low, high = (
-        (abs(end - scene.inertia) for end in interval) if interval else (half, half)
-    )
-    height = 1.96**2 * max(v_imbalance - cov * (cov / v_inertia), 0.0)
+    low = high = half
+    if interval:
+        low, high = (abs(end - scene.inertia) for end in interval)
+    height = 1.96 * np.sqrt(max(v_imbalance - cov * (cov / v_inertia), 0.0))
     along = x - cov / v_inertia
-    lower, upper = (
-        np.where(along > 0, *turned) * along for turned in ((low, high), (high, low))
-    )
-    band = (
-        np.sqrt(lower**2 + height) / scene.unit_size,
-        np.sqrt(upper**2 + height) / scene.unit_size,
-    )
-    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, band
+    lower = along * np.where(along > 0, low, high)
+    upper = along * np.where(along > 0, high, low)
+    line = (x * scene.inertia - scene.imbalance) / scene.unit_size
+    down = np.hypot(lower, height) / scene.unit_size
+    up = np.hypot(upper, height) / scene.unit_size
+    return x, line, (down, up)
 
 
 def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
     """Draw the line through the origin, minus another line."""
-    inertia = next(
-        (fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"),
-        None,
-    )
-    if inertia:
-        y = inertia.value / scene.unit_size * x - minus
-        ax.plot(x, y, color=SOFT, linestyle="dashed", label="through the origin")
+    for fit in scene.analysis.fits:
+        if fit.name == "through_origin" and fit.inertia:
+            y = fit.inertia.value / scene.unit_size * x - minus
+            label = "through the origin"
+            ax.plot(x, y, color=SOFT, linestyle="dashed", label=label)
+
+
+def _right_end(scene: Scene) -> float:
+    """Return the right end of an axis of spins [rpm]."""
+    return 1.06 * float((scene.spin.value + scene.spin.u).max())
+
+
+def _draw_band(ax: Axes, middle: float, half: float, colour: str, alpha: float) -> None:
+    """Draw a horizontal line and its band."""
+    low, high = middle - half, middle + half
+    ax.axhspan(low, high, color=colour, alpha=alpha, linewidth=0.0)
+    ax.axhline(middle, color=colour)
 
 
 def _draw_runs(
     ax: Axes,
     scene: Scene,
-    x: Floats,
-    y: Floats,
-    x_u: Floats,
-    y_u: Floats,
-    means: bool = False,
+    x: Quantity,
+    y: Quantity,
+    labels: Mapping[str, str] = {},
 ) -> None:
     """Draw every run as its torque is drawn; flagged runs are hollow and named.
 
-    A run outside the axes is drawn at the edge, without bars and with its value. With
-    `means`, the legend contains the mean φ̇ψ̇ of each torque.
+    A run outside the axes is drawn at the edge, without bars and with its value.
+    `labels` replaces the labels of the torques in the legend.
     """
-    at_x = np.clip(x, *ax.get_xlim())
-    at_y = np.clip(y, *ax.get_ylim())
-    inside = (at_x == x) & (at_y == y)
-    colours = np.full(len(x), "#000000")
+    at_x = np.clip(x.value, *ax.get_xlim())
+    at_y = np.clip(y.value, *ax.get_ylim())
+    inside = (at_x == x.value) & (at_y == y.value)
+    points = np.array([at_x, at_y])
+    colours = np.full(len(inside), "#000000")
     groups = sorted(scene.groups, key=lambda group: -group.summary.torque)
     for rank, group in enumerate(groups):
         colours[group.members] = group.look.colour
-        label = group.look.label
-        if means:
-            label += f"\n{with_u(group.summary.product)} rad²/s²"
+        label = labels.get(group.look.label, group.look.label)
         if rank % _labelled(scene):
             label = "_"
-        _draw_marks(ax, scene, group, np.array([at_x, at_y]), label)
-    if x_u.any() or y_u.any():
+        _draw_marks(ax, scene, group, points, label)
+    if x.u.any() or y.u.any():
         of_bars: Any = list(colours[inside])
         ax.errorbar(
-            x[inside],
-            y[inside],
-            y_u[inside],
-            x_u[inside],
+            at_x[inside],
+            at_y[inside],
+            y.u[inside],
+            x.u[inside],
             fmt="none",
             ecolor=of_bars,
             elinewidth=1.0,
@@ -388,14 +371,11 @@ def _draw_runs(
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     names = {}
     for i in odd.tolist():
-        names[i] = " ".join(
-            [
-                run_name(scene.names[i]) if scene.hollow[i] else "",
-                _beyond(x[i], at_x[i], "→←"),
-                _beyond(y[i], at_y[i], "↑↓"),
-            ]
-        ).strip()
-    _name_runs(ax, at_x, at_y, names)
+        name = run_name(scene.names[i]) if scene.hollow[i] else ""
+        across = _beyond(x.value[i], at_x[i], "→←")
+        up = _beyond(y.value[i], at_y[i], "↑↓")
+        names[i] = " ".join(filter(None, [name, across, up]))
+    _name_runs(ax, points, names)
     _explain_marks(ax, scene, bool(inside.all()))
 
 
@@ -430,13 +410,14 @@ def _beyond(value: float, shown: float, arrows: str) -> str:
     """Write a value outside the axes, with an arrow to it; "" if inside."""
     if value == shown:
         return ""
-    return f"{arrows[0] if value > shown else arrows[1]} {as_number(value)}"
+    arrow = arrows[0] if value > shown else arrows[1]
+    return f"{arrow} {reading_text(value)}".replace("-", "−")
 
 
 def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
     """Add to the legend what a hollow mark is, and a mark at the edge."""
     if scene.hollow.any():
-        why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
+        all_left_out = (scene.left_out == scene.hollow).all()
         ax.plot(
             [],
             [],
@@ -444,26 +425,27 @@ def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
             marker="o",
             markerfacecolor="white",
             color=SOFT,
-            label=f"hollow: {why}",
+            label="hollow: left out" if all_left_out else "hollow: flagged",
         )
     if not all_inside:
         ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
 
-def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
+def _name_runs(ax: Axes, points: Floats, names: Mapping[int, str]) -> None:
     """Write names next to marks, on the side towards the middle of the axes."""
     middle_x = np.mean(ax.get_xlim())
     middle_y = np.mean(ax.get_ylim())
     for rank, (i, name) in enumerate(names.items()):
-        side = 1 if x[i] < middle_x else -1
+        x, y = points[:, i]
+        is_left = x < middle_x
         # Names of neighbours are at three heights.
         away = 10 + 11 * (rank % 3)
         ax.annotate(
             name,
-            (x[i], y[i]),
-            (5 * side, away if y[i] < middle_y else -away),
+            (x, y),
+            (5 if is_left else -5, away if y < middle_y else -away),
             textcoords="offset points",
-            ha="left" if side > 0 else "right",
+            ha="left" if is_left else "right",
             va="center",
             fontsize=7.5,
             zorder=5,
@@ -483,18 +465,17 @@ def _labelled(scene: Scene) -> int:
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `ALL_FIGURES` with its legend and heading, and return its main axes."""
     panels = ALL_FIGURES[name].panels
-    axes: list[Axes] = list(
-        figure.subplots(len(panels), sharex=True, squeeze=False).flat
-    )
+    subplots = figure.subplots(len(panels), sharex=True, squeeze=False)
+    axes: list[Axes] = list(subplots.flat)
+    handles: dict[str, Any] = {}
     for ax, draw in zip(axes, panels, strict=True):
         ax.locator_params(nbins=5)
         draw(ax, scene)
         ax.label_outer()
+        drawn, labels = ax.get_legend_handles_labels()
+        handles |= zip(labels, drawn, strict=True)
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    handles: dict[str, Any] = {}
-    for ax in axes:
-        handles.update(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
     figure.legend(
         list(handles.values()),
         list(handles),
@@ -511,17 +492,17 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
 def _facts(scene: Scene) -> list[str]:
     """List the log, its result, how well the runs agree, and a doubt if there is one."""
     analysis = scene.analysis
-    fit = analysis.fit
+    numbers = scene.numbers
     runs = count_text(len(scene.names), "run")
-    u = (analysis.residual_torque.u or 0.0) / scene.unit_size
-    m0 = Estimate(scene.imbalance / scene.unit_size, u, scene.unit)
+    m0 = numbers.value("residual_torque.value", numbers.torque)
     quality = "no degrees of freedom"
     if analysis.p is not None:
-        quality = f"χ²/dof = {fit.chi2 / fit.dof:.2g}, {p_text(analysis.p)}"
+        per_dof = analysis.fit.chi2 / analysis.fit.dof
+        quality = f"χ²/dof = {per_dof:.2g}, {p_text(analysis.p)}"
     facts = [
         f"{short_name(analysis.name, 50)}, {runs}",
-        f"I_zz = {answer(analysis.inertia)}",
-        f"M0 = {with_u(m0)} {scene.unit}; {quality}",
+        shown(numbers.answer()),
+        f"M0 = {shown((m0,))}; {quality}",
     ]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
@@ -539,7 +520,6 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     ValueError, TypeError
         If the name is unknown, or if `ax` is not an ``Axes``.
     """
-    load_matplotlib()
     from matplotlib.axes import Axes
 
     insist_on_choice("name", name, figures_of(analysis))
@@ -595,7 +575,7 @@ def render_all(
     names = figures_of(analysis) if names is None else names
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
-        load_matplotlib()
+        import matplotlib.figure  # noqa: F401
     except (ImportError, ValueError) as error:
         # A damaged installation, or a matplotlibrc that is not UTF-8.
         if faults is None:
@@ -642,37 +622,23 @@ def _draw(
     return {form: save(figure, form) for form in forms}
 
 
-def load_matplotlib() -> ModuleType:
-    """Import matplotlib also if MPLBACKEND is wrong: a file needs no window."""
-    if "matplotlib" in sys.modules:
-        return sys.modules["matplotlib"]
-    backend = os.environ.pop("MPLBACKEND", None)
-    try:
-        matplotlib = import_module("matplotlib")
-    finally:
-        if backend is not None:
-            os.environ["MPLBACKEND"] = backend
-    if backend:
-        with suppress(ValueError):
-            matplotlib.rcParams["backend"] = backend
-    return matplotlib
-
-
 @contextmanager
 def own_style(*styles: Path | Mapping[str, Any]) -> Iterator[None]:
     """Draw with the defaults of matplotlib and these styles.
 
     The user's matplotlibrc does not change the drawing.
     """
-    matplotlib = load_matplotlib()
+    import matplotlib
+
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         for style in styles:
+            settings: Any = style
             if isinstance(style, Path):
-                style = matplotlib.rc_params_from_file(
+                settings = matplotlib.rc_params_from_file(
                     style, use_default_template=False
                 )
-            matplotlib.rcParams.update(style)
+            matplotlib.rcParams.update(settings)
         yield
 
 
@@ -689,18 +655,22 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
     return file.getvalue()
 
 
-def alt_text(analysis: Analysis, name: str) -> str:
-    """Describe a figure, for readers who cannot see it.
+def alternatives(analysis: Analysis) -> dict[str, str]:
+    """Describe each figure, for readers who cannot see it.
 
     The report has a table of its numbers next to it. The text does not repeat the
     answer, which a report states once.
     """
     scene = gather(analysis)
     log, _, *quality = _facts(scene)
-    shows = ALL_FIGURES[name].caption.partition(". ")[0]
     odd = [
         run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
         for i in np.flatnonzero(scene.hollow)
     ]
     hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
-    return f"{shows}. {log}; {'; '.join(quality)}.{hollow}"
+    facts = f"{log}; {'; '.join(quality)}.{hollow}"
+    texts = {}
+    for name in figures_of(analysis):
+        shows = ALL_FIGURES[name].caption.partition(". ")[0]
+        texts[name] = f"{shows}. {facts}"
+    return texts

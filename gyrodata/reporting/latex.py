@@ -82,30 +82,30 @@ def _part(part: Part) -> str | None:
 
 def _quantity(number: Number) -> str:
     """Write a number for siunitx; a name or a plain number stays text."""
-    power = number.exponent + number.scale.exponent * number.unit
-    digits = [f"{text} e{power}" if power else text for text in number.shown]
-    if number.between == " ± " and len(digits) == 2:
-        digits = [" +- ".join(number.shown) + (f" e{power}" if power else "")]
     if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", number.shown[0]):
         return escape(str(number))
+    power = number.exponent + number.scale.exponent * number.unit
+    times = f" e{power}" if power else ""
+    is_interval = number.between != " ± " and len(number.shown) == 2
+    ends = number.shown if is_interval else (" +- ".join(number.shown),)
+    digits = "".join(f"{{{end}{times}}}" for end in ends)
     if number.unit and number.scale.unit:
-        command = r"\qtyrange" if len(digits) == 2 else r"\qty"
-        return (
-            command
-            + "".join(f"{{{part}}}" for part in digits)
-            + f"{{{number.scale.siunitx}}}"
-        )
-    if re.search("[ e]", digits[0]):
-        return rf"\num{{{digits[0]}}}"
-    return f"${digits[0]}$" if digits[0][0] in "-+" else digits[0]
+        command = r"\qtyrange" if is_interval else r"\qty"
+        return f"{command}{digits}{{{number.scale.siunitx}}}"
+    plain = digits[1:-1]
+    if " " in plain or "e" in plain:
+        return rf"\num{digits}"
+    return f"${plain}$" if plain.startswith(("-", "+")) else plain
 
 
 def _head(head: Head) -> str:
     """Write the unit below the words: a column of numbers stays narrow."""
+    words = escape(head.words)
     if head.scale is None or not head.scale.unit:
-        return escape(head.words)
+        return words
     power = rf"\num{{e{head.scale.exponent}}}\," if head.scale.exponent else ""
-    return rf"\shortstack[r]{{{escape(head.words)}\\{{[}}{power}\unit{{{head.scale.siunitx}}}]}}"
+    unit = rf"{{[}}{power}\unit{{{head.scale.siunitx}}}]"
+    return rf"\shortstack[r]{{{words}\\{unit}}}"
 
 
 # --- text from the tool and from the log ---
@@ -151,14 +151,12 @@ _MATH = {
 }
 
 _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆₇₈₉", "-0123456789n0123456789")
-_TOKEN = (
-    rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?"
-    rf"|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
-)
+_SIGNS = "".join(sign for sign in _MATH if len(sign) == 1)
+_TOKEN = rf"\b(?:I_zz|M0)\b|[{_SIGNS}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
+_SYMBOL = rf"(?:{_TOKEN}|{SYMBOLS.pattern})"
 _FORMULA = (
-    rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
-    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: "
-    rf"= )?[0-9]+(?:\.[0-9]+)?)?"
+    rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?{_SYMBOL}"
+    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*{_SYMBOL})*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
 )
 """Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz
 ψ̇ / (M + M0"""
@@ -175,24 +173,22 @@ def escape(text: str) -> str:
     for match in re.finditer(_FORMULA, text):
         formula = match[0]
         behind = text[match.end() : match.end() + 1]
-        is_open = {
-            ")": formula.count("(") > formula.count(")"),
-            "|": formula.count("|") % 2,
-        }
-        formula += behind if is_open.get(behind) else ""
-        done += f"{_plain(text[end : match.start()])}${re.sub(_TOKEN, _sign, formula)}$"
+        closes_bracket = behind == ")" and formula.count("(") > formula.count(")")
+        closes_bar = behind == "|" and formula.count("|") % 2
+        if closes_bracket or closes_bar:
+            formula += behind
+        done += _plain(text[end : match.start()])
+        done += f"${re.sub(_TOKEN, _sign, formula)}$"
         end = match.start() + len(formula)
+    done += _plain(text[end:])
     # A number stays on the line of its per cent.
-    return re.sub(r"(?<=\d) (?=\\%)", "~", done + _plain(text[end:]))
+    return re.sub(r"(?<=\d) (?=\\%)", "~", done)
 
 
 def _plain(text: str) -> str:
     """Escape what TeX would execute; two hyphens stay two."""
-    return (
-        "".join(_SPECIAL.get(letter, letter) for letter in text)
-        .replace("--", "-{}-")
-        .replace("--", "-{}-")
-    )
+    escaped = "".join(_SPECIAL.get(letter, letter) for letter in text)
+    return re.sub("-(?=-)", "-{}", escaped)
 
 
 def _sign(match: re.Match[str]) -> str:
@@ -200,7 +196,9 @@ def _sign(match: re.Match[str]) -> str:
     sign = match[0].removesuffix("\u0307")
     after = match.string[match.end() : match.end() + 1]
     if sign not in _MATH:
-        return f"{'_' if sign[0] in '₀₁₂₃₄₅₆₇₈₉' else '^'}{{{sign.translate(_LEVEL)}}}"
-    written = (r"\dot" if sign != match[0] else "") + _MATH[sign]
+        level = "_" if sign[0] in "₀₁₂₃₄₅₆₇₈₉" else "^"
+        return f"{level}{{{sign.translate(_LEVEL)}}}"
+    dot = r"\dot" if sign != match[0] else ""
     # The name of a command ends at the next character that is not a letter.
-    return written + " " * (after.isascii() and after.isalpha())
+    end = " " if after.isascii() and after.isalpha() else ""
+    return f"{dot}{_MATH[sign]}{end}"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.data import templates
 from gyrodata.reporting.elements import Part, Sentence, Styled, join
+from gyrodata.reporting.figures import alternatives
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(
@@ -18,13 +18,11 @@ _ACTIVE = re.compile(
 """What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a
 picture."""
 
-_BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
+_BLOCK_START = re.compile(r"^(\d{1,9}|)((?<!\d)[-+=](?=[-+=\s]|$)|(?<=\d)[.)](?=\s|$))")
 """What would begin a list or underline a heading at the beginning of a line."""
 
 
-def markdown_report(
-    analysis: Analysis, figures: str = "{}.png", alt: Mapping[str, str] | None = None
-) -> str:
+def markdown_report(analysis: Analysis, figures: str = "{}.png") -> str:
     """Write the report as Markdown; text from the log is escaped.
 
     Parameters
@@ -32,8 +30,6 @@ def markdown_report(
     analysis : Analysis
     figures : str
         Path of a figure, with {} for its name.
-    alt : mapping of str to str, optional
-        What each figure shows, in words.
 
     Returns
     -------
@@ -42,17 +38,15 @@ def markdown_report(
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": _sentence, "text": escape}
     page = room.get_template("report.md.jinja").render(
-        whole=report(analysis), figures=figures, alt=alt or {}
+        whole=report(analysis), figures=figures, alt=alternatives(analysis)
     )
     return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
 
 
 def escape(text: str) -> str:
     """Write text as one line of Markdown that has no other meaning."""
-    line = _ACTIVE.sub(lambda match: f"\\{match[0]}", shown(text))
-    return _BLOCK_START.sub(
-        lambda match: f"\\{match[1]}" if match[1] else f"{match[2]}\\{match[3]}", line
-    )
+    line = _ACTIVE.sub(r"\\\g<0>", shown(text))
+    return _BLOCK_START.sub(r"\g<1>\\\g<2>", line)
 
 
 def _sentence(sentence: Sentence) -> str:
@@ -60,8 +54,5 @@ def _sentence(sentence: Sentence) -> str:
 
 
 def _code(part: Part) -> str | None:
-    return (
-        f"`{part}`"
-        if isinstance(part, Styled) and part.style == "code" and "`" not in part.text
-        else None
-    )
+    is_code = isinstance(part, Styled) and part.style == "code"
+    return f"`{part}`" if is_code and "`" not in str(part) else None

@@ -11,9 +11,8 @@ import base64
 import math
 import re
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from markupsafe import Markup, escape
 
@@ -21,17 +20,17 @@ from gyrodata.reporting import content
 from gyrodata.reporting.data import json_text, table_header, table_rows, templates
 from gyrodata.reporting.elements import (
     SYMBOLS,
-    Head,
     Mark,
     Number,
     Numbers,
     Part,
     Sentence,
     Styled,
+    Table,
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import Form, alt_text, figures_of, render_all
+from gyrodata.reporting.figures import Form, alternatives, render_all
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -51,12 +50,7 @@ FARTHEST = 5.0
 band."""
 
 
-def report_page(
-    analysis: Analysis,
-    figures: Mapping[str, bytes],
-    alt: Mapping[str, str],
-    looks: Sequence[tuple[str, str, str]],
-) -> str:
+def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     """Write the report as one HTML page that needs nothing else.
 
     Parameters
@@ -64,10 +58,7 @@ def report_page(
     analysis : Analysis
     figures : mapping of str to bytes
         The SVG files of "period", "product", "torque" and "residuals".
-    alt : mapping of str to str
-        What each figure shows, in words.
-    looks : sequence of (str, str, str)
-        Label, colour and marker of each torque in the figures.
+        A figure that is missing is replaced by words.
 
     Returns
     -------
@@ -75,62 +66,64 @@ def report_page(
         Text from the log is escaped; there is no clock time and no name of a folder in
         it.
     """
-    write = _Writer(analysis, looks)
     whole = content.report(analysis)
+    write = _Writer(whole.numbers)
     room = templates(Path(__file__).parent)
-    room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
-    images = {
-        name: f"data:image/svg+xml;base64,{base64.b64encode(data).decode()}"
-        for name, data in figures.items()
+    room.filters |= {
+        "sentence": write.sentence,
+        "typeset": _typeset,
+        "draw": write.draw,
     }
+    images = {}
+    for name, data in figures.items():
+        in_letters = base64.b64encode(data).decode()
+        images[name] = f"data:image/svg+xml;base64,{in_letters}"
+    alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
     page = room.get_template("report.html.jinja")
     return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
 
 
+DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
+BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
+MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
+
+
 class _Writer:
     """Write the parts of a report in HTML."""
 
-    def __init__(
-        self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]
-    ) -> None:
-        self.numbers = Numbers(analysis)
-        self.looks = looks
+    def __init__(self, numbers: Numbers) -> None:
+        self.numbers = numbers
+        self.looks = list_looks(numbers.analysis)
 
     def number(self, number: Number) -> Markup:
         """Write a number with links to its places in results.json."""
         texts = []
         for text, place in zip(number.shown, number.places, strict=True):
-            in_json = self.numbers.find(place)
-            shown = escape(text)
-            size = ""
-            if not isinstance(in_json, str):
-                shown = escape(text.replace("-", "−"))
-                size = f' data-size="{number.size!r}"'
-            value = escape(in_json if isinstance(in_json, str) else repr(in_json))
-            texts.append(
-                f'<data value="{value}" data-from="{place}"{size}>{shown}</data>'
-            )
-        written = number.write(texts)
-        return Markup(
-            f'<span class="q">{written}</span>'
-            if number.unit and number.scale.unit
-            else written
+            value = self.numbers.find(place)
+            if isinstance(value, str):
+                texts.append(DATA.format(value, place, "", text))
+            else:
+                size = Markup(' data-size="{}"').format(repr(number.size))
+                shown = text.replace("-", "−")
+                texts.append(DATA.format(repr(value), place, size, shown))
+        written = Markup(number.write(texts))
+        has_unit = number.unit and number.scale.unit
+        return (
+            Markup('<span class="q">{}</span>').format(written) if has_unit else written
         )
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
-        done = []
-        for before, part in pairwise(("", *sentence)):
-            # A number stays on the line of its noun.
-            if (
-                isinstance(before, Number)
-                and isinstance(part, str)
-                and part.startswith(" ")
-            ):
+        written = Markup()
+        after_number = False
+        for part in sentence:
+            if after_number and isinstance(part, str) and part.startswith(" "):
+                # A number stays on the line of its noun.
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
-            done.append(self.part(part))
-        return Markup("".join(done))
+            written += self.part(part)
+            after_number = isinstance(part, Number)
+        return written
 
     def part(self, part: Part) -> Markup:
         """Write a part of a sentence."""
@@ -139,12 +132,37 @@ class _Writer:
         if isinstance(part, Styled):
             return Markup(_STYLES[part.style]).format(part.text)
         if isinstance(part, Mark):
-            _, colour, marker = self.looks[part.group]
-            shape = Markup(
-                '<span class="mark" style="color: {}" aria-hidden="true">{}</span>'
-            )
-            return shape.format(colour, _SHAPES[marker])
+            look = self.looks[part.group]
+            return MARK.format(look.colour, _SHAPES[look.marker])
         return _typeset(part)
+
+    def draw(self, table: Table, row: int, column: int) -> Markup:
+        """Draw a cell: as a bar, or as a dot with its u on the axis of the column.
+
+        Screen readers skip the drawing, because the cell contains the same numbers.
+        """
+        dots = [self._dot(cells[column]) for cells in table.rows]
+        dot = dots[row]
+        band = table.heads[column].band
+        if band is None:
+            return BAR.format(100 * dot[0]) if dot else Markup()
+        axis = _Axis.of_column(band, dots)
+        start, end = band
+        boxes = axis.box("ref" if end > start else "line", start, end)
+        if dot:
+            value, u = dot
+            boxes += axis.box("bar", value - u, value + u)
+            if axis.low <= value <= axis.high:
+                boxes += axis.box("dot", value, value)
+        return boxes
+
+    def _dot(self, cell: Sentence) -> tuple[float, float] | None:
+        """Return the value of a cell and its u; None for a cell without a number."""
+        for part in cell:
+            if isinstance(part, Number):
+                value, *u = map(self.numbers.find, part.places)
+                return value, u[0] if u else 0.0
+        return None
 
 
 def _typeset(text: str) -> Markup:
@@ -155,47 +173,38 @@ def _typeset(text: str) -> Markup:
     return Markup(text.replace("M0", "<i>M</i><sub>0</sub>"))
 
 
-def _draw(head: Head) -> list[Markup]:
-    """Draw the values of a column, one drawing for each row.
+class _Axis(NamedTuple):
+    """The axis of the drawings of a column."""
 
-    The drawings are bars, or dots with their u on one axis.
+    low: float
+    high: float
 
-    Screen readers skip the drawings, because the cells contain the same numbers.
-    """
-    if head.band is None:
-        bar = Markup('<span class="bar" style="width: {:.1f}%"></span>')
-        return [
-            bar.format(100 * value[0]) if value else Markup() for value in head.dots
-        ]
-    start, end = head.band
-    ends = [start, end]
-    for value, u in filter(None, head.dots):
-        ends += [value - u, value + u]
-    reach = FARTHEST * (end - start) or math.inf
-    low = max(min(ends), start - reach)
-    high = min(max(ends), end + reach)
-    space = 0.05 * (high - low) or 1.0
+    @classmethod
+    def of_column(
+        cls,
+        band: tuple[float, float],
+        dots: Sequence[tuple[float, float] | None],
+    ) -> _Axis:
+        """Return an axis with the band and all dots that are not too far from it."""
+        start, end = band
+        ends = [start, end]
+        for value, u in filter(None, dots):
+            ends += [value - u, value + u]
+        reach = FARTHEST * (end - start) or math.inf
+        return cls(max(min(ends), start - reach), min(max(ends), end + reach))
 
-    def percent(place: float) -> float:
-        part = (place - low + space) / (high - low + 2 * space)
+    def percent(self, value: float) -> float:
+        """Return the place of a value on the axis [%]."""
+        space = 0.05 * (self.high - self.low) or 1.0
+        width = self.high - self.low + 2 * space
+        part = (value - self.low + space) / width
         return 100 * min(max(part, 0.0), 1.0)
 
-    def box(kind: str, left: float, right: float) -> Markup:
-        style = '<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>'
-        begin = percent(left)
-        return Markup(style).format(kind, begin, percent(right) - begin)
-
-    drawn = []
-    behind = box("ref" if end > start else "line", start, end)
-    for dot in head.dots:
-        boxes = behind
-        if dot:
-            value, u = dot
-            boxes += box("bar", value - u, value + u)
-            if low <= value <= high:
-                boxes += box("dot", value, value)
-        drawn.append(boxes)
-    return drawn
+    def box(self, kind: str, left: float, right: float) -> Markup:
+        """Draw a box of a kind between two values."""
+        style = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
+        begin = self.percent(left)
+        return style.format(kind, begin, self.percent(right) - begin)
 
 
 # The files of a report, made in memory
@@ -236,32 +245,23 @@ def report_files(
     elif document and figures == "svg":
         forms.add("pdf")
     drawn = render_all(analysis, sorted({"svg", *forms}), style, faults=faults)
-    alt = alternatives(analysis)
     texts = {
-        "report.html": report_page(analysis, drawn["svg"], alt, list_looks(analysis)),
+        "report.html": report_page(analysis, drawn["svg"]),
         "results.json": json_text(analysis.to_dict()),
         "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
     }
-    if document:
-        is_markdown = document.endswith(".md")
-        texts[document] = (
-            markdown_report(analysis, f"{{}}.{shown_form(figures)}", alt)
-            if is_markdown
-            else latex_report(analysis)
-        )
-    files = {
-        f"{name}.{form}": data
-        for form in sorted(forms)
-        for name, data in drawn[form].items()
-    }
-    return files | {name: text.encode() for name, text in texts.items()}
+    if document.endswith(".md"):
+        place = f"{{}}.{shown_form(figures)}"
+        texts[document] = markdown_report(analysis, place)
+    elif document:
+        texts[document] = latex_report(analysis)
+    files = {name: text.encode() for name, text in texts.items()}
+    for form in sorted(forms):
+        for name, data in drawn[form].items():
+            files[f"{name}.{form}"] = data
+    return files
 
 
 def shown_form(figures: Form) -> Literal["png", "svg"]:
     """Choose what a reader of Markdown shows: no PDF."""
     return "png" if figures == "png" else "svg"
-
-
-def alternatives(analysis: Analysis) -> dict[str, str]:
-    """Describe each figure in words."""
-    return {name: alt_text(analysis, name) for name in figures_of(analysis)}

@@ -15,7 +15,7 @@ from gyrodata.reporting.elements import (
     Block,
     Picture,
     Report,
-    Table,
+    Text,
     plain,
 )
 from gyrodata.results import NO_BALL, Analysis, is_wide
@@ -55,14 +55,14 @@ def summary(
     if not verbose:
         lines = [*top, *map(plain, whole.brief), rest]
         return _joined([_first_lines(whole), _indented(lines)])
-    blocks = [_first_lines(whole), _indented([*top, *_lines_of(whole.top, columns)])]
+    top += _lines_of(whole.top, columns)
+    blocks = [_first_lines(whole), _indented(top)]
     for section in whole.sections:
         if section.anchor == "diagnostics":
             break
         if section.blocks:
-            blocks.append(
-                [section.title, *_indented(_lines_of(section.blocks, columns))]
-            )
+            lines = _lines_of(section.blocks, columns)
+            blocks.append([section.title, *_indented(lines)])
     return _joined(blocks)
 
 
@@ -91,16 +91,16 @@ def _first_lines(whole: Report) -> list[str]:
 
 
 def _block(block: Block, columns: Columns) -> list[str]:
+    if isinstance(block, Text):
+        return [plain(line) for line in block.sentences]
     if isinstance(block, Picture):
         return []
-    if isinstance(block, Table):
-        used = [i for i, head in enumerate(block.heads) if not head.page_only]
-        rows = [
-            ["-" if row[i] == NOTHING else plain(row[i]) for i in used]
-            for row in block.rows
-        ]
-        return list(columns([[str(block.heads[i]) for i in used], *rows]))
-    return [plain(line) for line in block.sentences]
+    used = [i for i, head in enumerate(block.heads) if not head.page_only]
+    lines = [[str(block.heads[i]) for i in used]]
+    for row in block.rows:
+        cells = [row[i] for i in used]
+        lines.append(["-" if cell == NOTHING else plain(cell) for cell in cells])
+    return list(columns(lines))
 
 
 # --- what a check has found, and the table of codes ---
@@ -132,16 +132,16 @@ def check_text(
     str
         The last line is the verdict.
     """
-    lines = [] if analysis is None else _lines_above(report(analysis), analysis)
-    doubts = 0 if analysis is None else len(analysis.doubts)
-    counts = Counter({"doubt": doubts})
-    counts.update(finding.severity for finding in diagnostics)
-    findings = [
+    counts: Counter[str] = Counter(finding.severity for finding in diagnostics)
+    lines = []
+    if analysis is not None:
+        lines = _lines_above(report(analysis), analysis)
+        counts["doubt"] = len(analysis.doubts)
+    verdict = ", ".join(
         values.count_text(counts[kind], kind)
         for kind in ("doubt", "error", "warning", "note")
         if counts[kind]
-    ]
-    verdict = ", ".join(findings)
+    )
     if counts["note"] == counts.total():
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
@@ -156,7 +156,7 @@ def _lines_above(whole: Report, analysis: Analysis) -> list[str]:
     lines = [plain(whole.read_as)]
     if analysis.ball is None:
         lines.append(NO_BALL)
-    return lines + [plain(doubt) for doubt in whole.doubts]
+    return [*lines, *map(plain, whole.doubts)]
 
 
 def diagnostics_text() -> str:

@@ -249,11 +249,3 @@ def display_width(text: str) -> int:
         1 + (east_asian_width(letter) in "WF") - (combining(letter) > 0)
         for letter in text
     )
-
-
-def size_text(size: int) -> str:
-    """Write a size in bytes as people say it."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= scale:
-            return f"{size / scale:.3g} {unit}"
-    return f"{size} bytes"

@@ -144,7 +144,7 @@ def test_the_hint_names_the_option_or_value_that_prevents_an_answer() -> None:
 COMMANDS = [
     (
         "template --weights 0g --spins 200rpm",
-        'G506: --weights: "0 g" is not above zero',
+        'G622: --weights "0 g" is impossible',
     ),
     ("check log.csv log.csv --format json", "G602: --format json is for one log"),
     ("predict tip --force 0.5kg --spin 400rpm", "G621: --force: "),

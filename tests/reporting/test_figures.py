@@ -23,7 +23,7 @@ from matplotlib.textpath import text_to_path
 
 from gyrodata import analyze
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import FIGURES, STYLES, alt_text, plot_on, render
+from gyrodata.reporting.figures import FIGURES, STYLES, alternatives, plot_on, render
 from gyrodata.results import Analysis
 
 HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
@@ -187,8 +187,9 @@ def test_a_flagged_run_is_hollow_and_named() -> None:
         assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
         assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
         assert [text.get_text()[:5] for text in ax.texts] == ["run 5", "run 8"]
-        assert "Drawn hollow: run 5, left out; run 8, left out." in alt_text(
-            analysis, which
+        assert (
+            "Drawn hollow: run 5, left out; run 8, left out."
+            in alternatives(analysis)[which]
         )
 
 

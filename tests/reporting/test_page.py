@@ -24,6 +24,7 @@ from pages import (
 from gyrodata import analyze
 from gyrodata.base.errors import InputError
 from gyrodata.reporting.data import json_text
+from gyrodata.reporting.figures import alternatives
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.reporting.text import summary
@@ -55,13 +56,14 @@ def page(analysis: Analysis) -> str:
 
 
 @pytest.mark.slow
-def test_headings_images_tables_and_identities(page: str) -> None:
+def test_headings_images_tables_and_identities(analysis: Analysis, page: str) -> None:
     tags = Structure(page).tags
     levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
     assert (levels[0], levels.count(1)) == (1, 1)
     assert all(after - before <= 1 for before, after in pairwise(levels))
+    words = alternatives(analysis)
     assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [
-        f"what {name} shows" for name in IN_ORDER
+        words[name] for name in IN_ORDER
     ]
     identities = [attrs["id"] for _, attrs in tags if "id" in attrs]
     assert len(set(identities)) == len(identities)

@@ -14,7 +14,6 @@ from places import DATA
 from gyrodata import analyze
 from gyrodata.reporting.content import defaults_used
 from gyrodata.reporting.data import json_text
-from gyrodata.reporting.figure_data import list_looks
 from gyrodata.reporting.figures import FIGURES
 from gyrodata.reporting.page import report_page
 from gyrodata.results import Analysis
@@ -32,15 +31,10 @@ def analysis_of(kind: str) -> Analysis:
 
 
 EMPTY = dict.fromkeys(FIGURES, b"<svg/>")
-WORDS = {name: f"what {name} shows" for name in FIGURES}
 
 
-def make_page(
-    analysis: Analysis,
-    figures: Mapping[str, bytes] = EMPTY,
-    alt: Mapping[str, str] = WORDS,
-) -> str:
-    return report_page(analysis, figures, alt, list_looks(analysis))
+def make_page(analysis: Analysis, figures: Mapping[str, bytes] = EMPTY) -> str:
+    return report_page(analysis, figures)
 
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}

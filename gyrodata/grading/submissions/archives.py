@@ -26,7 +26,6 @@ from msgspec import Struct
 
 from gyrodata.base.errors import Diagnostic, InputError, shown
 from gyrodata.readings import MAX_BYTES, Faults
-from gyrodata.reporting.values import size_text
 
 MOST_FILES = (
     100_000  # files in one class: a thousand students with a hundred files each
@@ -128,7 +127,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
             data = file.read(most + 1)
         if len(data) <= most:
             return data
-        why = f"it is larger than {size_text(most)}"
+        why = f"it is larger than {most / 1e6:g} MB"
     except OSError as error:
         why = error.strerror or str(error)
     except (

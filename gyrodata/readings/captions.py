@@ -23,10 +23,10 @@ from gyrodata.readings.names import (
     ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
+    fold_name,
     from_centre,
     name_roles,
     origin_in,
-    squeeze,
     word_set,
 )
 from gyrodata.readings.notes import altered_role
@@ -223,7 +223,7 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
 
 def _is_known(word: str) -> bool:
     """Return whether a word is a small one, or names a reading of a run."""
-    if squeeze(word).lower() in _SMALL or re.fullmatch(TIMED, word):
+    if fold_name(word) in _SMALL or re.fullmatch(TIMED, word):
         return not word.isdigit()
     return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
 

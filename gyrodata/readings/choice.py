@@ -190,7 +190,7 @@ def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
 
     It is an angle above "120°", and turns above "2/3" or "one third".
     """
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     marks = [text.lstrip("0123456789., ") for text in texts]
     if texts and all(kinds_of(mark) == {"angle"} for mark in marks):
         return ("angle",)
@@ -259,9 +259,7 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
 
     For example, "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
     """
-    rates = [
-        header for header in table.headers if kinds_of(header.unit or "") == {"rate"}
-    ]
+    rates = [header for header in table.headers if header.kinds == {"rate"}]
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns
@@ -305,7 +303,7 @@ def _ask_or_leave_out(
         fits = " and ".join(column.header.roles)
         faults.add("not_used", column.cell, why=f"is not used: it fits {fits}")
         return
-    counts = choice.used.get("turns", [])
+    counts = choice.columns("turns")
     without = f' (and take "{counts[0].text}" out)' if counts else ""
     ends = {role: without if role in roles.ONE_TURN else "" for role in left}
     ways = [f'--map {role}="{column.text}"{ends[role]}' for role in left]
@@ -325,7 +323,7 @@ def _ask_or_leave_out(
 def _left(column: Chosen, choice: Choice) -> list[str]:
     """Return the roles that a header may still have."""
     there = set(choice.there)
-    if any(time.turns for time in choice.times()):
+    if choice.states_turns():
         there.add("turns")
     names = column.header.roles
     if _may_be_mean_time(column, there, choice):
@@ -399,9 +397,9 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     A spin before the run without one after it is that of the whole run, and a spin next
     to one after the run was read before it.
     """
-    first = choice.used.get("spin", [])
-    before = choice.used.get("spin_start", [])
-    after = choice.used.get("spin_end", [])
+    first = choice.columns("spin")
+    before = choice.columns("spin_start")
+    after = choice.columns("spin_end")
     every_role = set(chain.from_iterable(roles.SPIN_SETS))
     if before and choice.there.isdisjoint(every_role - {"spin_start"}):
         choice.rename("spin_start", "spin")
@@ -425,7 +423,7 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         for column in columns:
             words = " ".join(unused_words(column.header))
             if words and _may_change(words, column, role in choice.mapped):
-                named = header_of(role, column.header.unit or "")
+                named = header_of(role, column.header.unit)
                 values = {"words": words, "named": named}
                 values["role"] = role.replace("_", " ")
                 faults.add("words_not_used", column.cell, **values)

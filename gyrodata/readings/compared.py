@@ -16,7 +16,13 @@ from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
 from gyrodata.readings.layout import Chosen
-from gyrodata.readings.names import COUNTER_WORDS, is_of_the_spin, origin_in, squeeze
+from gyrodata.readings.names import (
+    COUNTER_WORDS,
+    fold_name,
+    is_of_the_spin,
+    origin_in,
+    squeeze,
+)
 from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
 
@@ -107,7 +113,7 @@ def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
-    name = squeeze(parse_header(column.header).name).lower()
+    name = fold_name(parse_header(column.header).name)
     is_named = name == squeeze(column.role)
     if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
         faults.add("line_not_used", setting.place, given=setting, header=column.header)
@@ -236,7 +242,7 @@ def _report_sentence(
 
 def _may_number_runs(turns: Column) -> bool:
     """Return whether a column of turns has a name such as "Lap", "N" or "count"."""
-    is_counter = squeeze(turns.header).lower() in COUNTER_WORDS
+    is_counter = fold_name(turns.header) in COUNTER_WORDS
     return is_counter or may_number(parse_header(turns.header))
 
 

@@ -27,12 +27,12 @@ from gyrodata.readings.names import (
     Phrases,
     contains_word,
     exact_roles,
+    fold_name,
     from_centre,
     is_of_the_spin,
     measures,
     moment_in,
     origin_in,
-    squeeze,
 )
 from gyrodata.readings.roles import BY_NAME, kind_of_role
 from gyrodata.readings.turns import (
@@ -74,7 +74,7 @@ def _time_of_symbol(text: str) -> Header | None:
     if match is None:
         return None
     symbol = parse_header(match["symbol"] + match["rest"])
-    if "time" not in kinds_of(symbol.unit or ""):
+    if "time" not in symbol.kinds:
         return None
     if {"time", "precession_period"}.isdisjoint(symbol.roles):
         return None
@@ -145,7 +145,7 @@ def can_measure(header: Header) -> bool:
 
 def counts_turns(header: Header) -> bool:
     """Return whether the unit of a header is that of turns, as in "far (turns)"."""
-    return kinds_of(header.unit or "") == OF_TURNS
+    return header.kinds == OF_TURNS
 
 
 def is_one_letter(unit: str) -> bool:
@@ -233,7 +233,7 @@ def unused_words(header: Header) -> tuple[str, ...]:
 
 def _says_number(word: str) -> bool:
     """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
-    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
+    is_name = len(word) > 2 and fold_name(word) in NUMBERS
     return is_name or bool(re.search("[0-9]", word))
 
 

@@ -54,14 +54,19 @@ def squeeze(text: str) -> str:
     return "".join(letters.translate(_MARKS).split())
 
 
+def fold_name(text: str) -> str:
+    """Return the letters of a name, squeezed and in lower case."""
+    return squeeze(text).lower()
+
+
 def squeezed_words(text: str) -> set[str]:
     """Return the words of a text, squeezed and in small letters."""
-    return {squeeze(word).lower() for word in re.split(r"[\W_]+", text)}
+    return set(map(fold_name, re.split(r"[\W_]+", text)))
 
 
 def contains_word(text: str, words: Collection[str]) -> bool:
     """Return whether a text contains one of some squeezed words in small letters."""
-    return any(squeeze(word).lower() in words for word in TOKENS.split(text))
+    return any(fold_name(word) in words for word in TOKENS.split(text))
 
 
 class Phrases:
@@ -106,7 +111,7 @@ def squeezed_names(names: str) -> list[str]:
 
     The names are squeezed together, because one by one would take 20 ms at each start.
     """
-    return squeeze(names).lower().split(",")
+    return fold_name(names).split(",")
 
 
 def word_set(key: str) -> set[str]:
@@ -193,7 +198,7 @@ def from_centre(header: str) -> bool:
 
 # --- Names of roles ---
 
-NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
+NAMES: dict[str, tuple[str, ...]] = {fold_name(role): (role,) for role in ROLES}
 """Roles by squeezed lower-case name."""
 for _roles in (*ROLES, *SHARED_NAMES):
     _meant = tuple(_roles.split())
@@ -216,7 +221,7 @@ def _all_words() -> frozenset[str]:
 
 def is_word(text: str) -> bool:
     """Return whether a word is a word of headers, or a unit."""
-    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
+    return fold_name(text) in _all_words() or bool(kinds_of(text))
 
 
 BESIDE = {
@@ -301,7 +306,7 @@ def _with_small_words(words: list[str]) -> tuple[str, ...]:
     """Look up a name between small words: "initial spin", "error of T"."""
     before = after = ""
     for small, first, last in _AFFIXES:
-        bare = [word for word in words if squeeze(word).lower() not in small]
+        bare = [word for word in words if fold_name(word) not in small]
         if len(bare) < len(words):
             words = bare
             before = before + first
@@ -318,7 +323,7 @@ def _base_roles(words: list[str]) -> tuple[str, ...]:
 
     Small words may belong to a name: "tiempo de giro".
     """
-    bare = [word for word in words if squeeze(word).lower() not in NOISE_WORDS]
+    bare = [word for word in words if fold_name(word) not in NOISE_WORDS]
     if not bare:
         return ()
     return (
@@ -384,7 +389,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
-    return BESIDE.get(role, set()).issuperset(squeeze(word).lower() for word in beside)
+    return BESIDE.get(role, set()).issuperset(map(fold_name, beside))
 
 
 _RADIUS = Phrases("radius")
@@ -403,7 +408,7 @@ def station_in(line: str) -> str:
     """Return the station that a line names, as "Station 2" and "# poste: B"; else ""."""
     name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
     is_named = len(names) == 1 and re.fullmatch(STATION, names[0])
-    return names[0] if is_named and squeeze(name).lower() in STATION_WORDS else ""
+    return names[0] if is_named and fold_name(name) in STATION_WORDS else ""
 
 
 STATION = r"[^\W\d]?[0-9]{0,2}"
@@ -440,6 +445,11 @@ class Header(Struct, frozen=True):
     """Whether the text says that the values are means."""
     is_of_the_spin: bool = False
     """Whether the text says that the ball turns, and not the rod."""
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of quantity that the unit can measure."""
+        return kinds_of(self.unit or "")
 
 
 def measures(unit: str, role: str) -> bool:

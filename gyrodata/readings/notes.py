@@ -27,6 +27,7 @@ from gyrodata.readings.names import (
     TOKENS,
     Phrases,
     exact_roles,
+    fold_name,
     from_centre,
     name_roles,
     origin_in,
@@ -93,7 +94,7 @@ def altered_readings(note: str) -> list[str]:
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
-    if not (is_altered or turns_in(note)) and _A_PERIOD.search(squeeze(note).lower()):
+    if not (is_altered or turns_in(note)) and _A_PERIOD.search(fold_name(note)):
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return []
@@ -119,8 +120,8 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    named = NAMES.get(squeeze(word).lower())
-    return named or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
+    named = NAMES.get(fold_name(word))
+    return named or NAMES.get(fold_name(re.sub(r"e?[ns]$", "", word)), ())
 
 
 _SURFACE_NOTE = Phrases("surface_note")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
@@ -64,17 +64,17 @@ class Setting(Struct, frozen=True):
 class Settings(Struct):
     """All values for the whole log."""
 
-    roles: dict[str, Setting] = field(default_factory=dict)
-    constants: dict[str, float] = field(default_factory=dict)
-    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
-    uncertainty_settings: dict[str, Setting] = field(default_factory=dict)
-    fields: dict[str, Any] = field(default_factory=dict)
+    roles: dict[str, Setting] = {}
+    constants: dict[str, float] = {}
+    uncertainties: dict[str, Uncertainty] = {}
+    uncertainty_settings: dict[str, Setting] = {}
+    fields: dict[str, Any] = {}
     """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
-    steps: dict[str, float] = field(default_factory=dict)
+    steps: dict[str, float] = {}
     """One step of the last digit of each constant [SI unit]."""
-    metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, Reported] = field(default_factory=dict)
-    unread: set[str] = field(default_factory=set)
+    metadata: dict[str, str] = {}
+    reported: dict[str, Reported] = {}
+    unread: set[str] = set()
     """Roles whose value could not be read; there is a fault for each."""
     origin: str = ""
     """Point from which positions count, if a note says so."""

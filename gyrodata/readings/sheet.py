@@ -45,6 +45,7 @@ from gyrodata.readings.names import (
     Header,
     Phrases,
     contains_word,
+    fold_name,
     squeeze,
 )
 from gyrodata.readings.turns import turns_in
@@ -474,7 +475,7 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
         return False
     text = row.texts[first]
     start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
-    return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+    return any(fold_name(word) in SUMMARY_WORDS for word in start)
 
 
 def _is_inertia(text: str) -> bool:

@@ -47,7 +47,7 @@ class Lack(Struct, frozen=True, dict=True):
     def named(self, column: Chosen | None = None) -> str:
         """Return the header that names the role, with a column's unit if it fits."""
         if column and kind_of_role(self.role) in column.kinds:
-            return header_of(self.role, column.header.unit or "")
+            return header_of(self.role, column.header.unit)
         return header_of(self.role, self.unit)
 
     @cached_property
@@ -100,7 +100,7 @@ def is_nameless(column: Chosen) -> bool:
 
 def _may_be_turns(column: Chosen) -> bool:
     """Return whether a column contains numbers without a unit."""
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return column.header.unit is None and all(map(is_bare, texts))
 
 
@@ -109,7 +109,7 @@ def _may_be_turns(column: Chosen) -> bool:
 
 def _guess(lack: Lack) -> str:
     """Say which column may be the role; "" if no column of the log may be it."""
-    rates = lack.choice.used.get("precession_rate")
+    rates = lack.choice.columns("precession_rate")
     if lack.role == "spin" and rates:
         return _may_be_spin(rates[0].text)
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
@@ -179,7 +179,7 @@ FROM_SURFACE = (
 
 def _what_it_counts(column: Chosen) -> str:
     """Ask what the only column of numbers without a unit counts."""
-    cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
+    cells = listing(list(dict.fromkeys(column.filled())), 3)
     return (
         f'if "{column.text}" ({cells}) counts turns, write "turns" above it; '
         'if thirds, "thirds of a turn"; if percent, "turns [%]"; '

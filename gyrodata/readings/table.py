@@ -208,7 +208,7 @@ class TableReader:
                 self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
         self.there = {*choice.used, *settings.roles} - TEXTS
-        if any(time.turns for time in choice.times()):
+        if choice.states_turns():
             self.there.add("turns")
         self.derived = roles.derived_roles(self.there)
         self.columns: dict[str, Column] = {}
@@ -273,7 +273,7 @@ class TableReader:
         A decimal comma that splits a number moves all that follows to the right.
         """
         width = len(self.table.cells)
-        notes = self.choice.used.get("note", [])
+        notes = self.choice.columns("note")
         is_noted = any(note.at == width - 1 for note in notes[:1])
         for row in self.rows:
             count = len(row.texts)
@@ -299,7 +299,7 @@ class TableReader:
             return []
         columns = [(time, self._read_column(time)) for time in times]
         read = [(time, column) for time, column in columns if column is not None]
-        if any(time.turns for time in times):
+        if self.choice.states_turns():
             self._ask_for_turns(times)
         elif len(read) > 1:
             self._ask_for_laps(read)
@@ -315,8 +315,7 @@ class TableReader:
         if not silent or known.intersection(roles.COUNTS):
             return
         headers = {
-            time.at: header_of("time for 1 turn", time.header.unit or "")
-            for time in silent
+            time.at: header_of("time for 1 turn", time.header.unit) for time in silent
         }
         row = header_row(self.table, headers, []) or headers[silent[0].at]
         self.choice.asked.add("turns")
@@ -394,7 +393,7 @@ class TableReader:
             values = {"role": role, "header": chosen.text, "error": error}
             faults.add("unit", chosen.cell, code=error.code, **values)
             return None
-        places = self.choice.used.get("position")
+        places = self.choice.columns("position")
         positions = places[0].texts if places else ()
         texts = meant_texts(chosen, unit, self.table, positions, faults)
         cells = CellReader(chosen, unit, self.signs, faults)
@@ -619,7 +618,7 @@ class TableReader:
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
-        columns = self.choice.used.get(role)
+        columns = self.choice.columns(role)
         return tuple(columns[0].texts[i] if columns else "" for i in rows)
 
     def _blocks(
@@ -647,7 +646,7 @@ class TableReader:
         It is the log's own label or the number of the run, with .1, .2 for repeats of
         one row.
         """
-        names = self.choice.used.get("run")
+        names = self.choice.columns("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):
             name = (names[0].texts[i] if names else "") or str(number)

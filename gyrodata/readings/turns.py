@@ -14,7 +14,7 @@ from gyrodata.readings.names import (
     NAMES,
     PRECESSION,
     TOKENS,
-    squeeze,
+    fold_name,
     word_set,
 )
 
@@ -230,7 +230,7 @@ def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
     spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
     words = [
-        word if re.search("[0-9]", word) else squeeze(word).lower()
+        word if re.search("[0-9]", word) else fold_name(word)
         for word in TOKENS.split(spaced)
         if word and word not in _FILLERS and not re.fullmatch(PRECESSION, word)
     ]

@@ -30,8 +30,8 @@ from gyrodata.readings.names import (
     UNSURE_WORDS,
     Header,
     Phrases,
+    fold_name,
     name_roles,
-    squeeze,
     squeezed_words,
 )
 from gyrodata.readings.notes import altered_role
@@ -56,7 +56,7 @@ OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
-    if not choice.gives_turns() and not any(time.turns for time in choice.times()):
+    if not choice.gives_turns() and not choice.states_turns():
         _place_turns(choice, faults)
     there = choice.there | choice.asked
     for role in roles.TABLE:
@@ -105,7 +105,7 @@ def _counts_parts(column: Chosen) -> bool:
     header = column.header
     if header.roles or header.unit not in (None, "%") or not part_counted(header):
         return False
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return bool(texts) and all(map(is_bare, texts))
 
 
@@ -209,7 +209,7 @@ def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
 def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
-    key = squeeze(name).lower()
+    key = fold_name(name)
     close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
     if close and len(key) > 2:
         return NAMES[close[0]][0]

@@ -25,6 +25,7 @@ from gyrodata.readings.names import (
     TRIAL_WORDS,
     Header,
     contains_word,
+    fold_name,
     from_centre,
     is_of_the_spin,
     measures,
@@ -286,9 +287,7 @@ def _roles_of_statement(
 def _says_only_when(name: str) -> bool:
     """Return whether a name only says that it is a spin, or when it was measured."""
     words = [word for word in TOKENS.split(name) if word]
-    return is_of_the_spin(name) or all(
-        squeeze(word).lower() in SMALL_WORDS for word in words
-    )
+    return is_of_the_spin(name) or all(fold_name(word) in SMALL_WORDS for word in words)
 
 
 _ORDINAL = (
@@ -304,10 +303,7 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
         ordinal = re.fullmatch(_ORDINAL, word.lower())
         if ordinal:
             numbers.append(int(ordinal[1]))
-        elif (
-            squeeze(word).lower() not in TRIAL_WORDS
-            and "time" not in name_roles(word)[0]
-        ):
+        elif fold_name(word) not in TRIAL_WORDS and "time" not in name_roles(word)[0]:
             return (), None
     if len(numbers) == 1:
         return (("time",), numbers[0])

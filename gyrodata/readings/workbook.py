@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from gyrodata.readings.lablog import listing
 
@@ -80,12 +80,12 @@ class Sheet(Struct):
     rows: list[list[Any]]
     """Its cells; a row that is struck out begins with #."""
     is_hidden: bool = False
-    hidden_rows: list[int] = field(default_factory=list)
+    hidden_rows: list[int] = []
     """Numbers of the hidden rows; they count from 1."""
-    hidden_columns: list[int] = field(default_factory=list)
+    hidden_columns: list[int] = []
     """Numbers of the hidden columns; they count from 1."""
-    formulas: list[Formula] = field(default_factory=list)
-    blanked: set[tuple[int, int]] = field(default_factory=set)
+    formulas: list[Formula] = []
+    blanked: set[tuple[int, int]] = set()
     """Row and column of each cell whose format or font shows nothing of it."""
 
 

@@ -28,8 +28,9 @@ def find_blocks(
     results are empty.
     """
     for role in BLOCKS:
-        names = _names(texts.get(role, ()))
-        if not 1 < len({*names}) < len(names) or "" in names:
+        names = _names(texts[role])
+        is_divided = 1 < len({*names}) < len(names)
+        if not is_divided or "" in names:
             continue
         # A group that is a weight in all its runs numbers the weights.
         if role == "day" or not _are_weights(names, columns):
@@ -47,8 +48,12 @@ def day_of(readings: Readings) -> str:
     """Return the day that a line or a column gives for a whole log, or ""."""
     for key, text in readings.metadata.items():
         if "day" in exact_roles(key.replace("_", " ")):
-            return _CLOCK.sub("", text).strip()
+            return _without_clock(text)
     return ""
+
+
+def _without_clock(text: str) -> str:
+    return _CLOCK.sub("", text).strip()
 
 
 def _names(texts: Sequence[str]) -> tuple[str, ...]:
@@ -60,7 +65,7 @@ def _names(texts: Sequence[str]) -> tuple[str, ...]:
     typed: dict[str, str] = {}
     names: list[str] = []
     for text in texts:
-        name = _CLOCK.sub("", text).strip()
+        name = _without_clock(text)
         if text in BLANKS:
             name = names[-1] if names else ""
         names.append(typed.setdefault(name.casefold(), name))

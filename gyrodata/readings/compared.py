@@ -15,7 +15,7 @@ from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
-from gyrodata.readings.layout import Chosen
+from gyrodata.readings.layout import Chosen, note_unused
 from gyrodata.readings.names import (
     COUNTER_WORDS,
     fold_name,
@@ -58,7 +58,7 @@ def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
     why = f'is not used: {role} is read from "{used.header.text}"'
-    faults.add("not_used", column.cell, why=why)
+    note_unused(column, why, faults)
     return True
 
 
@@ -198,10 +198,8 @@ def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
     """Report each sentence that states turns with which no run agrees."""
-    names = [
-        role for role in ("turns", "angle", "precession_period") if role in columns
-    ]
-    counted = columns[names[0]] if names else None
+    period = columns.get("precession_period")
+    counted = columns.get("turns") or columns.get("angle") or period
     if counted is None or counted.header.startswith("--"):
         return
     known = turns_of(counted)

@@ -215,8 +215,9 @@ def make_grid(
     lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
-    if len(body) - 1 > MAX_ROWS:  # without the header
-        raise faults.refuse("too_many_rows", count=len(body) - 1)
+    count = len(body) - 1  # without the header
+    if count > MAX_ROWS:
+        raise faults.refuse("too_many_rows", count=count)
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
@@ -321,19 +322,19 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
+        place = Place(index + 1, 1)
         line = grid.lines[index]
         if '"' in line:
             line = grid.lines[index] = _without_lone_quotes(grid, index)
         if len(line) > MAX_CELL < max(map(len, line.split(grid.delimiter))):
-            raise faults.refuse("cell_too_long", Place(index + 1, 1))
+            raise faults.refuse("cell_too_long", place)
         texts, until = _split_line(grid, index, faults)
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:
-            place = Place(index + 1, 1)
             raise faults.refuse("too_many_columns", place, count=len(texts))
         if texts:
-            yield Row(index + 1, texts)
+            yield Row(place.line, texts)
 
 
 def _without_lone_quotes(grid: Grid, index: int) -> str:
@@ -438,10 +439,10 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
 def _with_u(value: str) -> str:
     """Join the cells of a value; of two numbers, the second one is the uncertainty."""
-    first, *more = value.split("\t")
-    if len(more) > 1 and is_bare(first) and is_bare(more[0]):
-        return " ".join([first, "±", *more])
-    return " ".join([first, *more])
+    cells = value.split("\t")
+    if len(cells) > 2 and all(map(is_bare, cells[:2])):
+        cells.insert(1, "±")
+    return " ".join(cells)
 
 
 def _answer(text: str) -> tuple[str, str] | None:

@@ -25,6 +25,7 @@ from gyrodata.readings.names import (
     TOKENS,
     Header,
     Phrases,
+    bare_roles,
     contains_word,
     exact_roles,
     fold_name,
@@ -34,7 +35,7 @@ from gyrodata.readings.names import (
     moment_in,
     origin_in,
 )
-from gyrodata.readings.roles import BY_NAME, kind_of_role
+from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import (
     NUMBERS,
     TURN,
@@ -116,8 +117,7 @@ def _fitting_roles(
         return tuple(role for role in roles if measures(unit, role))
     if kinds_of(name) not in _KINDS_OF_NAMES:
         return ()
-    bare = tuple(role for role in roles if kind_of_role(role) in _WITHOUT_UNIT)
-    return bare or roles
+    return bare_roles(roles)
 
 
 _USUAL = re.compile(
@@ -128,9 +128,6 @@ _USUAL = re.compile(
 _KINDS_OF_NAMES = (frozenset[str](), OF_TURNS)
 """Kinds of a word that can be a name: it is no unit, or a unit and a name, as
 "revolutions"."""
-
-
-_WITHOUT_UNIT = ("number", "text", "sign")
 
 
 # --- Questions about a header ---

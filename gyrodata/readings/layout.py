@@ -57,6 +57,10 @@ class Layout(Struct, frozen=True):
     sentences: list[Text]
     """The comments, and the rows of text above, between and below the runs."""
 
+    def cell_of(self, column: Chosen, row: int) -> Text:
+        """Return the cell of a column in a row."""
+        return self.grid.cell(self.rows[row], column.at)
+
     @property
     def statements(self) -> list[Text]:
         """The sentences, and the "key: value" lines whose keys gyro does not know."""
@@ -265,7 +269,7 @@ def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[st
         there |= _roles_served(header)
     # A sentence with turns contradicts a period, which is that of one turn.
     there = there.difference(roles.ONE_TURN)
-    missing = roles.missing_roles(there, there, loaded=True)
+    missing = roles.missing_roles(there, there)
     return {"mass", "position", "spin", "turns"}.intersection(missing)
 
 
@@ -366,6 +370,10 @@ class Choice(Struct):
         """Return the columns of a role."""
         return self.used.get(role, [])
 
+    def first(self, role: str) -> Chosen:
+        """Return the first column of a role that has one."""
+        return self.used[role][0]
+
     def serve(self, column: Chosen) -> None:
         """Use a column for its role, or put it with the others."""
         present = self.columns(column.role)
@@ -409,6 +417,11 @@ class Choice(Struct):
     def gives_turns(self) -> bool:
         """Return whether the turns of each time are known, or none are needed."""
         return not self.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+
+
+def note_unused(column: Chosen, why: str, faults: Faults) -> None:
+    """Say that a column is not used, or only compared."""
+    faults.add("not_used", column.cell, why=why)
 
 
 def is_repeat(column: Chosen, present: list[Chosen]) -> bool:

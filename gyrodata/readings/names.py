@@ -172,12 +172,17 @@ ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
 )
 
 
+def without_weight(text: str) -> str:
+    """Return a text without the centre of the weight, which is no origin."""
+    return re.sub(OF_WEIGHT, "", text)
+
+
 def origin_in(header: str) -> Origin:
     """Return the origin of positions if a header names it; else "".
 
     The origin is the "surface" of the ball or the "tip" of the rod.
     """
-    if len(header) > MAX_HEADER or re.search(CENTRE, re.sub(OF_WEIGHT, "", header)):
+    if len(header) > MAX_HEADER or re.search(CENTRE, without_weight(header)):
         return ""
     return next((origin for origin, words in ORIGINS if words.is_in(header)), "")
 
@@ -277,12 +282,13 @@ def exact_roles(name: str) -> tuple[str, ...]:
     if symbol in SYMBOLS:
         return SYMBOLS[symbol]
     is_unit_behind = re.search(r"[\s,]s$", name)  # "time s" is not "times"
-    if symbol.lower() in NAMES and not is_unit_behind:
-        return NAMES[symbol.lower()]
+    small = symbol.lower()
+    if small in NAMES and not is_unit_behind:
+        return NAMES[small]
     key = re.sub(r"[\s-]", "_", name.lower())
     if key in UNCERTAINTIES:
         return (key,)
-    return SYMBOLS.get(symbol.lower(), ()) if len(symbol) == 1 else ()
+    return SYMBOLS.get(small, ()) if len(symbol) == 1 else ()
 
 
 def _named_twice(words: list[str]) -> tuple[str, ...]:
@@ -450,6 +456,15 @@ class Header(Struct, frozen=True):
     def kinds(self) -> frozenset[str]:
         """Kinds of quantity that the unit can measure."""
         return kinds_of(self.unit or "")
+
+
+def bare_roles(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of some roles that need no unit, or else all."""
+    bare = tuple(role for role in names if kind_of_role(role) in _WITHOUT_UNIT)
+    return bare or names
+
+
+_WITHOUT_UNIT = ("number", "text", "sign")
 
 
 def measures(unit: str, role: str) -> bool:

@@ -20,7 +20,6 @@ from gyrodata.readings.names import (
     FIRST_SIGN,
     FROM,
     NAMES,
-    OF_WEIGHT,
     ORIGINS,
     ROD,
     SPHERE,
@@ -32,6 +31,7 @@ from gyrodata.readings.names import (
     name_roles,
     origin_in,
     squeeze,
+    without_weight,
 )
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
@@ -133,7 +133,7 @@ def noted_origin(note: str) -> str:
     An example is "x is measured from the surface of the ball".
     """
     if _SURFACE_NOTE.is_in(note):
-        bare = re.sub(OF_WEIGHT, "", note)
+        bare = without_weight(note)
         return "" if re.search(CENTRE, bare) else "surface"
     if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
@@ -142,7 +142,7 @@ def noted_origin(note: str) -> str:
 
 def _origin_of_position(note: str) -> str:
     """Return the origin that a note names, if it is about positions."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
@@ -156,7 +156,7 @@ def _origin_of_position(note: str) -> str:
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
     return bool(is_of_position) and from_centre(bare)
 

@@ -325,7 +325,7 @@ def _read_value(settings: Settings, item: Setting, ask: bool, faults: Faults) ->
     """Read the value of a key, by what kind of key it is."""
     key = item.key
     text = item.text.strip()
-    line = vocabulary.LINES.get(item.key, {})
+    line = vocabulary.LINES.get(key, {})
     if key == "spin_down":
         # Several lines are several falls.
         parts = filter(None, map(str.strip, text.split(";")))

@@ -117,6 +117,11 @@ class _Table(Struct):
     """Whether its rows are not runs."""
 
     @property
+    def first_cell(self) -> Text:
+        """Return the first cell of the header row."""
+        return self.columns[0][0]
+
+    @property
     def headers(self) -> list[Header]:
         """Return what each header says."""
         return [header for _, header in self.columns]
@@ -278,7 +283,7 @@ class _Sheet:
         if lost:
             line = [table.head.line]
             lacks = roles.BY_NAME[min(lost)]
-            cell = table.columns[0][0]
+            cell = table.first_cell
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
@@ -290,7 +295,7 @@ class _Sheet:
         means = self._are_means()
         if why := self._why_skipped(means):
             table.is_skipped = True
-            self.faults.add(why, table.columns[0][0], line=[table.head.line])
+            self.faults.add(why, table.first_cell, line=[table.head.line])
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
@@ -390,7 +395,7 @@ class _Sheet:
         there = {header.roles for _, header in self.columns}
         for role, spot in captioned.items():
             if (role,) not in there:
-                header = Header(role, (role,), None, "")
+                header = Header(role, (role,))
                 self.columns.append((Text(role, self.grid.place_of(spot)), header))
 
     def _joined(self, run: _Run) -> Row:

@@ -39,9 +39,14 @@ class Lack(Struct, frozen=True, dict=True):
         return units.DISPLAY[kind_of_role(self.role)]
 
     @property
+    def known(self) -> roles.Role:
+        """What is known of the role."""
+        return roles.BY_NAME[self.role]
+
+    @property
     def question(self) -> str:
         """The role and its meaning."""
-        meaning = roles.BY_NAME[self.role].meaning
+        meaning = self.known.meaning
         return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
 
     def named(self, column: Chosen | None = None) -> str:
@@ -121,7 +126,7 @@ def _guess(lack: Lack) -> str:
         return _time_of_turns(column.text, words)
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
-    meaning = roles.BY_NAME[lack.role].meaning
+    meaning = lack.known.meaning
     more = FROM_SURFACE * (lack.role == "position")
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
@@ -217,7 +222,8 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
     headers = dict(choice.corrected)
     for lack in lacks:
         if len(lack.likely) == 1 and not lack.instead:
-            headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
+            [column] = lack.likely
+            headers.setdefault(column.at, lack.named(column))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]
     return header_row(table, headers, added)
@@ -225,7 +231,7 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
 
 def _how_to_add(lack: Lack) -> str:
     role = lack.role
-    known = roles.BY_NAME[lack.role]
+    known = lack.known
     sample = known.sample or f"1 {lack.unit}"
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]

@@ -138,7 +138,7 @@ def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:
     """List what the logs say differently, and how they cannot be joined."""
     first = logs[0]
     notes: list[Diagnostic] = []
-    for number, log in enumerate(logs[1:], start=1):
+    for number, log in enumerate(logs[1:], 1):
         if log.sha256 in _all(logs[:number], "sha256"):
             notes.append(_say("log_given_twice", log))
         else:
@@ -161,7 +161,7 @@ def _contradictions_of_two(first: Readings, log: Readings) -> Iterator[Diagnosti
 def _unlike_columns(first: Readings, log: Readings) -> Iterator[Diagnostic]:
     """Yield an error if two logs have no common readings from which I_zz follows."""
     common = {*first.columns} & {*log.columns}
-    lacking = roles.missing_roles(common, common, loaded=True)
+    lacking = roles.missing_roles(common, common)
     only = {*first.columns} ^ {*log.columns}
     lacking += sorted(only & {"transverse_inertia"})
     if lacking:
@@ -179,7 +179,7 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
-    for number, line in enumerate(split_lines(log.source_text), start=1):
+    for number, line in enumerate(split_lines(log.source_text), 1):
         words = "_".join(line.lstrip("#; \t").lower().replace("-", " ").split())
         behind = words.removeprefix(key)
         # "balance" is not the key of a line "balance_drift: …".
@@ -221,7 +221,7 @@ def _block_names(logs: Sequence[Readings]) -> tuple[str, ...]:
     """Return the name of the block of each run: its log, and its day in the log."""
     stems = [PurePath(log.name).name.partition(".")[0] or log.name for log in logs]
     if len({*stems}) < len(stems):
-        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, start=1)]
+        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, 1)]
     names: list[str] = []
     for stem, log in zip(stems, logs, strict=True):
         names += [f"{stem} {block}" for block in log.blocks] or [stem] * len(log.runs)

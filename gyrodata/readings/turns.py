@@ -86,16 +86,16 @@ def turns_in(text: str) -> str:
         return ""
     plain = _in_plain_words(text)
     marked = mark_turns(plain)
-    names_turn = MARK in marked
-    if names_turn:
+    number = ""
+    if MARK in marked:
         # "1/4 turn" for "Vierteldrehung"
         marked = re.sub(
             _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
         )
-    counted = _count_of_turns(marked) if names_turn else None
-    if counted is not None:
-        return counted
-    number = _number_of_turns(marked) if names_turn else ""
+        counted = _count_of_turns(marked)
+        if counted is not None:
+            return counted
+        number = _number_of_turns(marked)
     degrees = _part_in_degrees(plain)
     return degrees or number or _one_turn(plain, marked)
 

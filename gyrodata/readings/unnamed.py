@@ -73,8 +73,9 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 def _place_turns(choice: Choice, faults: Faults) -> None:
     """Read the only column that can contain turns or an angle."""
-    angles = [column for column in _unplaced(choice) if _is_angle(column)]
-    counts = [column for column in _unplaced(choice) if _counts_turns(column)]
+    unplaced = _unplaced(choice)
+    angles = list(filter(_is_angle, unplaced))
+    counts = list(filter(_counts_turns, unplaced))
     fitting = {column.at: column for column in (*angles, *counts)}
     if len(fitting) != 1:
         return
@@ -186,7 +187,8 @@ def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
 
 def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
     """Warn of each column without a place that counts weights or contains masses."""
-    masses = choice.used["mass"][0].texts if "mass" in choice.used else ()
+    columns = choice.columns("mass")
+    masses = columns[0].texts if columns else ()
     for column in _unplaced(choice):
         if _may_be_of_mass(column, masses):
             faults.add("mass_unused", column.cell, header=column.text)

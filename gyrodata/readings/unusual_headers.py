@@ -24,6 +24,7 @@ from gyrodata.readings.names import (
     TOKENS,
     TRIAL_WORDS,
     Header,
+    bare_roles,
     contains_word,
     fold_name,
     from_centre,
@@ -34,7 +35,6 @@ from gyrodata.readings.names import (
     origin_in,
     squeeze,
 )
-from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import (
     TURN,
     turns_in,
@@ -68,8 +68,9 @@ def unusual_header(text: str) -> Header:
 
 def _meant_unit(unit: str | None, spread: str) -> str | None:
     """Return the unit of the cells; that of the ± if the header has no other."""
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        return spread.partition(" ")[2]
+    unit_of_spread = spread.partition(" ")[2]
+    if unit is None and kinds_of(unit_of_spread):
+        return unit_of_spread
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         return "s"  # its cells say themselves how they are written
     return unit
@@ -245,10 +246,7 @@ def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
     # A bare "N" counts turns: the other readings would need a unit.
-    bare = tuple(
-        role for role in named if kind_of_role(role) in ("number", "text", "sign")
-    )
-    return bare or named, number
+    return bare_roles(named), number
 
 
 def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from datetime import datetime, time, timedelta
 from itertools import chain
 from typing import Any
@@ -21,17 +21,17 @@ from gyrodata.readings.lablog import listing
 MAX_ROWS = 100_000
 MAX_COLUMNS = 200
 MAX_CELLS = 200_000
-MAX_TEXT = 10 * 1000 * 1000
+MAX_TEXT = 10_000_000
 """Characters in all cells of a workbook."""
 _ROWS = MAX_ROWS + 10
 _COLUMNS = MAX_COLUMNS + 10
 """Rows and columns that are read: so a file over the limits is refused, and one far
 cell is not."""
-_MAX_UNPACKED = 100 * 1000 * 1000
+_MAX_UNPACKED = 100_000_000
 _MAX_SHEETS = 100
-_MAX_SHEET_BYTES = 10 * 1000 * 1000
-_MAX_STRING_BYTES = 1000 * 1000
-_MAX_STYLE_BYTES = 400 * 1000
+_MAX_SHEET_BYTES = 10_000_000
+_MAX_STRING_BYTES = 1_000_000
+_MAX_STYLE_BYTES = 400_000
 """Bytes that openpyxl reads in two or three seconds."""
 _TAGS_OF_A_CELL = 8
 _MAX_OTHER_TAGS = 100_000
@@ -133,7 +133,7 @@ def _read_archive(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     parts = {
         sheet.name: relation.target for sheet, relation in reader.parser.find_sheets()
     }
-    _check_sheets(archive, list(parts.values()))
+    _check_sheets(archive, parts.values())
     reader.read()
     sheets = [_sheet_of(sheet) for sheet in reader.wb.worksheets]
     for sheet in sheets:
@@ -165,7 +165,7 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
 def is_filled(sheet: Sheet) -> bool:
     """Return whether a sheet contains a cell that is not blank."""
-    return any(cell not in (None, "") for cell in chain.from_iterable(sheet.rows))
+    return any(map(_fills, chain.from_iterable(sheet.rows)))
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
@@ -247,7 +247,7 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
         )
 
 
-def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
+def _check_sheets(archive: zipfile.ZipFile, parts: Collection[str]) -> None:
     """Raise TooLargeError if the sheets contain more than can be read in seconds."""
     if len(parts) > _MAX_SHEETS:
         raise TooLargeError(f"{len(parts)} sheets; at most {_MAX_SHEETS} are read")

@@ -157,12 +157,10 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
         if any(spreads):
             columns.append((header_of(f"u_{role}", SI[kind_of_role(role)]), spreads))
     columns.append(("run", [*readings.runs]))
-    if any(readings.notes):
-        columns.append(("note", [*readings.notes]))
-    if any(readings.screws):
-        columns.append(("screw", [*readings.screws]))
-    if any(readings.blocks):
-        columns.append(("day", [*readings.blocks]))
+    others = {"note": readings.notes, "screw": readings.screws, "day": readings.blocks}
+    for header, cells in others.items():
+        if any(cells):
+            columns.append((header, [*cells]))
     return head, columns
 
 
@@ -211,9 +209,8 @@ def _head(readings: Readings) -> list[str]:
         lines[key] = f"{value!r} {SI[kind_of_role(key)]}"
     for key, u in readings.uncertainties.items():
         lines[key] = uncertainty_text(u, kind_of_role(key))
-    lines["balance_tilt"] = _several(readings.balance_tilt, "balance_tilt")
-    lines["balance_drift"] = _several(readings.balance_drift, "balance_drift")
-    lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
+    for key in ("balance_tilt", "balance_drift", "falling_mass"):
+        lines[key] = _several(getattr(readings, key), key)
     falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
     lines["spin_down"] = "; ".join(falls) or None
     words = {True: "yes", False: "no"}

@@ -41,13 +41,16 @@ def find_blocks(
 def only_day(texts: Sequence[str]) -> str:
     """Return the day of a column in which all runs are of one day, or ""."""
     names = {*_names(texts)}
-    return names.pop() if len(names) == 1 else ""
+    if len(names) == 1:
+        return names.pop()
+    return ""
 
 
 def day_of(readings: Readings) -> str:
     """Return the day that a line or a column gives for a whole log, or ""."""
     for key, text in readings.metadata.items():
-        if "day" in exact_roles(key.replace("_", " ")):
+        words = key.replace("_", " ")
+        if "day" in exact_roles(words):
             return _without_clock(text)
     return ""
 

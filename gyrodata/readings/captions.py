@@ -90,7 +90,8 @@ def statements_in(row: Row) -> Statements:
     # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
     clauses = _clauses(whole)
     stated = set(map(turns_in, clauses))
-    if len(stated - {""}) > 1:
+    stated.discard("")
+    if len(stated) > 1:
         texts_by_role.pop("turns", None)
     if turns := _named_turns((*row.texts, *clauses)):
         texts_by_role["turns"] = {turns: filled[-1]}
@@ -202,7 +203,9 @@ def _without_brackets(sentence: str) -> str:
 
 def _content_unless_unit(brackets: re.Match[str]) -> str:
     content = brackets[1]
-    return brackets[0] if kinds_of(content) else f" {content} "
+    if kinds_of(content):
+        return brackets[0]
+    return f" {content} "
 
 
 def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:
@@ -237,7 +240,8 @@ def _is_known(word: str) -> bool:
     """Return whether a word is a small one, or names a reading of a run."""
     if fold_name(word) in _SMALL or re.fullmatch(TIMED, word):
         return not word.isdigit()
-    return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
+    names, _ = name_roles(word)
+    return not _ROLES_BESIDE.isdisjoint(names)
 
 
 def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:

@@ -72,7 +72,9 @@ def _turns_in_words(text: str) -> str:
         return words
     if not bare:
         return "1"
-    return "" if numerals.take_apart(bare) is None else bare
+    if numerals.take_apart(bare) is None:
+        return ""
+    return bare
 
 
 def _turns_of_angle(text: str) -> str:
@@ -91,7 +93,9 @@ def fraction_of_date(text: str) -> str:
     """
     low, high = sorted(misreadings.date_pair(text) or (0, 0))
     is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
-    return f"{low}/{high}" if is_part else ""
+    if is_part:
+        return f"{low}/{high}"
+    return ""
 
 
 def rounded_turns(text: str) -> tuple[str, float]:
@@ -133,7 +137,9 @@ def part_counted(header: Header) -> str:
         return stated if stated in _PARTS else ""
     words = re.split(r"[\W_]+", header.text)
     named = {words_of_turns(word, whole=True) for word in words} & _PARTS
-    return named.pop() if len(named) == 1 else ""
+    if len(named) == 1:
+        return named.pop()
+    return ""
 
 
 # Dashes and colons

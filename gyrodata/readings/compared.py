@@ -131,6 +131,11 @@ _AGREE = 0.02
 # --- Turns ---
 
 
+def counted_turns(columns: Mapping[str, Column]) -> Column | None:
+    """Return the column of the turns or of the swept angle; None without one."""
+    return columns.get("turns") or columns.get("angle")
+
+
 def use_turns_of_headers(
     columns: dict[str, Column],
     runs: list[Chosen],
@@ -149,7 +154,7 @@ def use_turns_of_headers(
         if turns is None:
             return
         stated[time.turns] = Reading(turns, None, u, time.turns)
-    counted = columns.get("turns") or columns.get("angle")
+    counted = counted_turns(columns)
     readings = [stated[run.turns] for run in runs]
     headers = [run.text for run in runs]
     if counted is None:
@@ -198,8 +203,7 @@ def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
     """Report each sentence that states turns with which no run agrees."""
-    period = columns.get("precession_period")
-    counted = columns.get("turns") or columns.get("angle") or period
+    counted = counted_turns(columns) or columns.get("precession_period")
     if counted is None or counted.header.startswith("--"):
         return
     known = turns_of(counted)

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.readings import layout, roles
-from gyrodata.readings.compared import turns_of
+from gyrodata.readings.compared import counted_turns, turns_of
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, listing
 from gyrodata.readings.layout import Choice
 from gyrodata.readings.roles import kind_of_role, missing_roles
@@ -115,7 +115,7 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: I_zz would be very wrong."""
     period = columns["precession_period"]
     time = columns.get("time")
-    counted = columns.get("turns") or columns.get("angle")
+    counted = counted_turns(columns)
     if counted is None:
         return
     if time is None:

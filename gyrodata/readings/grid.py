@@ -343,7 +343,9 @@ def _without_lone_quotes(grid: Grid, index: int) -> str:
     mark = re.escape(grid.delimiter)
     lone = rf'(?<![^{mark}])( *)"( *)(?![^{mark}])'
     without, count = re.subn(lone, r"\1″\2", line)
-    return without if count == line.count('"') else line
+    if count == line.count('"'):
+        return without
+    return line
 
 
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
@@ -447,7 +449,9 @@ def _with_u(value: str) -> str:
 
 def _answer(text: str) -> tuple[str, str] | None:
     """Return the key and the value of a result; None for a text that is none."""
-    return None if read_reported("inertia", text).fault else ("I_zz", text)
+    if read_reported("inertia", text).fault:
+        return None
+    return "I_zz", text
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))

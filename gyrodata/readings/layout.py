@@ -392,7 +392,8 @@ class Choice(Struct):
         """Use the columns of one role for another one."""
         columns = self.used.pop(role)
         self.used[new] = [replace(column, role=new) for column in columns]
-        self.there = self.there - {role} | {new}
+        self.there.discard(role)
+        self.there.add(new)
 
     def times(self) -> list[Chosen]:
         """Return the columns of the stopwatch."""

@@ -288,7 +288,9 @@ def exact_roles(name: str) -> tuple[str, ...]:
     key = re.sub(r"[\s-]", "_", name.lower())
     if key in UNCERTAINTIES:
         return (key,)
-    return SYMBOLS.get(small, ()) if len(symbol) == 1 else ()
+    if len(symbol) == 1:
+        return SYMBOLS.get(small, ())
+    return ()
 
 
 def _named_twice(words: list[str]) -> tuple[str, ...]:
@@ -407,7 +409,9 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if exact_roles(bare) == ("inertia",) else bare.lower()
+    if exact_roles(bare) == ("inertia",):
+        return "inertia"
+    return bare.lower()
 
 
 def station_in(line: str) -> str:
@@ -479,7 +483,9 @@ def moment_in(header: str) -> Literal["", "start", "end"]:
     words = squeezed_words(header)
     if words & START_WORDS:
         return "start"
-    return "end" if words & END_WORDS else ""
+    if words & END_WORDS:
+        return "end"
+    return ""
 
 
 def is_of_the_spin(header: str) -> bool:

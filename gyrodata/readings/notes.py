@@ -134,7 +134,9 @@ def noted_origin(note: str) -> str:
     """
     if _SURFACE_NOTE.is_in(note):
         bare = without_weight(note)
-        return "" if re.search(CENTRE, bare) else "surface"
+        if re.search(CENTRE, bare):
+            return ""
+        return "surface"
     if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)

@@ -120,7 +120,9 @@ def kind_of_role(role: str) -> str:
     if role in SHARED_UNCERTAINTIES:
         return SHARED_UNCERTAINTIES[role]
     base = role.removeprefix("u_")
-    return CONSTANTS[base] if base in CONSTANTS else BY_NAME[base].kind
+    if base in CONSTANTS:
+        return CONSTANTS[base]
+    return BY_NAME[base].kind
 
 
 def u_keys(role: str) -> tuple[str, ...]:

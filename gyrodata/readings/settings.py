@@ -257,7 +257,7 @@ def _is_remark(key: str, text: str) -> bool:
     """Return whether a line with a known key is blank, a sentence or a time of day."""
     if not text or key in roles.TEXTS or (key == "time" and ":" in text):
         return True
-    has_number = any(letter.isdigit() for letter in text)
+    has_number = any(map(str.isdigit, text))
     return key in roles.ROLES and len(text.split()) > 3 and not has_number
 
 
@@ -288,7 +288,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if close[0] in roles.ROLES:
         # Of "14.8 cm from centre" the value is meant.
         match = re.match(rf"{numerals.NUMBER}\s*\S*", value)
-        value = match[0] if match else value
+        if match:
+            value = match[0]
     faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
 
 

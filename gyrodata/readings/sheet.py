@@ -204,7 +204,9 @@ class _Sheet:
         """Return the units of a row below the names; [] if it is another row."""
         has_units = any(header.unit for header in self.table.headers)
         is_below = self.table.is_new or not has_units
-        return units_of_row(row.texts, below_names=True) if is_below else []
+        if not is_below:
+            return []
+        return units_of_row(row.texts, below_names=True)
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""

@@ -128,9 +128,10 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
     """
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
-    if isinstance(source, str) and not _ENDS_OF_LINES.isdisjoint(source):
+    is_text = isinstance(source, str)
+    if is_text and not _ENDS_OF_LINES.isdisjoint(source):
         return name or "<text>", _encoded(source)
-    if isinstance(source, str) and source == "-":
+    if is_text and source == "-":
         return _read_stream(sys.stdin.buffer, name or "<stdin>")
     if isinstance(source, str | os.PathLike):
         return _read_file(Path(source), name)

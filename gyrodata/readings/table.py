@@ -237,7 +237,7 @@ class TableReader:
         runs = _runs_of(times, len(self.rows))
         rows = [run.row for run in runs]
         if not times:
-            rows = [i for i, is_timed in enumerate(is_run) if is_timed]
+            rows = list(itertools.compress(range(len(self.rows)), is_run))
         columns = self._columns_of(rows, times, runs)
         for role, setting in self.settings.roles.items():
             self._use_constant(role, setting, columns, rows)

@@ -91,8 +91,10 @@ def read_together(logs: Sequence[Readings]) -> Readings:
         **{field: _same(logs, field) for field in _OF_BALANCE},
     )
     still = _all(logs, "unmoved")
+    if None in still:
+        return joined
     # A balance that was seen in all blocks.
-    return joined if None in still else _with_unmoved(joined, still)
+    return _with_unmoved(joined, still)
 
 
 def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
@@ -199,7 +201,9 @@ def _same(logs: Sequence[Readings], field: str) -> Any:
     first = getattr(logs[0], field)
     if all(getattr(log, field) == first for log in logs):
         return first
-    return () if field == "falling_mass" else None
+    if field == "falling_mass":
+        return ()
+    return None
 
 
 def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
@@ -211,7 +215,9 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
     usual = SOURCES["time_bias"].default
     hands = [log.uncertainties.get("u_time_bias", usual) for log in logs]
     widest = max(hands, key=lambda u: u.absolute)
-    return same if widest == usual else {**same, "u_time_bias": widest}
+    if widest == usual:
+        return same
+    return {**same, "u_time_bias": widest}
 
 
 # Runs

@@ -116,7 +116,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if split is None and not name_roles(text)[0]:
         # and last, unless the whole header is a name, any that is set apart.
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
-    return (text, None) if split is None else (split.name, split.unit)
+    if split is None:
+        return text, None
+    return split.name, split.unit
 
 
 def _splits_with_units(text: str) -> list[_Split]:
@@ -214,7 +216,9 @@ def _unknown_unit(text: str) -> _Split | None:
     if not unit or is_remark or is_count:
         return None
     is_known = square is not None or name_roles(name)[0]
-    return _Split(name, unit, "bracket") if is_known else None
+    if not is_known:
+        return None
+    return _Split(name, unit, "bracket")
 
 
 # --- The meaning of a name next to its unit ---

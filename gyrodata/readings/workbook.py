@@ -213,13 +213,17 @@ def _letters(column: int) -> str:
 
 def quoted(title: str) -> str:
     """Return the name of a sheet as a spreadsheet program writes it in a formula."""
-    return title if title.isalnum() else f"'{title}'"
+    if title.isalnum():
+        return title
+    return f"'{title}'"
 
 
 def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
     """Return the name of a cell, such as B5; with its sheet if this is not `within`."""
     name = f"{_letters(formula.column)}{formula.row}"
-    return name if sheet is within else f"{quoted(sheet.title)}!{name}"
+    if sheet is within:
+        return name
+    return f"{quoted(sheet.title)}!{name}"
 
 
 # --- Limits ---
@@ -322,7 +326,9 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
     filled = [cell for cell in cells if cell.value is not None]
     values = [_value_as_typed(cell, in_minutes) for cell in cells]
     is_struck_out = bool(filled) and all(cell.font.strike for cell in filled)
-    return ["#", *values] if is_struck_out else values
+    if is_struck_out:
+        return ["#", *values]
+    return values
 
 
 def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
@@ -349,7 +355,9 @@ def _number_as_typed(value: float, number_format: str) -> float | str:
     if decimals == number_format or decimals.strip("0"):
         return value
     text = f"{value:.{len(decimals)}f}"
-    return text if float(text) == value else value
+    if float(text) == value:
+        return text
+    return value
 
 
 def _duration_as_typed(duration: timedelta, in_minutes: bool) -> str:

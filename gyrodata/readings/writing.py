@@ -209,8 +209,9 @@ def _head(readings: Readings) -> list[str]:
         lines[key] = f"{value!r} {SI[kind_of_role(key)]}"
     for key, u in readings.uncertainties.items():
         lines[key] = uncertainty_text(u, kind_of_role(key))
-    for key in ("balance_tilt", "balance_drift", "falling_mass"):
-        lines[key] = _several(getattr(readings, key), key)
+    lines["balance_tilt"] = _several(readings.balance_tilt, "balance_tilt")
+    lines["balance_drift"] = _several(readings.balance_drift, "balance_drift")
+    lines["falling_mass"] = _several(readings.falling_mass, "falling_mass")
     falls = [_several(fall, "spin_down") or "" for fall in readings.spin_down]
     lines["spin_down"] = "; ".join(falls) or None
     words = {True: "yes", False: "no"}

@@ -78,6 +78,7 @@ def _names(texts: Sequence[str]) -> tuple[str, ...]:
 def _are_weights(names: Sequence[str], columns: Mapping[str, Column]) -> bool:
     """Return whether each block has one load, and each load is in one block."""
     values = [columns[role].values for role in LOADS if role in columns]
-    loads = list(zip(*values, strict=True)) or [()] * len(names)
-    pairs = {*zip(names, loads, strict=True)}
-    return len(pairs) == len({*names}) == len({*loads})
+    without_load = [()] * len(names)
+    loads = list(zip(*values, strict=True)) or without_load
+    pairs = set(zip(names, loads, strict=True))
+    return len(pairs) == len(set(names)) == len(set(loads))

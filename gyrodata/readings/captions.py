@@ -210,9 +210,10 @@ def _content_unless_unit(brackets: re.Match[str]) -> str:
 
 def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:
     """Return whether a number may be split at its decimal comma: "Position 15,5 cm"."""
-    if start not in ends or not number.isdigit() or not sentence[start - 2].isdigit():
+    if start not in ends or not number.isdigit():
         return False
-    return re.search("[0-9],[0-9]", sentence) is None
+    is_behind_digit = sentence[start - 2].isdigit()
+    return is_behind_digit and re.search("[0-9],[0-9]", sentence) is None
 
 
 _LETTERS = r"[^\W\d_]+"
@@ -262,6 +263,11 @@ _FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"
 """A sign of a formula, as in "t/3"."""
 
 
+def _is_of_turns_of_rod(word: str) -> bool:
+    """Return whether a word may stand in a sentence about the turns of the rod."""
+    return _is_known(word) or is_of_turns(word) or ROD.is_in(word)
+
+
 def _turns_of_sentence(sentence: str) -> str:
     """Return the turns that a sentence states for runs; "" if there are none."""
     sentence = numerals.fold_number(sentence)
@@ -273,9 +279,6 @@ def _turns_of_sentence(sentence: str) -> str:
         if turns := turns_in(clause):
             bare = re.sub(TIMED, " ", QUANTITY.sub(" ", clause))
             words = re.findall(_LETTERS, bare)
-            if all(
-                _is_known(word) or is_of_turns(word) or ROD.is_in(word)
-                for word in words
-            ):
+            if all(map(_is_of_turns_of_rod, words)):
                 return turns
     return ""

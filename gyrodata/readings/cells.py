@@ -58,7 +58,7 @@ def number_in_words(text: str, role: str) -> str:
     """
     if role != "mass":
         return fraction_of_date(text) or _turns_in_words(text) or _turns_of_angle(text)
-    bare = "".join(letter for letter in text if letter not in ".-" and letter.strip())
+    bare = re.sub(r"[\s.-]", "", text)
     return "0 g" if bare.lower() in _NO_WEIGHT else ""
 
 
@@ -92,8 +92,8 @@ def fraction_of_date(text: str) -> str:
     "3-Jan" and "01. Mrz" are 1/3.
     """
     low, high = sorted(misreadings.date_pair(text) or (0, 0))
-    is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
-    if is_part:
+    is_one_part = low == 1 and high <= 12
+    if is_one_part or (low, high) == (2, 3):
         return f"{low}/{high}"
     return ""
 
@@ -116,9 +116,10 @@ def rounded_turns(text: str) -> tuple[str, float]:
     value = to_float(text)
     step = float(f"1e{place}")
     twelfths = round(value * 12)
+    change = abs(value - twelfths / 12)
     # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
     # by nearly a whole step.
-    if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
+    if twelfths % 3 == 0 or change >= step:
         return "", 0.0
     return str(Fraction(twelfths, 12)), step / math.sqrt(3)
 
@@ -321,16 +322,13 @@ class CellReader:
             are_counts = all(map(float.is_integer, values))
         if not are_counts:
             return
-        counted = {
-            text: read_cell(_times(part, quantity.value), "number", "")
-            for text, quantity in self.read.items()
-        }
-        shown = [
-            f"{text} is {_times(part, quantity.value)}"
-            for text, quantity in self.read.items()
-        ]
-        self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
-        self.read |= counted
+        shown = []
+        for text, quantity in self.read.items():
+            turns = _times(part, quantity.value)
+            shown.append(f"{text} is {turns}")
+            self.read[text] = read_cell(turns, "number", "")
+        said = "; ".join(shown[:4])
+        self.faults.add("parts_of_turns", self.column.cell, said=said)
 
     def _ask_for_likelier_unit(self, large: list[str], likely: str) -> None:
         """Ask for the unit of seconds below "min", degrees below "rad", or percent.
@@ -427,7 +425,7 @@ class Uncertainties(Struct, frozen=True):
             cell = self.table.cell_of(column, i)
             typed = text if "%" in text else text + percent
             u = _read(column, typed, unit, faults, cell)
-            spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
+            spreads[i] = u and roles.as_u_of(role, column.role, u)
 
 
 def _read(
@@ -454,7 +452,8 @@ def ask_for_unit(column: Chosen, faults: Faults) -> None:
     examples = units.KINDS[kind].examples
     if role == "mass":
         examples += ", N for a weight"
-    are_digits = all(text.isdigit() and len(text) == 1 for text in column.filled())
+    filled = column.filled()
+    are_digits = all(len(text) == 1 and text.isdigit() for text in filled)
     is_numbered = are_digits and role in ("mass", "position")
     name = "no_unit_but_numbers" if is_numbered else "no_unit"
     values = {"text": column.header.text[:60], "role": role, "units": examples}

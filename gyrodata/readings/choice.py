@@ -86,13 +86,10 @@ def _serve_mapped(
         repeat = re.fullmatch("time_([0-9]+)", key)
         role = "time" if repeat else key
         unit = _unit_for(role, column.header)
-        chosen = replace(
-            column,
-            header=replace(column.header, unit=unit),
-            role=role,
-            number=int(repeat[1]) if repeat else None,
-            turns=column.header.turns if role == "time" else "",
-        )
+        chosen = replace(column, header=replace(column.header, unit=unit), role=role)
+        if role == "time":
+            number = int(repeat[1]) if repeat else None
+            chosen = replace(chosen, number=number, turns=column.header.turns)
         mapped[column.at] = chosen
         choice.serve(chosen)
     return [column for column in columns if column.at not in mapped]
@@ -102,15 +99,12 @@ def _column_called(
     header: str, key: str, columns: list[Chosen], faults: Faults
 ) -> Chosen:
     """Return the column with a header as written, or else in other letters."""
-    exact = [column for column in columns if column.text == header.strip()]
-    same = [
-        column
-        for column in columns
-        if column.text and squeeze(column.text) == squeeze(header)
-    ]
+    named = [column for column in columns if column.text]
+    exact = [column for column in named if column.text == header.strip()]
+    same = [column for column in named if squeeze(column.text) == squeeze(header)]
     if same:
         return (exact or same)[0]
-    headers = listing([f'"{column.text}"' for column in columns if column.text], 40)
+    headers = listing([f'"{column.text}"' for column in named], 40)
     raise faults.refuse(
         "mapped_header_unknown", role=key, header=header, headers=headers
     )
@@ -122,8 +116,10 @@ def _unit_for(role: str, header: Header) -> str | None:
     unit = header.unit
     if kind == "text":
         return None
-    if unit and (unit == "%" or kind in kinds_of(unit) or not kinds_of(unit)):
-        return unit
+    if unit:
+        kinds = kinds_of(unit)
+        if unit == "%" or not kinds or kind in kinds:
+            return unit
     parts = re.split(r"[,;/_ ]", header.text)
     ends = [end for end in parts[1:] if kind in kinds_of(end)]
     if ends:
@@ -301,10 +297,7 @@ def _ask_or_leave_out(
 ) -> None:
     """Ask for the role of a column if it may be needed; else say that it is unused."""
     left = _left(column, choice)
-    is_needed = any(
-        role.startswith("u_") or roles.BY_NAME[role].part in lacking for role in left
-    )
-    if not is_needed:
+    if not any(_may_be_needed(role, lacking) for role in left):
         fits = " and ".join(column.header.roles)
         note_unused(column, f"is not used: it fits {fits}", faults)
         return
@@ -316,13 +309,15 @@ def _ask_or_leave_out(
     usual = {role: unit or DISPLAY[kind_of_role(role)] for role in left}
     headers = [f'"{header_of(role, usual[role])}"{ends[role]}' for role in left]
     choice.asked.update(left)
-    faults.add(
-        "two_roles",
-        column.cell,
-        roles=" and ".join(left),
-        ways=" or ".join(ways),
-        headers=" or ".join(headers),
-    )
+    fits = " and ".join(left)
+    way = " or ".join(ways)
+    header = " or ".join(headers)
+    faults.add("two_roles", column.cell, roles=fits, ways=way, headers=header)
+
+
+def _may_be_needed(role: str, lacking: set[str]) -> bool:
+    """Return whether a role is an uncertainty, or that of a part that is lacking."""
+    return role.startswith("u_") or roles.BY_NAME[role].part in lacking
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
@@ -440,8 +435,8 @@ def _may_change(words: str, column: Chosen, is_mapped: bool) -> bool:
     """Return whether words of a header may change the meaning of its column."""
     if _uses_words(column):
         return False
-    is_count = column.role in _TIMED and re.search("[0-9]", words) is not None
-    return is_count or not is_mapped
+    has_number = re.search("[0-9]", words) is not None
+    return not is_mapped or (has_number and column.role in _TIMED)
 
 
 _TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")

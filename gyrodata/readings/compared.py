@@ -50,11 +50,13 @@ def differ(used: Reading, other: Reading) -> bool:
 def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     """Return whether a second column cannot be compared; if so, add a message."""
     role = column.role
-    if role == "time" and (used.header.unit, column.header.unit) == ("min", "s"):
+    two_units = (used.header.unit, column.header.unit)
+    if role == "time" and two_units == ("min", "s"):
         faults.add("minutes_and_seconds", column.cell, header=used.header.text)
         return True
-    origins = [origin_in(each.header.text) for each in (used, column)]
-    from_elsewhere = role == "position" and origins[1] not in ("", origins[0])
+    usual_origin = origin_in(used.header.text)
+    origin = origin_in(column.header.text)
+    from_elsewhere = role == "position" and origin not in ("", usual_origin)
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
     why = f'is not used: {role} is read from "{used.header.text}"'
@@ -74,7 +76,8 @@ def ask_which(
     """
     for other in others:
         used = columns.get(other.role)
-        if used is None or other.role in decided or not roles.BY_NAME[other.role].part:
+        is_of_run = roles.BY_NAME[other.role].part != ""
+        if used is None or other.role in decided or not is_of_run:
             continue
         if CONSTANT in used.spots or _is_something_else(other, used):
             continue
@@ -165,10 +168,10 @@ def use_turns_of_headers(
         columns["turns"] = Column(
             "turns", header, "", tuple(readings), spots, find=find
         )
-        words = [
+        said = "; ".join(
             f'turns is {each.turns} by the header "{each.text}"' for each in stating
-        ]
-        faults.add("turns_in_header", stating[0].cell, said="; ".join(words))
+        )
+        faults.add("turns_in_header", stating[0].cell, said=said)
     else:
         _compare_turns(counted, readings, headers, faults)
 
@@ -209,7 +212,10 @@ def compare_turns_with_texts(
     known = turns_of(counted)
     for sentence in table.sentences:
         turns = _turns_in(sentence, faults)
-        if turns and all(abs(count - turns) >= _AGREE for count in known):
+        if not turns:
+            continue
+        gaps = [abs(count - turns) for count in known]
+        if min(gaps) >= _AGREE:
             _report_sentence(sentence, counted, table, faults)
 
 
@@ -232,7 +238,8 @@ def _report_sentence(
     """
     place = counted.place(0)
     lines = {row.line for row in table.rows}
-    is_typed = place is None or place.line in lines or counted.header[:1] == "#"
+    is_line = counted.header.startswith("#")
+    is_typed = is_line or place is None or place.line in lines
     if not is_typed or _may_number_runs(counted):
         values = {"header": counted.header, "turns": counted.readings[0].text}
         values |= {"other": sentence.text, "says": turns_in(sentence.text)}
@@ -257,11 +264,13 @@ def ask_if_runs_are_counted(
     """
     if not _may_number_runs(turns):
         return
-    counts = [value for value in turns.values if value]
-    steps = [after in (1, before + 1) for before, after in pairwise([0, *counts])]
-    if len(counts) < max(4, len(turns.values)) or not all(steps) or max(counts) == 1:
+    counts = [value or 0.0 for value in turns.values]
+    if len(counts) < 4 or max(counts) <= 1:
         return
-    if counts.count(1) == 1 or any(turns_in(sentence.text) for sentence in sentences):
+    if not all(after in (1, before + 1) for before, after in pairwise([0, *counts])):
+        return
+    stated = [sentence for sentence in sentences if turns_in(sentence.text)]
+    if stated or counts.count(1) == 1:
         faults.add("turns_or_runs", turns.cell(0), header=turns.header)
 
 

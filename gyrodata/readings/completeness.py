@@ -100,7 +100,8 @@ def without_wrong_runs(log: Readings) -> Readings | None:
     None if more is wrong: a header, a line for the whole log, or what all runs need.
     """
     wrong = {fault.line for fault in log.diagnostics if fault.severity == "error"}
-    if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns):
+    are_of_runs = wrong <= set(log.lines)
+    if not are_of_runs or missing_roles(set(log.columns), log.columns):
         return None
     complete = [run for run, line in enumerate(log.lines) if line not in wrong]
     for column in log.columns.values():
@@ -126,7 +127,8 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
 
 def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> None:
     """Ask if the time of one turn has another number of turns."""
-    if all(abs(abs(turns) - 1) < _WHOLE for turns in filter(None, turns_of(counted))):
+    known = filter(None, turns_of(counted))
+    if all(abs(abs(turns) - 1) < _WHOLE for turns in known):
         return
     places = filter(None, map(counted.place, range(len(counted.readings))))
     place = next(places, period.place(0))
@@ -142,5 +144,6 @@ def _are_exchanged(time: Column, period: Column, counted: Column) -> bool:
     for seconds, value, turns in runs:
         count = abs(turns)
         if seconds and value and count and not 0.8 < count < 1.25:
-            exchanged.append(abs(value / seconds - count) < _SAME_TURNS * count)
+            gap = abs(value / seconds - count)
+            exchanged.append(gap < _SAME_TURNS * count)
     return 2 * sum(exchanged) > len(exchanged)

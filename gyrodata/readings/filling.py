@@ -92,9 +92,11 @@ class Filler:
         if early:
             self._report("below_first_row", column, early, column.cell(typed[0]))
         if filled:
-            place = self.table.grid.place_of(self.table.rows[filled[0]].spot(at))
+            first = self.table.rows[filled[0]]
+            place = self.table.grid.place_of(first.spot(at))
             self._report("filled_down", column, filled, place)
-        return column.select([above.get(i, i) for i in range(len(column.readings))])
+        sources = [above.get(i, i) for i in range(len(column.readings))]
+        return column.select(sources)
 
     def _report(
         self, name: str, column: Column, rows: list[int], place: Text | Place | None

@@ -152,7 +152,8 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
     "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
     "distance from the centre" gives a value.
     """
-    return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
+    has_value = any(map(turns_in, texts)) or any(map(is_bare, texts))
+    return count > 1 and not has_value
 
 
 _SIGNS = frozenset("0123456789.,/+-− ")
@@ -162,7 +163,8 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
     """Return the units of a row of units, in brackets or not; [] for another row.
 
-    A row `below_names` may contain the units of a few quantities that gyro does not use.
+    A row `below_names` may contain the units of a few quantities that gyro does not
+    use.
     """
     units = [text.strip("[]()").strip() for text in texts]
     known = list(filter(_is_unit, units))
@@ -174,8 +176,9 @@ def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
 
 
 def _may_be_unit(text: str) -> bool:
-    """Return whether a text is a unit, blank, 1, or a unit in brackets that is unknown."""
-    return text in (*BLANKS, "1") or text[0] in "[(" or _is_unit(text)
+    """Return whether a text is blank, 1, a unit, or an unknown unit in brackets."""
+    is_none = text in BLANKS or text == "1"
+    return is_none or text[0] in "[(" or _is_unit(text)
 
 
 def _is_sign_of_unit(text: str) -> bool:
@@ -184,7 +187,10 @@ def _is_sign_of_unit(text: str) -> bool:
 
 
 def _is_unit(text: str) -> bool:
-    return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
+    if text == "%":
+        return True
+    is_number = numerals.PLAIN.fullmatch(text) is not None
+    return not is_number and bool(kinds_of(text))
 
 
 # --- From lines to rows ---
@@ -421,8 +427,10 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     An example is "u_time", "0.2", "s".
     """
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
+    if match is None:
+        return None
     # A row of several cells ends with a unit.
-    if match is None or (len(cells) > 2 and is_number(cells[-1])):
+    if len(cells) > 2 and is_number(cells[-1]):
         return None
     key = "_".join(match[1].replace("_", " ").split()).lower()
     value = match[2]

@@ -159,11 +159,9 @@ _WEIGHTS = vocabulary.pattern("weights")
 
 def counts_weights(header: Header) -> bool:
     """Return whether a column counts the weights on the rod: "number of weights"."""
-    return (
-        header.unit is None
-        and not header.roles
-        and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
-    )
+    if header.roles or header.unit is not None:
+        return False
+    return re.search(rf"\b{_WEIGHTS}\b", header.text) is not None
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
@@ -184,11 +182,10 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
 
 def _is_part_of_turns(cell: str) -> bool:
     """Return whether a cell states turns as a fraction or in words."""
-    return bool(
-        re.fullmatch(_FRACTION, cell)
-        or words_of_turns(cell, whole=True)
-        or turns_in(cell)
-    )
+    if re.fullmatch(_FRACTION, cell):
+        return True
+    words = words_of_turns(cell, whole=True) or turns_in(cell)
+    return words != ""
 
 
 def _names_whole_turns(header: Header) -> bool:

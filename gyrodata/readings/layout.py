@@ -79,7 +79,8 @@ def find_head(grid: Grid, faults: Faults) -> Row:
     if head is None and max(len(row.texts) for row in grid.rows) == 1:
         raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
     head = head or _first_of_usual_width(rows)
-    if 2 * count_of_numbers(head.texts) >= max(1, len(filled_at(head))):
+    filled = len(filled_at(head))
+    if 2 * count_of_numbers(head.texts) >= max(1, filled):
         raise faults.refuse("no_header_row", grid.cell(head, 0))
     early = next(filter(_is_of_numbers, rows[: rows.index(head)]), None)
     if early:
@@ -94,9 +95,11 @@ def _first_of_usual_width(rows: list[Row]) -> Row:
         is_below_names = len(before.filled()) == len(row.filled())
         if len(units_of_row(row.texts)) > 1 and not is_below_names:
             return row
-    widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1)
+    wide = [row for row in rows if len(filled_at(row)) > 1]
+    widths = Counter(len(row.texts) for row in wide)
     usual = max(widths, key=widths.__getitem__, default=0)
-    return next((row for row in rows if len(row.texts) == usual), rows[0])
+    usual_rows = [row for row in rows if len(row.texts) == usual]
+    return usual_rows[0] if usual_rows else rows[0]
 
 
 def _is_of_numbers(row: Row) -> bool:
@@ -105,14 +108,14 @@ def _is_of_numbers(row: Row) -> bool:
     "turns:", "1", "", "1" is a caption of tables next to each other.
     """
     bare = sum(map(is_bare, row.texts))
-    return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
+    is_caption = row.texts[0].endswith(":")
+    return bare > 2 and 2 * bare > len(filled_at(row)) and not is_caption
 
 
 def columns_of_head(grid: Grid, head: Row) -> list[HeaderCell]:
     """Return what each cell of a header row says."""
-    return [
-        (grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)
-    ]
+    headers = map(parse_header, head.texts)
+    return [(grid.cell(head, at), header) for at, header in enumerate(headers)]
 
 
 def check_names(columns: list[HeaderCell], faults: Faults) -> None:
@@ -204,9 +207,10 @@ def _sample_of(grid: Grid) -> str:
         statements = captions.statements_in(row)
         first = {role: text for role, (text, _) in statements.items()} | first
         if first.keys() >= {"mass", "position", "spin", "time"}:
-            texts = {role: text.split(" ") for role, text in first.items()}
-            headers = "; ".join(header_of(role, *texts[role][1:]) for role in texts)
-            return f", such as\n{headers}\n{'; '.join(words[0] for words in texts.values())}"
+            pairs = [(role, text.partition(" ")) for role, text in first.items()]
+            headers = [header_of(role, unit or None) for role, (_, _, unit) in pairs]
+            numbers = [number for _, (number, _, _) in pairs]
+            return f", such as\n{'; '.join(headers)}\n{'; '.join(numbers)}"
     return ""
 
 
@@ -237,9 +241,11 @@ def ends_with_means(rows: list[Row], columns: list[HeaderCell]) -> bool:
     if len(rows) < 3 or not _is_mean(rows, columns, "time"):
         return False
     *above, last = rows
-    if len(filled_at(last)) < min(len(filled_at(row)) for row in above):
+    least = min(len(filled_at(row)) for row in above)
+    if len(filled_at(last)) < least:
         return True
-    return last.line > above[-1].line + 1 and _is_mean(rows, columns, "spin")
+    is_apart = last.line > above[-1].line + 1
+    return is_apart and _is_mean(rows, columns, "spin")
 
 
 def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
@@ -251,7 +257,8 @@ def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
         except (ValueError, IndexError):
             return False
         total = sum(above)
-        if abs(total - len(above) * last) >= 1e-3 * abs(total or 1):
+        gap = abs(total - len(above) * last)
+        if gap >= 1e-3 * abs(total or 1):
             return False
     return bool(places)
 

@@ -74,9 +74,10 @@ def _names_part_of_period(note: str) -> bool:
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue
-        numbers = [NUMBERS.get(before, "1") for before in words[max(0, at - 3) : at]]
-        are_several = "".join(words[at - 1 : at]) in _DIGITS and word not in _PERIODS
-        if are_several or any(number != "1" for number in numbers):
+        before = words[max(0, at - 3) : at]
+        numbers = {NUMBERS.get(part, "1") for part in before}
+        has_digit = not _DIGITS.isdisjoint(before[-1:])
+        if not numbers <= {"1"} or (has_digit and word not in _PERIODS):
             return True
     return False
 
@@ -107,7 +108,7 @@ def _named_readings(note: str) -> list[str]:
     """List the readings that a note names; else the one whose amount it states."""
     words = re.findall(r"[\w/]+", note)
     named = itertools.chain.from_iterable(map(_roles_of_word, words))
-    of_runs = [role for role in named if BY_NAME[role].part and role != "torque"]
+    of_runs = [role for role in named if role != "torque" and BY_NAME[role].part]
     amount = re.search(_AMOUNT, note)
     if not of_runs and amount:
         of_runs = list(filter(None, [_ROLE_OF_UNIT.get(kinds_of(amount[1]))]))
@@ -120,8 +121,8 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    named = NAMES.get(fold_name(word))
-    return named or NAMES.get(fold_name(re.sub(r"e?[ns]$", "", word)), ())
+    singular = re.sub(r"e?[ns]$", "", word)
+    return NAMES.get(fold_name(word)) or NAMES.get(fold_name(singular), ())
 
 
 _SURFACE_NOTE = Phrases("surface_note")

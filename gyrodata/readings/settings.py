@@ -126,7 +126,8 @@ def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
 
 def _did_you_mean(name: str, known: list[str]) -> str:
     close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
-    close = close or [role for role in name_roles(name)[0] if role in known]
+    roles_of_name, _ = name_roles(name)
+    close = close or [role for role in roles_of_name if role in known]
     if close:
         return f"did you mean {' or '.join(close)}?"
     return f"known are: {listing(known, 99)}"
@@ -213,14 +214,13 @@ class _Lines:
         """
         name = reported_key(key)
         before = self.settings.reported.get(name)
-        if text.text in BLANKS or (before is not None and before.text == text.text):
+        is_repeated = before is not None and before.text == text.text
+        if text.text in BLANKS or is_repeated:
             return
         read = read_reported(key, text.text, text.place.line, self.ask)
         if before is not None:
-            problem = (
-                f"{before.key} is reported twice, in lines {before.line} and "
-                f"{text.place.line}, with two values"
-            )
+            lines = f"lines {before.line} and {text.place.line}"
+            problem = f"{before.key} is reported twice, in {lines}, with two values"
             read = Reported(before.key, before.text, line=before.line)
             read = replace(read, fault="given twice", problem=problem)
         self.settings.reported[name] = read
@@ -422,11 +422,11 @@ def _unusual(key: str, value: float, low: float, high: float, sample: str) -> Un
         return UnitError("is not above zero")
     unit = units.SI[roles.kind_of_role(key)]
     likely = [value * factor for factor in (1000, 0.001)]
-    fitting = [f"{other:.6g} {unit}" for other in likely if low <= other <= high]
+    fitting = [other for other in likely if low <= other <= high]
+    if fitting:
+        sample = f"{fitting[0]:.6g} {unit}"
     fault = f"is {value:.4g} {unit}; usual are {low:g} to {high:g} {unit}"
-    return UnitError(
-        fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
-    )
+    return UnitError(fault, f'write its unit, such as "# {key}: {sample}"')
 
 
 def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
@@ -488,7 +488,8 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 
 def _check_falling_mass(numbers: tuple[float, ...], hint: str) -> None:
     mass, *others, friction = numbers
-    if min(mass, *others) <= 0 or not 0 <= friction < mass:
+    is_possible = min(mass, *others) > 0 and 0 <= friction < mass
+    if not is_possible:
         raise UnitError("contains a value that is impossible", hint)
 
 
@@ -496,7 +497,8 @@ def _check_in_line(kind: str, number: float, hint: str) -> None:
     role = "spin" if kind == "rate" else kind
     if kind == "angle" and number == 0:
         return
-    fault, _ = roles.check_value(role, number if kind == "time" else abs(number))
+    size = number if kind == "time" else abs(number)
+    fault, _ = roles.check_value(role, size)
     if fault:
         raise UnitError(fault, hint)
 

@@ -172,8 +172,8 @@ def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
 
 
 def _no_file(path: Path, shown: str) -> Exception:
-    names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
-    close = difflib.get_close_matches(path.name, names, n=3)
+    names = sorted(entry.name for entry in path.parent.glob("*"))
+    close = difflib.get_close_matches(path.name, names[:2000], n=3)
     hint = f"did you mean {listing(close)}?" if close else ""
     return Faults(shown).refuse("file_not_found", path=str(path), hint=hint)
 
@@ -202,14 +202,16 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 
 def _known_letters(text: str) -> int:
     """Count the letters beyond ASCII in words of the vocabulary."""
-    words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
-    known = sum(len(word) for word in words if _is_known(word))
+    words = set(re.findall(r"[^\W\d_]+", text))
+    not_ascii = [word for word in words if not word.isascii()]
+    known = sum(len(word) for word in not_ascii if _is_known(word))
     return known - 5 * text[:-1].count("\ufffd")
 
 
 def _is_known(word: str) -> bool:
     """Return whether a word is in the vocabulary, with letters of one alphabet."""
-    is_mixed = re.search("[A-Za-z]", word) and re.search("[\u0370-\u04ff]", word)
+    is_latin = re.search("[A-Za-z]", word)
+    is_mixed = is_latin and re.search("[\u0370-\u04ff]", word)
     # A single letter of an alphabet is not a word.
     is_long = len(word) > 1 or word > "\u2e80"
     return is_long and not is_mixed and is_word(word)

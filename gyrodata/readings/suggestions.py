@@ -46,8 +46,10 @@ class Lack(Struct, frozen=True, dict=True):
     @property
     def question(self) -> str:
         """The role and its meaning."""
-        meaning = self.known.meaning
-        return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
+        question = f"{self.role} is missing"
+        if self.known.meaning:
+            question += f" ({self.known.meaning})"
+        return question
 
     def named(self, column: Chosen | None = None) -> str:
         """Return the header that names the role, with a column's unit if it fits."""
@@ -81,12 +83,8 @@ class Lack(Struct, frozen=True, dict=True):
     def _similar(self, named: list[Chosen]) -> list[Chosen]:
         """Return the columns whose name is nearly one of the role."""
         kind = kind_of_role(self.role)
-        similar = [
-            column
-            for column in named
-            if suggest_role(column.text) == self.role
-            and kind in (column.kinds or (kind,))
-        ]
+        fitting = [column for column in named if kind in (column.kinds or (kind,))]
+        similar = [each for each in fitting if suggest_role(each.text) == self.role]
         if self.role == "turns":
             return list(filter(_may_be_turns, similar or named))
         return similar
@@ -117,7 +115,8 @@ def _guess(lack: Lack) -> str:
     rates = lack.choice.columns("precession_rate")
     if lack.role == "spin" and rates:
         return _may_be_spin(rates[0].text)
-    if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
+    no_time = lack.role == "turns" and "time" in lack.missing
+    if len(lack.likely) != 1 or no_time:
         return _start_and_stop(lack)
     [column] = lack.likely
     if lack.role == "turns":
@@ -163,17 +162,12 @@ def _timed_turns(lack: Lack) -> str:
 
 def _start_and_stop(lack: Lack) -> str:
     """Say what to write for the start and the stop of a clock; "" without both."""
-    moments = {
-        column.header.moment: column.text
-        for column in lack.choice.unplaced
-        if "time" in column.kinds and column.header.moment
-    }
-    if lack.role != "time" or len(moments) < 2:
+    clocks = [column for column in lack.choice.unplaced if "time" in column.kinds]
+    texts = {column.header.moment: column.text for column in clocks}
+    if lack.role != "time" or not texts.keys() >= {"start", "end"}:
         return ""
-    return (
-        f'write "{moments["end"]}" minus "{moments["start"]}" in a column '
-        f'"{lack.named()}"'
-    )
+    difference = f'"{texts["end"]}" minus "{texts["start"]}"'
+    return f'write {difference} in a column "{lack.named()}"'
 
 
 FROM_SURFACE = (
@@ -236,7 +230,8 @@ def _how_to_add(lack: Lack) -> str:
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]
     if role != "time":
-        ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
+        ways.append(f'or a line "# {role}: {sample}"')
+        ways.append(f"or --set {role}={quoted}")
     ways.append(
         f"or --map {role}=HEADER to name the column that contains it{known.instead}"
     )
@@ -252,7 +247,8 @@ def header_row(
     """
     typed = list(dict.fromkeys(table.cells))
     lines = {cell.place.line for cell in typed}
-    if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
+    places = {cell.place for cell in typed}
+    if len(lines) > 1 or len(places) < len(typed):
         return ""
     headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
     return table.grid.delimiter.join(

@@ -313,9 +313,9 @@ class TableReader:
         known = {*self.choice.used, *self.settings.roles}
         if not silent or known.intersection(roles.COUNTS):
             return
-        headers = {
-            time.at: header_of("time for 1 turn", time.header.unit) for time in silent
-        }
+        headers = {}
+        for time in silent:
+            headers[time.at] = header_of("time for 1 turn", time.header.unit)
         row = header_row(self.table, headers, []) or headers[silent[0].at]
         self.choice.asked.add("turns")
         self.faults.add("time_without_turns", silent[0].cell, row=row)
@@ -325,10 +325,11 @@ class TableReader:
         rows = zip(*(column.values for _, column in times), strict=True)
         complete = [row for row in rows if None not in row]
         if complete and all(map(_are_laps, complete)):
-            ratio = " : ".join(str(lap) for lap in range(1, len(times) + 1))
-            values = {"ratio": ratio, "count": len(times), "last": times[-1][0].text}
-            cell = times[0][0].cell
-            self.faults.add("times_of_a_running_clock", cell, **values)
+            first, _ = times[0]
+            last, _ = times[-1]
+            ratio = " : ".join(map(str, range(1, len(times) + 1)))
+            values = {"ratio": ratio, "count": len(times), "last": last.text}
+            self.faults.add("times_of_a_running_clock", first.cell, **values)
 
     def _are_runs(self, times: list[Chosen]) -> list[bool]:
         """Return whether each row is a timed run; report the others."""
@@ -482,8 +483,7 @@ class TableReader:
     ) -> None:
         """Say which dates were read as fractions."""
         cell = self.table.cell_of(cells.column, texts.index(dates[0]))
-        pairs = [(text, fraction_of_date(text)) for text in dates]
-        words = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
+        words = [f'{cells.role} "{text}" is {fraction_of_date(text)}' for text in dates]
         self.faults.add("date", cell, said="; ".join(words))
 
     def _may_rest(self, cells: CellReader, text: str) -> bool:
@@ -501,9 +501,8 @@ class TableReader:
             self.choice.corrected[cells.column.at] = usual
         row = header_row(self.table, self.choice.corrected, [])
         if len(lacking) > 1 and row:
-            names = listing(
-                [f'"{cells.column.text}" ({cells.role})' for cells in lacking]
-            )
+            named = [f'"{cells.column.text}" ({cells.role})' for cells in lacking]
+            names = listing(named)
             self.faults.add(
                 "no_units", lacking[0].column.cell.place, names=names, row=row
             )

@@ -60,13 +60,15 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     if len(logs) == 1:
         return logs[0]
     diagnostics = _without_errors(logs)
-    starts = [0, *accumulate(len(split_lines(log.source_text)) for log in logs)]
+    lengths = [len(split_lines(log.source_text)) for log in logs]
+    starts = [0, *accumulate(lengths)]
     files = tuple(zip(starts, logs, strict=False))
     blocks = _block_names(logs)
+    digests = "".join(_all(logs, "sha256"))
     joined = replace(
         logs[0],
         name=" + ".join(_all(logs, "name")),
-        sha256=hashlib.sha256("".join(_all(logs, "sha256")).encode()).hexdigest(),
+        sha256=hashlib.sha256(digests.encode()).hexdigest(),
         runs=_labels(_joined(logs, "runs"), blocks),
         lines=_lines(files),
         notes=_joined(logs, "notes"),
@@ -110,7 +112,8 @@ def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
 
 def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:
     """Add the runs in which the rod did not move, of all logs."""
-    files = tuple(zip([start for start, _ in joined.files], still, strict=True))
+    starts = [start for start, _ in joined.files]
+    files = tuple(zip(starts, still, strict=True))
     unmoved = replace(
         joined,
         runs=_joined(still, "runs"),
@@ -125,7 +128,7 @@ def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:
 
 def in_own_file(finding: Diagnostic, readings: Readings) -> Diagnostic:
     """Return a finding about joined logs with the place in the log that it is about."""
-    if not readings.files or finding.file != readings.name or finding.line is None:
+    if finding.file != readings.name or finding.line is None or not readings.files:
         return finding
     start, log = readings.files[readings.file_of(finding.line)]
     place = Place(finding.line - start, finding.column or 1)
@@ -182,10 +185,13 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
     for number, line in enumerate(split_lines(log.source_text), 1):
-        words = "_".join(line.lstrip("#; \t").lower().replace("-", " ").split())
+        small = line.lstrip("#; \t").lower().replace("-", " ")
+        words = "_".join(small.split())
         behind = words.removeprefix(key)
+        if behind == words:
+            continue
         # "balance" is not the key of a line "balance_drift: …".
-        if behind != words and (behind[:1] in set(":=,;") or behind[1:2].isdigit()):
+        if behind.startswith((":", "=", ",", ";")) or behind[1:2].isdigit():
             return Place(number, 1), f'"{line.strip()}"'
     return None, f'no line "# {key}"'
 
@@ -225,20 +231,28 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
 
 def _block_names(logs: Sequence[Readings]) -> tuple[str, ...]:
     """Return the name of the block of each run: its log, and its day in the log."""
-    stems = [PurePath(log.name).name.partition(".")[0] or log.name for log in logs]
-    if len({*stems}) < len(stems):
+    stems = list(map(_stem, logs))
+    if len(set(stems)) < len(stems):
         stems = [f"{log.name} ({number})" for number, log in enumerate(logs, 1)]
     names: list[str] = []
     for stem, log in zip(stems, logs, strict=True):
-        names += [f"{stem} {block}" for block in log.blocks] or [stem] * len(log.runs)
+        of_blocks = [f"{stem} {block}" for block in log.blocks]
+        names += of_blocks or [stem] * len(log.runs)
     return tuple(names)
+
+
+def _stem(log: Readings) -> str:
+    """Return the name of a file without its endings: "monday" of "monday.csv.gz"."""
+    stem, _, _ = PurePath(log.name).name.partition(".")
+    return stem or log.name
 
 
 def _labels(runs: tuple[str, ...], blocks: tuple[str, ...]) -> tuple[str, ...]:
     """Return unique labels of all runs."""
     if len({*runs}) == len(runs):
         return runs
-    return tuple(f"{block} {run}" for block, run in zip(blocks, runs, strict=True))
+    pairs = zip(blocks, runs, strict=True)
+    return tuple(f"{block} {run}" for block, run in pairs)
 
 
 def _lines(files: Sequence[tuple[int, Readings]]) -> tuple[int, ...]:
@@ -274,16 +288,16 @@ def _columns(files: Sequence[tuple[int, Readings]]) -> dict[str, Column]:
 
 def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     """Return a column of all logs; blank cells for a log without it."""
-    columns = [
-        log.columns.get(role) or _blank_column(role, len(log.runs)) for _, log in files
-    ]
+    columns = []
+    for _, log in files:
+        blank = _blank_column(role, len(log.runs))
+        columns.append(log.columns.get(role, blank))
     spots: list[int] = []
     for number, column in enumerate(columns):
-        # A value of a whole log is another reading in each log.
-        spots += [
-            spot - number if spot < 0 else spot + number * _CELLS
-            for spot in column.spots
-        ]
+        for spot in column.spots:
+            # A value of a whole log is another reading in each log.
+            moved = spot - number if spot < 0 else spot + number * _CELLS
+            spots.append(moved)
 
     def find(spot: int) -> Place:
         number, cell = divmod(spot, _CELLS)
@@ -292,11 +306,14 @@ def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
         place = place_of(cell)
         return Place(place.line + files[number][0], place.column)
 
-    first = next(log.columns[role] for _, log in files if role in log.columns)
+    given = [log.columns[role] for _, log in files if role in log.columns]
+    first = given[0]
     readings = tuple(chain.from_iterable(column.readings for column in columns))
     return replace(first, readings=readings, spots=tuple(spots), given=None, find=find)
 
 
 def _blank_column(role: str, count: int) -> Column:
     """Return a column of a log that has none of its role."""
-    return Column(role, "", "", (Reading(),) * count, (-1,) * count)
+    readings = (Reading(),) * count
+    spots = (-1,) * count
+    return Column(role, "", "", readings, spots)

@@ -267,10 +267,11 @@ def ask_if_runs_are_counted(
     counts = [value or 0.0 for value in turns.values]
     if len(counts) < 4 or max(counts) <= 1:
         return
-    if not all(after in (1, before + 1) for before, after in pairwise([0, *counts])):
+    steps = pairwise([0, *counts])
+    if not all(after in (1, before + 1) for before, after in steps):
         return
-    stated = [sentence for sentence in sentences if turns_in(sentence.text)]
-    if stated or counts.count(1) == 1:
+    is_stated = any(turns_in(sentence.text) for sentence in sentences)
+    if is_stated or counts.count(1) == 1:
         faults.add("turns_or_runs", turns.cell(0), header=turns.header)
 
 

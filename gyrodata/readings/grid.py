@@ -427,10 +427,9 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     An example is "u_time", "0.2", "s".
     """
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
-    if match is None:
-        return None
     # A row of several cells ends with a unit.
-    if len(cells) > 2 and is_number(cells[-1]):
+    ends_with_number = len(cells) > 2 and is_number(cells[-1])
+    if match is None or ends_with_number:
         return None
     key = "_".join(match[1].replace("_", " ").split()).lower()
     value = match[2]

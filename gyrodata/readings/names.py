@@ -301,10 +301,13 @@ def _named_twice(words: list[str]) -> tuple[str, ...]:
         (words[1:], words[:1]),
     ):
         meant = SYMBOLS.get(squeeze("".join(symbol)), ())
-        # A word of Chinese or Japanese may have two signs.
-        if not meant or not name or (len(name[0]) <= 2 and name[0] < FIRST_SIGN):
+        if not meant or not name:
             continue
-        both = tuple(role for role in _roles_of(" ".join(name)) if role in meant)
+        # A word of Chinese or Japanese may have two signs.
+        if len(name[0]) <= 2 and name[0] < FIRST_SIGN:
+            continue
+        roles = _roles_of(" ".join(name))
+        both = tuple(role for role in roles if role in meant)
         if both:
             return both
     return ()
@@ -391,7 +394,8 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
     beside = [word for word, roles in named.items() if role not in roles]
     if not beside:
         return True
-    if role == "turns" and beside[-1] == [*named][-1]:
+    *_, last = named
+    if role == "turns" and last in beside:
         return False
     if role == "position" and _RADIUS.is_in(" ".join(named)):
         return False  # "weight radius" is half of its diameter
@@ -415,7 +419,7 @@ def reported_key(key: str) -> str:
 
 
 def station_in(line: str) -> str:
-    """Return the station that a line names, as "Station 2" and "# poste: B"; else ""."""
+    """Return the station that a line names ("Station 2", "# poste: B"); else ""."""
     name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
     is_named = len(names) == 1 and re.fullmatch(STATION, names[0])
     return names[0] if is_named and fold_name(name) in STATION_WORDS else ""

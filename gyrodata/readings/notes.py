@@ -83,7 +83,7 @@ def _names_part_of_period(note: str) -> bool:
 
 
 def altered_role(note: str) -> str:
-    """Return the first reading that is not what is typed, if a note says so; else ""."""
+    """Return the first reading that, by a note, is not what is typed; else ""."""
     return next(iter(altered_readings(note)), "")
 
 
@@ -276,7 +276,7 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
 
 
 def _is_understood(note: str) -> bool:
-    """Return whether other rules read a note, or it says that readings are corrected."""
+    """Return whether a note is for other rules, or says that readings are corrected."""
     is_place = from_centre(note) or origin_in(note) != ""
     return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
 

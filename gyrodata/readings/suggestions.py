@@ -134,7 +134,7 @@ def _guess(lack: Lack) -> str:
 
 
 def _may_be_spin(header: str) -> str:
-    """Ask if a rate of the precession is the spin: the lab sheet calls it a rotation."""
+    """Ask if a rate of precession is the spin: the lab sheet calls it a rotation."""
     if re.search(PRECESSION, header):
         return ""
     return (
@@ -153,7 +153,7 @@ def _time_of_turns(header: str, words: str) -> str:
 
 
 def _timed_turns(lack: Lack) -> str:
-    """Return the number in the header of a time that gyro does not understand; else ""."""
+    """Return the number in a time's header that gyro does not understand; else ""."""
     headers = [column.header for column in lack.likely if lack.role == "time"]
     # "T_P_1" is the first of several times.
     headers = [header for header in headers if not re.fullmatch(INDEX, header.name)]

@@ -116,11 +116,13 @@ def _counts_parts(column: Chosen) -> bool:
 def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
     """Give a role to the only column with a fitting unit."""
     fitting = _fitting(role, choice)
-    if len(fitting) != 1 or not _name_adds_nothing(role, fitting[0], choice):
+    if len(fitting) != 1:
         return
-    choice.place(fitting[0], role)
-    kind = units.KINDS[kind_of_role(role)].words
-    faults.add("read_by_unit", fitting[0].cell, role=role, kind=kind)
+    [column] = fitting
+    if _name_adds_nothing(role, column, choice):
+        choice.place(column, role)
+        kind = units.KINDS[kind_of_role(role)].words
+        faults.add("read_by_unit", column.cell, role=role, kind=kind)
 
 
 def _fitting(role: str, choice: Choice) -> list[Chosen]:
@@ -129,13 +131,9 @@ def _fitting(role: str, choice: Choice) -> list[Chosen]:
     The start of a clock, or its stop, is not a reading.
     """
     kind = kind_of_role(role)
-    return [
-        column
-        for column in _unplaced(choice)
-        if kind in column.kinds
-        and not column.header.moment
-        and _unit_suffices(role, column.header)
-    ]
+    of_kind = [column for column in _unplaced(choice) if kind in column.kinds]
+    readings = [column for column in of_kind if not column.header.moment]
+    return [column for column in readings if _unit_suffices(role, column.header)]
 
 
 def _unit_suffices(role: str, header: Header) -> bool:
@@ -166,10 +164,11 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
 
 def _names_a_part(role: str, header: str) -> bool:
     """Return whether a header says a part or another thing than a role."""
-    # "mass of one weight", "mass without hanger"
-    if role == "mass" and (_OF_ONE.is_in(header) or altered_role(header) == "mass"):
-        return True
     if role == "spin" and re.search(PRECESSION, header):
+        return True
+    # "mass of one weight", "mass without hanger"
+    is_part = _OF_ONE.is_in(header) or altered_role(header) == "mass"
+    if role == "mass" and is_part:
         return True
     return re.match(_NUMBERED, header) is not None
 
@@ -197,7 +196,8 @@ def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
 def _may_be_of_mass(column: Chosen, masses: tuple[str, ...]) -> bool:
     if "mass" in column.kinds and column.text != column.header.unit:
         return NOT_THE_WEIGHT.isdisjoint(squeezed_words(column.text))
-    if not counts_weights(column.header) or {*column.texts} <= {"", "1"}:
+    are_all_one = set(column.texts) <= {"", "1"}
+    if are_all_one or not counts_weights(column.header):
         return False
     return not _differ_together(column.texts, masses)
 

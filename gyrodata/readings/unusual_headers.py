@@ -81,8 +81,10 @@ def _take_spread(text: str) -> tuple[str, str]:
     match = re.search(_SPREAD, text)
     if match is None:
         return text, ""
-    rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}"
-    return rest.strip(" ,;"), f"{match[1]} {match[2].strip()}".strip()
+    before = text[: match.start()].strip()
+    behind = text[match.end() :].strip()
+    spread = f"{match[1]} {match[2].strip()}"
+    return f"{before} {behind}".strip(" ,;"), spread.strip()
 
 
 # --- Where the unit is ---
@@ -136,13 +138,16 @@ def _splits(text: str) -> Iterator[_Split]:
     """Yield the ways to split a header, the most certain one first."""
     yield from _splits_at_brackets(text)
     yield from _splits_at_signs(_WORD, text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[: blank.start()], text[blank.end() :], "")
+    blanks = list(re.finditer(_BLANK, text))
+    pairs = [(text[: blank.start()], text[blank.end() :]) for blank in blanks]
+    for first, last in pairs:
+        yield _Split(first, last, "")
     if quotient := re.fullmatch(_SNAKE_CASE, text):
-        yield _Split(quotient[1], f"{quotient[2]}/{quotient[3]}", "")
+        name, above, below = quotient.groups()
+        yield _Split(name, f"{above}/{below}", "")
     yield from _splits_at_signs("/", text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[blank.end() :], text[: blank.start()], "")
+    for first, last in pairs:
+        yield _Split(last, first, "")
     yield _Split("", text, "")
 
 
@@ -160,8 +165,9 @@ def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
 def _splits_at_brackets(text: str) -> Iterator[_Split]:
     """Yield the splits at each bracket, the last one first: "a (cm, from centre)"."""
     for bracket in reversed(list(re.finditer(_BRACKET, text))):
+        before = text[: bracket.start()].rstrip(" /,;")
         behind = text[bracket.end() :].strip()
-        name = f"{text[: bracket.start()].rstrip(' /,;')} {behind}".strip()
+        name = f"{before} {behind}".strip()
         inside = (bracket[1] or bracket[2] or "").strip()
         yield _Split(name, inside, "" if behind else "bracket")
         unit, _, remark = inside.replace(",", " ").partition(" ")
@@ -171,7 +177,9 @@ def _splits_at_brackets(text: str) -> Iterator[_Split]:
 def _is_unit(text: str) -> bool:
     if not re.search(_LETTER, text):
         return False
-    return text == "%" or bool(kinds_of(text) or re.fullmatch(_CLOCK_FORM, text))
+    if text == "%" or kinds_of(text):
+        return True
+    return re.fullmatch(_CLOCK_FORM, text) is not None
 
 
 def _fits(split: _Split) -> bool:
@@ -195,7 +203,8 @@ def _is_set_apart(split: _Split) -> bool:
     if name_roles(split.name)[0]:
         is_name = not split.mark and kinds_of(split.unit) == OF_TURNS
         return not is_name and squeeze(split.unit) not in SYMBOLS
-    return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
+    is_one_word = " " not in split.name
+    return split.mark == "bracket" or (is_one_word and split.mark == "sign")
 
 
 _KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
@@ -288,8 +297,8 @@ def _roles_of_statement(
 
 def _says_only_when(name: str) -> bool:
     """Return whether a name only says that it is a spin, or when it was measured."""
-    words = [word for word in TOKENS.split(name) if word]
-    return is_of_the_spin(name) or all(fold_name(word) in SMALL_WORDS for word in words)
+    words = {fold_name(word) for word in TOKENS.split(name) if word}
+    return is_of_the_spin(name) or words <= SMALL_WORDS
 
 
 _ORDINAL = (

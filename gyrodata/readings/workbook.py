@@ -153,11 +153,10 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
     """
     formulas: list[tuple[Sheet, Formula]] = []
     for sheet in sheets:
-        formulas += [
-            (sheet, formula)
-            for formula in sheet.formulas
-            if sheet.rows[formula.row - 1][:1] != ["#"]
-        ]
+        for formula in sheet.formulas:
+            row = sheet.rows[formula.row - 1]
+            if row[:1] != ["#"]:
+                formulas.append((sheet, formula))
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
     return [(sheet, each) for sheet, each in formulas if each.value is None]
@@ -172,7 +171,8 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet with cells, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    hidden = [row for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    rows = list(map(str, hidden))
     filled = {column for _, column in _filled_cells(sheet)}
     columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
     for word, names in (("row", rows), ("column", columns)):
@@ -185,11 +185,11 @@ def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
     """Return the row and the column of each filled cell that is not shown."""
     rows = set(sheet.hidden_rows)
     columns = set(sheet.hidden_columns)
-    return {
-        (row, column)
-        for row, column in _filled_cells(sheet)
-        if row in rows or column in columns or (row, column) in sheet.blanked
+    filled = set(_filled_cells(sheet))
+    hidden = {
+        (row, column) for row, column in filled if row in rows or column in columns
     }
+    return hidden | filled.intersection(sheet.blanked)
 
 
 def _filled_cells(sheet: Sheet) -> Iterator[tuple[int, int]]:
@@ -305,17 +305,22 @@ def _blanked(rows: list[Any]) -> set[tuple[int, int]]:
 def _shows_nothing(cell: Any) -> bool:
     """Return whether a cell has a blank format, or white or tiny letters."""
     # "positive;negative;zero;text"
-    sections = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format).split(";")
+    signs = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format)
+    sections = signs.split(";")
     section = 3 if isinstance(cell.value, str) else 0
-    if len(sections) > section and not re.search(r"[\w#?@]", sections[section]):
+    shown = sections[section] if section < len(sections) else "@"
+    if not re.search(r"[\w#?@]", shown):
         return True
-    font = cell.font
-    color = font.color
-    is_white = color is not None and (
-        color.rgb == "FFFFFFFF" or (color.type == "theme" and not color.theme)
-    )
-    is_tiny = (font.sz or 11) <= _SMALLEST_LETTERS
-    return (is_white and cell.fill.fill_type is None) or is_tiny
+    is_tiny = (cell.font.sz or 11) <= _SMALLEST_LETTERS
+    return is_tiny or (cell.fill.fill_type is None and _is_white(cell.font.color))
+
+
+def _is_white(color: Any) -> bool:
+    """Return whether letters are white; None is the usual color."""
+    if color is None:
+        return False
+    is_first_of_theme = color.type == "theme" and not color.theme
+    return is_first_of_theme or color.rgb == "FFFFFFFF"
 
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
@@ -383,8 +388,9 @@ def _scan(text: bytes, sheet: Sheet) -> None:
             column = 0
             sheet.hidden_rows += [row] if _is_hidden(element) else []
         elif event == "start" and name == "col" and _is_hidden(element):
+            first = int(element.get("min", "1"))
             last = min(int(element.get("max", "0")), _COLUMNS)
-            sheet.hidden_columns += range(int(element.get("min", "1")), last + 1)
+            sheet.hidden_columns += range(first, last + 1)
         elif event == "end" and name == "c":
             # Some programs do not name the cells.
             place = element.get("r")
@@ -414,9 +420,11 @@ def _add_formula(
     if "f" not in parts or row > _ROWS or column > _COLUMNS:
         return
     value = _stored_value(parts.get("v"), cell.get("t", "n"))
-    formula = Formula(row, column, "=" + (parts["f"].text or "").lstrip("= "), value)
+    text = (parts["f"].text or "").lstrip("= ")
+    formula = Formula(row, column, f"={text}", value)
     sheet.formulas.append(formula)
-    sheet.rows += [[] for _ in range(row - len(sheet.rows))]
+    while len(sheet.rows) < row:
+        sheet.rows.append([])
     cells = sheet.rows[row - 1]
     cells += [None] * (column - len(cells))
     if value is None and cells[0] != "#":

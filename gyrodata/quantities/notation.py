@@ -163,16 +163,18 @@ def _read_sum(text: str, unit: str | None, ask: bool) -> Quantity | None:
     if not all(re.match(r"\d", part) for part in parts):
         return None
     last = read_cell(parts[-1], "mass", unit, ask)
-    others = [read_cell(part, "mass", last.unit, ask).value for part in parts[:-1]]
-    return replace(last, value=last.value + math.fsum(others))
+    others = [read_cell(part, "mass", last.unit, ask) for part in parts[:-1]]
+    total = math.fsum(other.value for other in others)
+    return replace(last, value=last.value + total)
 
 
 def _read_part_of_pi(plain: str) -> Quantity | None:
     match = re.fullmatch(_PARTS_OF_PI, plain)
     if match is None:
         return None
-    angle = math.pi * to_float(match[1] or "1") / int(match[2] or 1)
-    return Quantity(angle, None, None, "rad")
+    count = to_float(match[1] or "1")
+    parts = int(match[2] or 1)
+    return Quantity(math.pi * count / parts, None, None, "rad")
 
 
 def _read_percent(number: str, unit: str | None, ask: bool) -> Quantity | None:
@@ -193,7 +195,8 @@ def _read_clock(match: re.Match[str], kind: str, unit: str | None) -> Quantity:
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
         raise _late_clock(hours, minutes, seconds)
-    value = int(hours or 0) * 3600 + int(minutes) * 60 + late
+    whole_minutes = int(hours or 0) * 60 + int(minutes)
+    value = whole_minutes * 60 + late
     if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
         raise _two_clocks(hours, minutes, seconds)
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")

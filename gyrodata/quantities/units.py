@@ -152,9 +152,8 @@ class Letters(dict[int, int | str | None]):
     def __missing__(self, code: int) -> int | None:
         """Decide about a letter when it is first seen."""
         letter = chr(code)
-        is_gone = (
-            letter >= self.first and unicodedata.category(letter) in self.categories
-        )
+        category = unicodedata.category(letter)
+        is_gone = letter >= self.first and category in self.categories
         self[code] = kept = None if is_gone else code
         return kept
 
@@ -250,7 +249,9 @@ def _names_in_product(word: str) -> list[str]:
     if all(part in spellings() for part in with_dots):
         return [spellings()[part] for part in with_dots]
     bare = word.replace(".", "")
-    for first, last in ((bare[:-2], bare[-2:]), (bare[:-1], bare[-1:])):
+    for letters in (2, 1):
+        first = bare[:-letters]
+        last = bare[-letters:]
         is_product = first in spellings() and last in spellings()
         if is_product and kinds_of(last) == {"length"}:
             return [spellings()[first], spellings()[last]]
@@ -353,11 +354,8 @@ def parse(text: str) -> Product:
         power = int(scaled["power"] or 0)
         power += len(scaled["times"] or "") - len(scaled["part"] or "")
         unit = parse(scaled["unit"])
-        return Product(
-            f"10^{power} {unit.text}",
-            Fraction(10) ** power * unit.scale,
-            unit.dimensions,
-        )
+        scale = Fraction(10) ** power * unit.scale
+        return Product(f"10^{power} {unit.text}", scale, unit.dimensions)
     terms = list(_split(text, usual))
     powers = Counter[str]()
     for name, power in terms:
@@ -370,11 +368,12 @@ def parse(text: str) -> Product:
 @cache
 def _dimensions() -> dict[str, set[Mapping[str, int]]]:
     """Return what the units of each kind of quantity may have."""
-    return {
-        name: {parse(unit).dimensions for unit in (kind.si, *kind.also)}
-        for name, kind in KINDS.items()
-        if kind.limits
-    }
+    dimensions = {}
+    for name, kind in KINDS.items():
+        if kind.limits:
+            products = map(parse, (kind.si, *kind.also))
+            dimensions[name] = {product.dimensions for product in products}
+    return dimensions
 
 
 def load() -> None:

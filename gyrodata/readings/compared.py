@@ -15,8 +15,14 @@ from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
-from gyrodata.readings.layout import Chosen
-from gyrodata.readings.names import COUNTER_WORDS, is_of_the_spin, origin_in, squeeze
+from gyrodata.readings.layout import Chosen, note_unused
+from gyrodata.readings.names import (
+    COUNTER_WORDS,
+    fold_name,
+    is_of_the_spin,
+    origin_in,
+    squeeze,
+)
 from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
 
@@ -44,15 +50,17 @@ def differ(used: Reading, other: Reading) -> bool:
 def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     """Return whether a second column cannot be compared; if so, add a message."""
     role = column.role
-    if role == "time" and (used.header.unit, column.header.unit) == ("min", "s"):
+    two_units = (used.header.unit, column.header.unit)
+    if role == "time" and two_units == ("min", "s"):
         faults.add("minutes_and_seconds", column.cell, header=used.header.text)
         return True
-    origins = [origin_in(each.header.text) for each in (used, column)]
-    from_elsewhere = role == "position" and origins[1] not in ("", origins[0])
+    usual_origin = origin_in(used.header.text)
+    origin = origin_in(column.header.text)
+    from_elsewhere = role == "position" and origin not in ("", usual_origin)
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
     why = f'is not used: {role} is read from "{used.header.text}"'
-    faults.add("not_used", column.cell, why=why)
+    note_unused(column, why, faults)
     return True
 
 
@@ -68,7 +76,8 @@ def ask_which(
     """
     for other in others:
         used = columns.get(other.role)
-        if used is None or other.role in decided or not roles.BY_NAME[other.role].part:
+        is_of_run = roles.BY_NAME[other.role].part != ""
+        if used is None or other.role in decided or not is_of_run:
             continue
         if CONSTANT in used.spots or _is_something_else(other, used):
             continue
@@ -107,7 +116,7 @@ def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
-    name = squeeze(parse_header(column.header).name).lower()
+    name = fold_name(parse_header(column.header).name)
     is_named = name == squeeze(column.role)
     if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
         faults.add("line_not_used", setting.place, given=setting, header=column.header)
@@ -123,6 +132,11 @@ _SMALL_DOUBT = 0.002
 _AGREE = 0.02
 """Largest difference of turns that agree."""
 # --- Turns ---
+
+
+def counted_turns(columns: Mapping[str, Column]) -> Column | None:
+    """Return the column of the turns or of the swept angle; None without one."""
+    return columns.get("turns") or columns.get("angle")
 
 
 def use_turns_of_headers(
@@ -143,7 +157,7 @@ def use_turns_of_headers(
         if turns is None:
             return
         stated[time.turns] = Reading(turns, None, u, time.turns)
-    counted = columns.get("turns") or columns.get("angle")
+    counted = counted_turns(columns)
     readings = [stated[run.turns] for run in runs]
     headers = [run.text for run in runs]
     if counted is None:
@@ -154,10 +168,10 @@ def use_turns_of_headers(
         columns["turns"] = Column(
             "turns", header, "", tuple(readings), spots, find=find
         )
-        words = [
+        said = "; ".join(
             f'turns is {each.turns} by the header "{each.text}"' for each in stating
-        ]
-        faults.add("turns_in_header", stating[0].cell, said="; ".join(words))
+        )
+        faults.add("turns_in_header", stating[0].cell, said=said)
     else:
         _compare_turns(counted, readings, headers, faults)
 
@@ -192,16 +206,16 @@ def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
     """Report each sentence that states turns with which no run agrees."""
-    names = [
-        role for role in ("turns", "angle", "precession_period") if role in columns
-    ]
-    counted = columns[names[0]] if names else None
+    counted = counted_turns(columns) or columns.get("precession_period")
     if counted is None or counted.header.startswith("--"):
         return
     known = turns_of(counted)
     for sentence in table.sentences:
         turns = _turns_in(sentence, faults)
-        if turns and all(abs(count - turns) >= _AGREE for count in known):
+        if not turns:
+            continue
+        gaps = [abs(count - turns) for count in known]
+        if min(gaps) >= _AGREE:
             _report_sentence(sentence, counted, table, faults)
 
 
@@ -224,7 +238,8 @@ def _report_sentence(
     """
     place = counted.place(0)
     lines = {row.line for row in table.rows}
-    is_typed = place is None or place.line in lines or counted.header[:1] == "#"
+    is_line = counted.header.startswith("#")
+    is_typed = is_line or place is None or place.line in lines
     if not is_typed or _may_number_runs(counted):
         values = {"header": counted.header, "turns": counted.readings[0].text}
         values |= {"other": sentence.text, "says": turns_in(sentence.text)}
@@ -236,7 +251,7 @@ def _report_sentence(
 
 def _may_number_runs(turns: Column) -> bool:
     """Return whether a column of turns has a name such as "Lap", "N" or "count"."""
-    is_counter = squeeze(turns.header).lower() in COUNTER_WORDS
+    is_counter = fold_name(turns.header) in COUNTER_WORDS
     return is_counter or may_number(parse_header(turns.header))
 
 
@@ -249,11 +264,14 @@ def ask_if_runs_are_counted(
     """
     if not _may_number_runs(turns):
         return
-    counts = [value for value in turns.values if value]
-    steps = [after in (1, before + 1) for before, after in pairwise([0, *counts])]
-    if len(counts) < max(4, len(turns.values)) or not all(steps) or max(counts) == 1:
+    counts = [value or 0.0 for value in turns.values]
+    if len(counts) < 4 or max(counts) <= 1:
         return
-    if counts.count(1) == 1 or any(turns_in(sentence.text) for sentence in sentences):
+    steps = pairwise([0, *counts])
+    if not all(after in (1, before + 1) for before, after in steps):
+        return
+    is_stated = any(turns_in(sentence.text) for sentence in sentences)
+    if is_stated or counts.count(1) == 1:
         faults.add("turns_or_runs", turns.cell(0), header=turns.header)
 
 

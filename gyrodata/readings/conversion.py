@@ -16,18 +16,19 @@ from gyrodata.readings.lablog import Faults, listing
 
 def frame_text(frame: Any) -> tuple[str, frozenset[int]]:
     """Write a DataFrame as tab-separated text; return its columns of floats, too."""
-    lines = [
-        f"# {key}: {value_text(value)}".replace("\n", " ")
-        for key, value in frame.attrs.items()
-        if not isinstance(value, Mapping | list | tuple)
-    ]
+    lines = []
+    for key, value in frame.attrs.items():
+        if not isinstance(value, Mapping | list | tuple):
+            line = f"# {key}: {value_text(value)}"
+            lines.append(line.replace("\n", " "))
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index(allow_duplicates=True)  # as `to_csv` writes them too
     units = frame.attrs.get("units", {})
     headers = [_header_of(column, units) for column in frame.columns]
     floats = [at for at in range(len(headers)) if _has_floats(frame.iloc[:, at])]
     rows = [headers, *frame.itertuples(index=False, name=None)]
-    return "\n".join([*lines, *table_lines(rows)]) + "\n", frozenset(floats)
+    lines += table_lines(rows)
+    return "\n".join(lines) + "\n", frozenset(floats)
 
 
 def _header_of(column: Any, units: Any) -> Any:
@@ -44,7 +45,8 @@ def _header_of(column: Any, units: Any) -> Any:
 def _has_floats(column: Iterable[Any]) -> bool:
     """Return whether a column has a float; a blank cell is NaN, which is not itself."""
     numbers = [getattr(value, "magnitude", value) for value in column]  # of pint
-    return any(isinstance(number, float) and number == number for number in numbers)
+    floats = [number for number in numbers if isinstance(number, float)]
+    return any(number == number for number in floats)
 
 
 def table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
@@ -67,24 +69,22 @@ def value_text(value: Any) -> str:
         number = value.magnitude
         text = number if isinstance(number, float) else value_text(number)
         return f"{text} {value.units:~}".rstrip()
-    if hasattr(value, "nominal_value") and hasattr(
-        value, "std_dev"
-    ):  # of uncertainties
+    if hasattr(value, "nominal_value"):  # of uncertainties
         return f"{value_text(value.nominal_value)} ± {value_text(value.std_dev)}"
     if _is_missing(value):
         return ""
     kind = type(value).__name__
     if kind == "Timedelta":  # of pandas
         return f"{value.total_seconds()!r} s"
-    whole = kind.startswith("float") and float(value).is_integer() and abs(value) < 1e15
-    return str(int(value)) if whole else str(value)
+    if kind.startswith("float") and abs(value) < 1e15 and float(value).is_integer():
+        value = int(value)
+    return str(value)
 
 
 def _is_missing(value: Any) -> bool:
     """Return whether a value is None, NaN (which is not itself), or pandas' NA."""
-    return (
-        value is None or type(value).__name__ in ("NAType", "NaTType") or value != value
-    )
+    kind = type(value).__name__
+    return value is None or kind in ("NAType", "NaTType") or value != value
 
 
 # --- Workbooks ---
@@ -95,8 +95,9 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
 
     Raise InputError if a formula has no value.
     """
-    sheets = _sheets_of(data, Faults(shown))
-    faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
+    faults_of_file = Faults(shown)
+    sheets = _sheets_of(data, faults_of_file)
+    faults = Faults(shown, *_text_of_sheets(sheets, faults_of_file))
     hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
         faults.add("hidden_cells", where=hidden)
@@ -114,8 +115,8 @@ def _refuse_formulas(
     """Return the error about formulas without a value."""
     sheet, formula = lacking[0]
     above, _ = faults.sheets[sheets.index(sheet)]
-    spot = Row(above + formula.row, []).spot(formula.column - 1)
-    place = find_place(faults.lines, "\t", spot)
+    row = Row(above + formula.row, [])
+    place = find_place(faults.lines, "\t", row.spot(formula.column - 1))
     more = ": the stored 0 is not its result" if formula.value else ""
     if others := [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]:
         more += f" (also {listing(others)})"

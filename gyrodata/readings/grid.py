@@ -152,7 +152,8 @@ def _are_repeats(count: int, texts: Sequence[str]) -> bool:
     "t", "time for a quarter turn" explains a symbol, and "position", "10.8", "cm",
     "distance from the centre" gives a value.
     """
-    return count > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts))
+    has_value = any(map(turns_in, texts)) or any(map(is_bare, texts))
+    return count > 1 and not has_value
 
 
 _SIGNS = frozenset("0123456789.,/+-− ")
@@ -162,7 +163,8 @@ _SIGNS = frozenset("0123456789.,/+-− ")
 def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
     """Return the units of a row of units, in brackets or not; [] for another row.
 
-    A row `below_names` may contain the units of a few quantities that gyro does not use.
+    A row `below_names` may contain the units of a few quantities that gyro does not
+    use.
     """
     units = [text.strip("[]()").strip() for text in texts]
     known = list(filter(_is_unit, units))
@@ -174,8 +176,9 @@ def units_of_row(texts: Sequence[str], below_names: bool = False) -> list[str]:
 
 
 def _may_be_unit(text: str) -> bool:
-    """Return whether a text is a unit, blank, 1, or a unit in brackets that is unknown."""
-    return text in (*BLANKS, "1") or text[0] in "[(" or _is_unit(text)
+    """Return whether a text is blank, 1, a unit, or an unknown unit in brackets."""
+    is_none = text in BLANKS or text == "1"
+    return is_none or text[0] in "[(" or _is_unit(text)
 
 
 def _is_sign_of_unit(text: str) -> bool:
@@ -184,7 +187,10 @@ def _is_sign_of_unit(text: str) -> bool:
 
 
 def _is_unit(text: str) -> bool:
-    return text == "%" or bool(kinds_of(text) and not numerals.PLAIN.fullmatch(text))
+    if text == "%":
+        return True
+    is_number = numerals.PLAIN.fullmatch(text) is not None
+    return not is_number and bool(kinds_of(text))
 
 
 # --- From lines to rows ---
@@ -215,8 +221,9 @@ def make_grid(
     lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
-    if len(body) - 1 > MAX_ROWS:  # without the header
-        raise faults.refuse("too_many_rows", count=len(body) - 1)
+    count = len(body) - 1  # without the header
+    if count > MAX_ROWS:
+        raise faults.refuse("too_many_rows", count=count)
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
@@ -321,19 +328,19 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
+        place = Place(index + 1, 1)
         line = grid.lines[index]
         if '"' in line:
             line = grid.lines[index] = _without_lone_quotes(grid, index)
         if len(line) > MAX_CELL < max(map(len, line.split(grid.delimiter))):
-            raise faults.refuse("cell_too_long", Place(index + 1, 1))
+            raise faults.refuse("cell_too_long", place)
         texts, until = _split_line(grid, index, faults)
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:
-            place = Place(index + 1, 1)
             raise faults.refuse("too_many_columns", place, count=len(texts))
         if texts:
-            yield Row(index + 1, texts)
+            yield Row(place.line, texts)
 
 
 def _without_lone_quotes(grid: Grid, index: int) -> str:
@@ -342,7 +349,9 @@ def _without_lone_quotes(grid: Grid, index: int) -> str:
     mark = re.escape(grid.delimiter)
     lone = rf'(?<![^{mark}])( *)"( *)(?![^{mark}])'
     without, count = re.subn(lone, r"\1″\2", line)
-    return without if count == line.count('"') else line
+    if count == line.count('"'):
+        return without
+    return line
 
 
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
@@ -419,7 +428,8 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
     """
     match = _KEY_OF_CELLS.fullmatch("\t".join(cells))
     # A row of several cells ends with a unit.
-    if match is None or (len(cells) > 2 and is_number(cells[-1])):
+    ends_with_number = len(cells) > 2 and is_number(cells[-1])
+    if match is None or ends_with_number:
         return None
     key = "_".join(match[1].replace("_", " ").split()).lower()
     value = match[2]
@@ -438,15 +448,17 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
 def _with_u(value: str) -> str:
     """Join the cells of a value; of two numbers, the second one is the uncertainty."""
-    first, *more = value.split("\t")
-    if len(more) > 1 and is_bare(first) and is_bare(more[0]):
-        return " ".join([first, "±", *more])
-    return " ".join([first, *more])
+    cells = value.split("\t")
+    if len(cells) > 2 and all(map(is_bare, cells[:2])):
+        cells.insert(1, "±")
+    return " ".join(cells)
 
 
 def _answer(text: str) -> tuple[str, str] | None:
     """Return the key and the value of a result; None for a text that is none."""
-    return None if read_reported("inertia", text).fault else ("I_zz", text)
+    if read_reported("inertia", text).fault:
+        return None
+    return "I_zz", text
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))

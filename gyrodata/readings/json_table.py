@@ -30,7 +30,7 @@ def table_of(text: str) -> str:
         parse_constant={"NaN": None}.get,
     )
     named = data if isinstance(data, dict) else {"runs": data}
-    keys = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
+    lines = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
     try:
         frame = pd.DataFrame(_table_in(named), dtype=object)
     except NoTableError:
@@ -44,7 +44,8 @@ def table_of(text: str) -> str:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
-    lines = [*keys, conversion.frame_text(frame)[0]]
+    table, _ = conversion.frame_text(frame)
+    lines.append(table)
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()
 

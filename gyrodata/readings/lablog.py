@@ -17,7 +17,7 @@ from functools import cached_property
 from itertools import groupby
 from typing import Any, Literal, NamedTuple, TypeVar
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
@@ -102,13 +102,8 @@ class Column(Struct, frozen=True, dict=True):
     @cached_property
     def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
         """Run and uncertainty of each reading with a stated uncertainty."""
-        return tuple(
-            [
-                (i, reading.u)
-                for i, reading in enumerate(self.readings)
-                if reading.u is not None
-            ]
-        )
+        pairs = enumerate(reading.u for reading in self.readings)
+        return tuple([(i, u) for i, u in pairs if u is not None])
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
@@ -224,11 +219,11 @@ class Readings(Struct, frozen=True, dict=True):
     screws: tuple[str, ...] = ()
     blocks: tuple[str, ...] = ()
     files: tuple[tuple[int, Readings], ...] = ()
-    columns: Mapping[str, Column] = field(default_factory=dict)
+    columns: Mapping[str, Column] = {}
     others: tuple[Column, ...] = ()
-    constants: Mapping[str, float] = field(default_factory=dict)
-    uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
-    stated_at: Mapping[str, Place | None] = field(default_factory=dict)
+    constants: Mapping[str, float] = {}
+    uncertainties: Mapping[str, Uncertainty] = {}
+    stated_at: Mapping[str, Place | None] = {}
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     spin_down: tuple[Fall, ...] = ()
@@ -240,8 +235,8 @@ class Readings(Struct, frozen=True, dict=True):
     position_set: str | None = None
     position_from: str | None = None
     origin_u: float = 0.0
-    metadata: Mapping[str, str] = field(default_factory=dict)
-    reported: Mapping[str, Reported] = field(default_factory=dict)
+    metadata: Mapping[str, str] = {}
+    reported: Mapping[str, Reported] = {}
     unmoved: Readings | None = None
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -272,7 +267,8 @@ class Readings(Struct, frozen=True, dict=True):
 
     def file_of(self, line: int) -> int:
         """Return the number of the log to which a line belongs, of several logs."""
-        return max(bisect_left([before for before, _ in self.files], line) - 1, 0)
+        starts = [start for start, _ in self.files]
+        return max(bisect_left(starts, line) - 1, 0)
 
     @property
     def ok(self) -> bool:
@@ -281,11 +277,8 @@ class Readings(Struct, frozen=True, dict=True):
 
     def place(self, run: int) -> Place | None:
         """Return the place of a run's time, period or rate."""
-        return next(
-            self.columns[role].place(run)
-            for role in roles.TIMINGS
-            if role in self.columns
-        )
+        timings = [role for role in roles.TIMINGS if role in self.columns]
+        return self.columns[timings[0]].place(run)
 
     def say(
         self, name: str, place: Text | Place | None = None, /, **values: Any
@@ -331,16 +324,14 @@ class Faults:
         about = diagnostics.message(name)
         code = values.get("code") or about.code
         text = str(values.get("text", ""))
-        where, text = (
-            (place.place, place.text) if isinstance(place, Text) else (place, text)
-        )
-        values = {
-            key: self.span(value) if isinstance(value, list) else value
-            for key, value in values.items()
-        }
-        words, hint = (
-            words.format(cell=text, **values) for words in (about.text, about.hint)
-        )
+        where = place.place if isinstance(place, Text) else place
+        if isinstance(place, Text):
+            text = place.text
+        for key, value in values.items():
+            if isinstance(value, list):
+                values[key] = self.span(value)
+        words = about.text.format(cell=text, **values)
+        hint = about.hint.format(cell=text, **values)
         if where is None:
             return Diagnostic(
                 code, about.severity, words, hint, self.name, doubt=about.doubt
@@ -391,7 +382,8 @@ class Faults:
             return cell
         before = self._excerpt(place.line)[: place.column - 1]
         high, low = divmod(before.count("\t"), 26)
-        return f"{cell}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+        letter = chr(64 + high) if high else ""
+        return f"{cell}!{letter}{chr(65 + low)}{row}"
 
     def _row(self, line: int) -> tuple[str, int]:
         """Return the sheet, "" without a workbook, and the row of a line in it."""
@@ -406,17 +398,22 @@ class Faults:
 
         If there are several sheets, ``rows Sheet2!3-5``.
         """
-        if len(lines) == 1 and self._row(lines[0])[1] == 0:
-            return f"the sheet {self._row(lines[0])[0]}"  # its name is a caption
+        if len(lines) == 1:
+            sheet, row = self._row(lines[0])
+            if row == 0:
+                return f"the sheet {sheet}"  # its name is a caption
         parts = []
         for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
             block = [self._row(line) for _, line in group]
             title, first = block[0]
             sheet = f"{title}!" if len(self.sheets) > 1 else ""
-            last = block[-1][1]
-            parts.append(sheet + (f"{first}-{last}" if last != first else str(first)))
+            _, last = block[-1]
+            numbers = f"{first}" if last == first else f"{first}-{last}"
+            parts.append(sheet + numbers)
         word = "row" if len(self.sheets) > 1 else "line"
-        return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
+        if len(lines) > 1:
+            word += "s"
+        return f"{word} {listing(parts)}"
 
     def all_findings(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
@@ -442,16 +439,21 @@ class Faults:
         return "error" in [diagnostic.severity for diagnostic in self.found]
 
 
+def _shortened(text: str) -> str:
+    if len(text) <= 40:
+        return text
+    return text[:39] + "…"
+
+
 def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     """Join texts for a message; long lists and long texts are shortened."""
-    shown = [item if len(item) <= 40 else item[:39] + "…" for item in items[:most]]
-    text = ", ".join(shown)
+    text = ", ".join(map(_shortened, items[:most]))
     if len(items) > most:
         text += f" and {len(items) - most} more"
     return text
 
 
-def header_of(role: str, unit: str = "") -> str:
+def header_of(role: str, unit: str | None = None) -> str:
     """Return the header of a column: ``mass [g]``, ``turns``."""
     return f"{role} [{unit}]" if unit else role
 

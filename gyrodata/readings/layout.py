@@ -7,11 +7,10 @@ from collections import Counter
 from collections.abc import Iterable
 from itertools import chain, pairwise
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals
-from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import captions, roles
 from gyrodata.readings.grid import (
     HEADERS_LOOKED_AT,
@@ -58,6 +57,10 @@ class Layout(Struct, frozen=True):
     sentences: list[Text]
     """The comments, and the rows of text above, between and below the runs."""
 
+    def cell_of(self, column: Chosen, row: int) -> Text:
+        """Return the cell of a column in a row."""
+        return self.grid.cell(self.rows[row], column.at)
+
     @property
     def statements(self) -> list[Text]:
         """The sentences, and the "key: value" lines whose keys gyro does not know."""
@@ -76,7 +79,8 @@ def find_head(grid: Grid, faults: Faults) -> Row:
     if head is None and max(len(row.texts) for row in grid.rows) == 1:
         raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
     head = head or _first_of_usual_width(rows)
-    if 2 * count_of_numbers(head.texts) >= max(1, len(filled_at(head))):
+    filled = len(filled_at(head))
+    if 2 * count_of_numbers(head.texts) >= max(1, filled):
         raise faults.refuse("no_header_row", grid.cell(head, 0))
     early = next(filter(_is_of_numbers, rows[: rows.index(head)]), None)
     if early:
@@ -91,9 +95,11 @@ def _first_of_usual_width(rows: list[Row]) -> Row:
         is_below_names = len(before.filled()) == len(row.filled())
         if len(units_of_row(row.texts)) > 1 and not is_below_names:
             return row
-    widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1)
+    wide = [row for row in rows if len(filled_at(row)) > 1]
+    widths = Counter(len(row.texts) for row in wide)
     usual = max(widths, key=widths.__getitem__, default=0)
-    return next((row for row in rows if len(row.texts) == usual), rows[0])
+    usual_rows = [row for row in rows if len(row.texts) == usual]
+    return usual_rows[0] if usual_rows else rows[0]
 
 
 def _is_of_numbers(row: Row) -> bool:
@@ -102,14 +108,14 @@ def _is_of_numbers(row: Row) -> bool:
     "turns:", "1", "", "1" is a caption of tables next to each other.
     """
     bare = sum(map(is_bare, row.texts))
-    return bare > 2 and 2 * bare > len(filled_at(row)) and row.texts[0][-1:] != ":"
+    is_caption = row.texts[0].endswith(":")
+    return bare > 2 and 2 * bare > len(filled_at(row)) and not is_caption
 
 
 def columns_of_head(grid: Grid, head: Row) -> list[HeaderCell]:
     """Return what each cell of a header row says."""
-    return [
-        (grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)
-    ]
+    headers = map(parse_header, head.texts)
+    return [(grid.cell(head, at), header) for at, header in enumerate(headers)]
 
 
 def check_names(columns: list[HeaderCell], faults: Faults) -> None:
@@ -201,9 +207,10 @@ def _sample_of(grid: Grid) -> str:
         statements = captions.statements_in(row)
         first = {role: text for role, (text, _) in statements.items()} | first
         if first.keys() >= {"mass", "position", "spin", "time"}:
-            texts = {role: text.split(" ") for role, text in first.items()}
-            headers = "; ".join(header_of(role, *texts[role][1:]) for role in texts)
-            return f", such as\n{headers}\n{'; '.join(words[0] for words in texts.values())}"
+            pairs = [(role, text.partition(" ")) for role, text in first.items()]
+            headers = [header_of(role, unit or None) for role, (_, _, unit) in pairs]
+            numbers = [number for _, (number, _, _) in pairs]
+            return f", such as\n{'; '.join(headers)}\n{'; '.join(numbers)}"
     return ""
 
 
@@ -234,9 +241,11 @@ def ends_with_means(rows: list[Row], columns: list[HeaderCell]) -> bool:
     if len(rows) < 3 or not _is_mean(rows, columns, "time"):
         return False
     *above, last = rows
-    if len(filled_at(last)) < min(len(filled_at(row)) for row in above):
+    least = min(len(filled_at(row)) for row in above)
+    if len(filled_at(last)) < least:
         return True
-    return last.line > above[-1].line + 1 and _is_mean(rows, columns, "spin")
+    is_apart = last.line > above[-1].line + 1
+    return is_apart and _is_mean(rows, columns, "spin")
 
 
 def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
@@ -248,7 +257,8 @@ def _is_mean(rows: list[Row], columns: list[HeaderCell], role: str) -> bool:
         except (ValueError, IndexError):
             return False
         total = sum(above)
-        if abs(total - len(above) * last) >= 1e-3 * abs(total or 1):
+        gap = abs(total - len(above) * last)
+        if gap >= 1e-3 * abs(total or 1):
             return False
     return bool(places)
 
@@ -266,7 +276,7 @@ def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[st
         there |= _roles_served(header)
     # A sentence with turns contradicts a period, which is that of one turn.
     there = there.difference(roles.ONE_TURN)
-    missing = roles.missing_roles(there, there, loaded=True)
+    missing = roles.missing_roles(there, there)
     return {"mass", "position", "spin", "turns"}.intersection(missing)
 
 
@@ -283,7 +293,7 @@ def _roles_served(header: Header) -> set[str]:
         served.add("mass")
     # "mass without hanger [g]" is a mass, although gyro has to ask which; "gap [cm]"
     # may be the position, and "disks [g]" the mass.
-    kinds = kinds_of(header.unit or "") & {"length", "mass"}
+    kinds = header.kinds & {"length", "mass"}
     return served | hinted(header) | {captions.ROLE_OF_KIND[kind] for kind in kinds}
 
 
@@ -329,7 +339,11 @@ class Chosen(Struct, frozen=True):
     @property
     def kinds(self) -> frozenset[str]:
         """Kinds of quantity that the unit of the header can measure."""
-        return kinds_of(self.header.unit or "")
+        return self.header.kinds
+
+    def filled(self) -> list[str]:
+        """Return the cells that are not blank."""
+        return [text for text in self.texts if text]
 
 
 def columns_of(table: Layout) -> list[Chosen]:
@@ -346,22 +360,30 @@ class Choice(Struct):
 
     there: set[str]
     """Roles that have a column, or one value for the whole log."""
-    used: dict[str, list[Chosen]] = field(default_factory=dict)
+    used: dict[str, list[Chosen]] = {}
     """One column for each role; several for repeats of the time."""
-    others: list[Chosen] = field(default_factory=list)
+    others: list[Chosen] = []
     """Further columns of a role, and ``inertia``."""
-    unplaced: list[Chosen] = field(default_factory=list)
+    unplaced: list[Chosen] = []
     """Columns whose headers name no role."""
-    asked: set[str] = field(default_factory=set)
+    asked: set[str] = set()
     """Roles that a header may mean, if the log's author has to decide."""
-    corrected: dict[int, str] = field(default_factory=dict)
+    corrected: dict[int, str] = {}
     """Header with a unit of each column that lacks one."""
-    mapped: set[str] = field(default_factory=set)
+    mapped: set[str] = set()
     """Roles whose columns --map names."""
+
+    def columns(self, role: str) -> list[Chosen]:
+        """Return the columns of a role."""
+        return self.used.get(role, [])
+
+    def first(self, role: str) -> Chosen:
+        """Return the first column of a role that has one."""
+        return self.used[role][0]
 
     def serve(self, column: Chosen) -> None:
         """Use a column for its role, or put it with the others."""
-        present = self.used.get(column.role, [])
+        present = self.columns(column.role)
         if column.role == "inertia" or (present and not is_repeat(column, present)):
             self.others.append(column)
         else:
@@ -377,11 +399,16 @@ class Choice(Struct):
         """Use the columns of one role for another one."""
         columns = self.used.pop(role)
         self.used[new] = [replace(column, role=new) for column in columns]
-        self.there = self.there - {role} | {new}
+        self.there.discard(role)
+        self.there.add(new)
 
     def times(self) -> list[Chosen]:
         """Return the columns of the stopwatch."""
-        return self.used.get("time", [])
+        return self.columns("time")
+
+    def states_turns(self) -> bool:
+        """Return whether the header of a time states its turns."""
+        return any(time.turns for time in self.times())
 
     def next_repeat(self) -> int:
         """Return the first number that no column of the stopwatch has."""
@@ -398,6 +425,11 @@ class Choice(Struct):
     def gives_turns(self) -> bool:
         """Return whether the turns of each time are known, or none are needed."""
         return not self.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+
+
+def note_unused(column: Chosen, why: str, faults: Faults) -> None:
+    """Say that a column is not used, or only compared."""
+    faults.add("not_used", column.cell, why=why)
 
 
 def is_repeat(column: Chosen, present: list[Chosen]) -> bool:

@@ -20,17 +20,18 @@ from gyrodata.readings.names import (
     FIRST_SIGN,
     FROM,
     NAMES,
-    OF_WEIGHT,
     ORIGINS,
     ROD,
     SPHERE,
     TOKENS,
     Phrases,
     exact_roles,
+    fold_name,
     from_centre,
     name_roles,
     origin_in,
     squeeze,
+    without_weight,
 )
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
@@ -73,15 +74,16 @@ def _names_part_of_period(note: str) -> bool:
     for at, word in enumerate(words):
         if not word.startswith(_STEMS):
             continue
-        numbers = [NUMBERS.get(before, "1") for before in words[max(0, at - 3) : at]]
-        are_several = "".join(words[at - 1 : at]) in _DIGITS and word not in _PERIODS
-        if are_several or any(number != "1" for number in numbers):
+        before = words[max(0, at - 3) : at]
+        numbers = {NUMBERS.get(part, "1") for part in before}
+        has_digit = not _DIGITS.isdisjoint(before[-1:])
+        if not numbers <= {"1"} or (has_digit and word not in _PERIODS):
             return True
     return False
 
 
 def altered_role(note: str) -> str:
-    """Return the first reading that is not what is typed, if a note says so; else ""."""
+    """Return the first reading that, by a note, is not what is typed; else ""."""
     return next(iter(altered_readings(note)), "")
 
 
@@ -93,7 +95,7 @@ def altered_readings(note: str) -> list[str]:
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
-    if not (is_altered or turns_in(note)) and _A_PERIOD.search(squeeze(note).lower()):
+    if not (is_altered or turns_in(note)) and _A_PERIOD.search(fold_name(note)):
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return []
@@ -106,7 +108,7 @@ def _named_readings(note: str) -> list[str]:
     """List the readings that a note names; else the one whose amount it states."""
     words = re.findall(r"[\w/]+", note)
     named = itertools.chain.from_iterable(map(_roles_of_word, words))
-    of_runs = [role for role in named if BY_NAME[role].part and role != "torque"]
+    of_runs = [role for role in named if role != "torque" and BY_NAME[role].part]
     amount = re.search(_AMOUNT, note)
     if not of_runs and amount:
         of_runs = list(filter(None, [_ROLE_OF_UNIT.get(kinds_of(amount[1]))]))
@@ -119,8 +121,8 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    named = NAMES.get(squeeze(word).lower())
-    return named or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
+    singular = re.sub(r"e?[ns]$", "", word)
+    return NAMES.get(fold_name(word)) or NAMES.get(fold_name(singular), ())
 
 
 _SURFACE_NOTE = Phrases("surface_note")
@@ -132,8 +134,10 @@ def noted_origin(note: str) -> str:
     An example is "x is measured from the surface of the ball".
     """
     if _SURFACE_NOTE.is_in(note):
-        bare = re.sub(OF_WEIGHT, "", note)
-        return "" if re.search(CENTRE, bare) else "surface"
+        bare = without_weight(note)
+        if re.search(CENTRE, bare):
+            return ""
+        return "surface"
     if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)
@@ -141,7 +145,7 @@ def noted_origin(note: str) -> str:
 
 def _origin_of_position(note: str) -> str:
     """Return the origin that a note names, if it is about positions."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
@@ -155,7 +159,7 @@ def _origin_of_position(note: str) -> str:
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
     return bool(is_of_position) and from_centre(bare)
 
@@ -272,7 +276,7 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
 
 
 def _is_understood(note: str) -> bool:
-    """Return whether other rules read a note, or it says that readings are corrected."""
+    """Return whether a note is for other rules, or says that readings are corrected."""
     is_place = from_centre(note) or origin_in(note) != ""
     return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
 

@@ -97,9 +97,10 @@ def _report_other_arms(position: Column, sentences: list[Text], faults: Faults) 
         statements = statements_in(Row(1, [sentence.text]))
         if "position" not in statements:
             continue
-        arm = read_cell(statements["position"][0], "length", None).value
-        values = (value or 0.0 for value in position.values)
-        if all(abs(arm - value) > _ARM_DIFFERS * arm for value in values):
+        text, _ = statements["position"]
+        arm = read_cell(text, "length", None).value
+        gaps = [abs(arm - (value or 0.0)) for value in position.values]
+        if min(gaps) > _ARM_DIFFERS * arm:
             faults.add("note", sentence, note=sentence.text, role="position")
 
 

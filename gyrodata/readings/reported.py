@@ -91,11 +91,12 @@ def _with_value(read: Reported, quantity: Quantity, text: str) -> Reported:
     """Return a report with its value, its uncertainty and their digits."""
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
     sizes = [abs(size) for size in (quantity.value, u) if size]
-    if any(not 1 / _LARGEST <= size <= _LARGEST for size in sizes):
+    if sizes and not 1 / _LARGEST <= min(sizes) <= max(sizes) <= _LARGEST:
         problem = f"{_quoted(read)} is far from anything in a lab"
         return replace(read, fault="unreadable", problem=problem)
-    steps = {"step": quantity.step, "u_step": quantity.u_step}
-    read = replace(read, value=quantity.value, u=u, **steps)
+    read = replace(
+        read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step
+    )
     written = numerals.take_apart(text)
     if written is None or quantity.step is None:
         return read  # a fraction has no digits that could be counted
@@ -109,8 +110,7 @@ def _digits(number: str) -> int:
     Zeros before the point may only fill up.
     """
     mantissa = number.lower().partition("e")[0].replace(",", ".")
-    digits = "".join(sign for sign in mantissa if sign.isdigit() or sign == ".")
-    digits = digits.lstrip("0.")
+    digits = re.sub(r"[^\d.]", "", mantissa).lstrip("0.")
     if "." in mantissa:
         return len(digits.replace(".", "")) or 1
     return len(digits.rstrip("0")) or 1

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
@@ -64,17 +64,17 @@ class Setting(Struct, frozen=True):
 class Settings(Struct):
     """All values for the whole log."""
 
-    roles: dict[str, Setting] = field(default_factory=dict)
-    constants: dict[str, float] = field(default_factory=dict)
-    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
-    uncertainty_settings: dict[str, Setting] = field(default_factory=dict)
-    fields: dict[str, Any] = field(default_factory=dict)
+    roles: dict[str, Setting] = {}
+    constants: dict[str, float] = {}
+    uncertainties: dict[str, Uncertainty] = {}
+    uncertainty_settings: dict[str, Setting] = {}
+    fields: dict[str, Any] = {}
     """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
-    steps: dict[str, float] = field(default_factory=dict)
+    steps: dict[str, float] = {}
     """One step of the last digit of each constant [SI unit]."""
-    metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, Reported] = field(default_factory=dict)
-    unread: set[str] = field(default_factory=set)
+    metadata: dict[str, str] = {}
+    reported: dict[str, Reported] = {}
+    unread: set[str] = set()
     """Roles whose value could not be read; there is a fault for each."""
     origin: str = ""
     """Point from which positions count, if a note says so."""
@@ -126,7 +126,8 @@ def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
 
 def _did_you_mean(name: str, known: list[str]) -> str:
     close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
-    close = close or [role for role in name_roles(name)[0] if role in known]
+    roles_of_name, _ = name_roles(name)
+    close = close or [role for role in roles_of_name if role in known]
     if close:
         return f"did you mean {' or '.join(close)}?"
     return f"known are: {listing(known, 99)}"
@@ -213,14 +214,13 @@ class _Lines:
         """
         name = reported_key(key)
         before = self.settings.reported.get(name)
-        if text.text in BLANKS or (before is not None and before.text == text.text):
+        is_repeated = before is not None and before.text == text.text
+        if text.text in BLANKS or is_repeated:
             return
         read = read_reported(key, text.text, text.place.line, self.ask)
         if before is not None:
-            problem = (
-                f"{before.key} is reported twice, in lines {before.line} and "
-                f"{text.place.line}, with two values"
-            )
+            lines = f"lines {before.line} and {text.place.line}"
+            problem = f"{before.key} is reported twice, in {lines}, with two values"
             read = Reported(before.key, before.text, line=before.line)
             read = replace(read, fault="given twice", problem=problem)
         self.settings.reported[name] = read
@@ -257,7 +257,7 @@ def _is_remark(key: str, text: str) -> bool:
     """Return whether a line with a known key is blank, a sentence or a time of day."""
     if not text or key in roles.TEXTS or (key == "time" and ":" in text):
         return True
-    has_number = any(letter.isdigit() for letter in text)
+    has_number = any(map(str.isdigit, text))
     return key in roles.ROLES and len(text.split()) > 3 and not has_number
 
 
@@ -288,7 +288,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if close[0] in roles.ROLES:
         # Of "14.8 cm from centre" the value is meant.
         match = re.match(rf"{numerals.NUMBER}\s*\S*", value)
-        value = match[0] if match else value
+        if match:
+            value = match[0]
     faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
 
 
@@ -325,7 +326,7 @@ def _read_value(settings: Settings, item: Setting, ask: bool, faults: Faults) ->
     """Read the value of a key, by what kind of key it is."""
     key = item.key
     text = item.text.strip()
-    line = vocabulary.LINES.get(item.key, {})
+    line = vocabulary.LINES.get(key, {})
     if key == "spin_down":
         # Several lines are several falls.
         parts = filter(None, map(str.strip, text.split(";")))
@@ -421,11 +422,11 @@ def _unusual(key: str, value: float, low: float, high: float, sample: str) -> Un
         return UnitError("is not above zero")
     unit = units.SI[roles.kind_of_role(key)]
     likely = [value * factor for factor in (1000, 0.001)]
-    fitting = [f"{other:.6g} {unit}" for other in likely if low <= other <= high]
+    fitting = [other for other in likely if low <= other <= high]
+    if fitting:
+        sample = f"{fitting[0]:.6g} {unit}"
     fault = f"is {value:.4g} {unit}; usual are {low:g} to {high:g} {unit}"
-    return UnitError(
-        fault, f'write its unit, such as "# {key}: {[*fitting, sample][0]}"'
-    )
+    return UnitError(fault, f'write its unit, such as "# {key}: {sample}"')
 
 
 def _read_role(key: str, text: str, ask: bool) -> notation.Quantity:
@@ -487,7 +488,8 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 
 def _check_falling_mass(numbers: tuple[float, ...], hint: str) -> None:
     mass, *others, friction = numbers
-    if min(mass, *others) <= 0 or not 0 <= friction < mass:
+    is_possible = min(mass, *others) > 0 and 0 <= friction < mass
+    if not is_possible:
         raise UnitError("contains a value that is impossible", hint)
 
 
@@ -495,7 +497,8 @@ def _check_in_line(kind: str, number: float, hint: str) -> None:
     role = "spin" if kind == "rate" else kind
     if kind == "angle" and number == 0:
         return
-    fault, _ = roles.check_value(role, number if kind == "time" else abs(number))
+    size = number if kind == "time" else abs(number)
+    fault, _ = roles.check_value(role, size)
     if fault:
         raise UnitError(fault, hint)
 

@@ -45,6 +45,7 @@ from gyrodata.readings.names import (
     Header,
     Phrases,
     contains_word,
+    fold_name,
     squeeze,
 )
 from gyrodata.readings.turns import turns_in
@@ -114,6 +115,11 @@ class _Table(Struct):
     """Whether it has no row yet."""
     is_skipped: bool = False
     """Whether its rows are not runs."""
+
+    @property
+    def first_cell(self) -> Text:
+        """Return the first cell of the header row."""
+        return self.columns[0][0]
 
     @property
     def headers(self) -> list[Header]:
@@ -188,7 +194,8 @@ class _Sheet:
         beyond = [at for at in filled_at(row) if at >= width]
         if not beyond:
             return row
-        is_longer = any(is_number(row.texts[at]) for at in beyond) or is_head(row)
+        has_number = any(is_number(row.texts[at]) for at in beyond)
+        is_longer = has_number or is_head(row)
         if is_longer and not self.table.is_apart:
             return row
         self.left_out["title"].append((row, beyond[0]))
@@ -198,7 +205,9 @@ class _Sheet:
         """Return the units of a row below the names; [] if it is another row."""
         has_units = any(header.unit for header in self.table.headers)
         is_below = self.table.is_new or not has_units
-        return units_of_row(row.texts, below_names=True) if is_below else []
+        if not is_below:
+            return []
+        return units_of_row(row.texts, below_names=True)
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""
@@ -218,7 +227,8 @@ class _Sheet:
         "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
         """
         self.words.append(row)
-        if self.runs and len(row.filled()) > 1 and any(map(_is_inertia, row.texts)):
+        has_names = len(row.filled()) > 1
+        if self.runs and has_names and any(map(_is_inertia, row.texts)):
             self.begin(row)
             self.table.is_skipped = True
             self.table.is_new = False
@@ -277,7 +287,7 @@ class _Sheet:
         if lost:
             line = [table.head.line]
             lacks = roles.BY_NAME[min(lost)]
-            cell = table.columns[0][0]
+            cell = table.first_cell
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
@@ -289,7 +299,7 @@ class _Sheet:
         means = self._are_means()
         if why := self._why_skipped(means):
             table.is_skipped = True
-            self.faults.add(why, table.columns[0][0], line=[table.head.line])
+            self.faults.add(why, table.first_cell, line=[table.head.line])
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
@@ -336,18 +346,15 @@ class _Sheet:
         lacking = lacking & lacking_roles([], self.grid)
         used: set[int] = set()
         for row in self.words:
-            of_row = {
-                role: (text, row.spot(at))
-                for role, (text, at) in statements_in(row).items()
-                if role in lacking
-            }
-            if of_row:
-                words = ", ".join(
-                    f"{role} {text}" for role, (text, _) in of_row.items()
-                )
-                self.captions.append((self.grid.first_cell(row), words))
-                used |= {row.spot(at) // MAX_COLUMNS for at in range(len(row.texts))}
-                captioned |= of_row
+            of_row = _only(lacking, statements_in(row))
+            if not of_row:
+                continue
+            words = [f"{role} {text}" for role, (text, _) in of_row.items()]
+            self.captions.append((self.grid.first_cell(row), ", ".join(words)))
+            spots = map(row.spot, range(len(row.texts)))
+            used.update(spot // MAX_COLUMNS for spot in spots)
+            for role, (text, at) in of_row.items():
+                captioned[role] = text, row.spot(at)
         self._leave_out_words(used)
         return captioned
 
@@ -368,7 +375,8 @@ class _Sheet:
         self.width = len(self.columns)
         self._add_captioned_columns()
         rows = [self._joined(run) for run in self.runs]
-        parts = [rows[start:end] for start, end in pairwise([*self.tables, len(rows)])]
+        bounds = pairwise([*self.tables, len(rows)])
+        parts = [rows[start:end] for start, end in bounds]
         for part in parts:
             if ends_with_means(part, self.columns):
                 self._leave_out("summary", part.pop())
@@ -389,7 +397,7 @@ class _Sheet:
         there = {header.roles for _, header in self.columns}
         for role, spot in captioned.items():
             if (role,) not in there:
-                header = Header(role, (role,), None, "")
+                header = Header(role, (role,))
                 self.columns.append((Text(role, self.grid.place_of(spot)), header))
 
     def _joined(self, run: _Run) -> Row:
@@ -413,7 +421,8 @@ class _Sheet:
             if left:
                 texts = listing([row.texts[at] for row, at in left], 4)
                 lines = sorted({row.line for row, _ in left})
-                self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=texts)
+                first = self.grid.cell(*left[0])
+                self.faults.add(why, first, lines=lines, texts=texts)
 
     def _check_parts(self, parts: list[list[Row]]) -> None:
         """Name several tables; refuse one that contains two rows of another one."""
@@ -448,8 +457,9 @@ def _are_same(old: HeaderCell, new: HeaderCell) -> bool:
         return False
     if squeeze(old_cell.text) == squeeze(cell.text):
         return True
-    content = (header.roles, header.number)
-    return len(header.roles) == 1 and (old_header.roles, old_header.number) == content
+    if header.roles != old_header.roles or header.number != old_header.number:
+        return False
+    return len(header.roles) == 1
 
 
 def _only(names: Collection[str], statements: Statements) -> Statements:
@@ -464,7 +474,8 @@ def _is_taken_out(row: Row) -> bool:
     if row.texts[0] == "#":
         return True
     texts = [text for text in row.texts if not is_number(text)]
-    return len(texts) < len(row.texts) and any(map(NOT_USED.is_in, texts))
+    has_number = len(texts) < len(row.texts)
+    return has_number and any(map(NOT_USED.is_in, texts))
 
 
 def _is_summary(row: Row, headers: list[Header]) -> bool:
@@ -473,8 +484,9 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     if first < len(headers) and "note" in headers[first].roles:
         return False
     text = row.texts[first]
-    start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
-    return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+    word = re.split(r"[\s_:,;(=]+", text)[0]
+    bare = re.sub(r"[()=:]", "", text)
+    return not SUMMARY_WORDS.isdisjoint((fold_name(word), fold_name(bare)))
 
 
 def _is_inertia(text: str) -> bool:
@@ -488,17 +500,18 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     Or quantities without a column.
     """
     filled = filled_at(row)
-    numbers = {
-        at
-        for at in filled
-        if is_number(row.texts[at]) and not _WORDS.search(row.texts[at])
-    }
+    texts = {at: row.texts[at] for at in filled}
+    numbers = {at for at, text in texts.items() if _is_only_number(text)}
     if numbers:
         return _are_quantities(row, numbers, headers)
     columns = [(at, headers[at]) for at in filled if at < len(headers)]
     if any(_is_remark(at, header) for at, header in columns):
         return False
-    return BLANKS.isdisjoint(row.texts[at] for at in filled)
+    return BLANKS.isdisjoint(texts.values())
+
+
+def _is_only_number(text: str) -> bool:
+    return is_number(text) and not _WORDS.search(text)
 
 
 def _are_quantities(row: Row, numbers: set[int], headers: list[Header]) -> bool:

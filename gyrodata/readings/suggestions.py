@@ -39,15 +39,22 @@ class Lack(Struct, frozen=True, dict=True):
         return units.DISPLAY[kind_of_role(self.role)]
 
     @property
+    def known(self) -> roles.Role:
+        """What is known of the role."""
+        return roles.BY_NAME[self.role]
+
+    @property
     def question(self) -> str:
         """The role and its meaning."""
-        meaning = roles.BY_NAME[self.role].meaning
-        return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
+        question = f"{self.role} is missing"
+        if self.known.meaning:
+            question += f" ({self.known.meaning})"
+        return question
 
     def named(self, column: Chosen | None = None) -> str:
         """Return the header that names the role, with a column's unit if it fits."""
         if column and kind_of_role(self.role) in column.kinds:
-            return header_of(self.role, column.header.unit or "")
+            return header_of(self.role, column.header.unit)
         return header_of(self.role, self.unit)
 
     @cached_property
@@ -76,12 +83,8 @@ class Lack(Struct, frozen=True, dict=True):
     def _similar(self, named: list[Chosen]) -> list[Chosen]:
         """Return the columns whose name is nearly one of the role."""
         kind = kind_of_role(self.role)
-        similar = [
-            column
-            for column in named
-            if suggest_role(column.text) == self.role
-            and kind in (column.kinds or (kind,))
-        ]
+        fitting = [column for column in named if kind in (column.kinds or (kind,))]
+        similar = [each for each in fitting if suggest_role(each.text) == self.role]
         if self.role == "turns":
             return list(filter(_may_be_turns, similar or named))
         return similar
@@ -100,7 +103,7 @@ def is_nameless(column: Chosen) -> bool:
 
 def _may_be_turns(column: Chosen) -> bool:
     """Return whether a column contains numbers without a unit."""
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return column.header.unit is None and all(map(is_bare, texts))
 
 
@@ -109,10 +112,11 @@ def _may_be_turns(column: Chosen) -> bool:
 
 def _guess(lack: Lack) -> str:
     """Say which column may be the role; "" if no column of the log may be it."""
-    rates = lack.choice.used.get("precession_rate")
+    rates = lack.choice.columns("precession_rate")
     if lack.role == "spin" and rates:
         return _may_be_spin(rates[0].text)
-    if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
+    no_time = lack.role == "turns" and "time" in lack.missing
+    if len(lack.likely) != 1 or no_time:
         return _start_and_stop(lack)
     [column] = lack.likely
     if lack.role == "turns":
@@ -121,7 +125,7 @@ def _guess(lack: Lack) -> str:
         return _time_of_turns(column.text, words)
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
-    meaning = roles.BY_NAME[lack.role].meaning
+    meaning = lack.known.meaning
     more = FROM_SURFACE * (lack.role == "position")
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
@@ -130,7 +134,7 @@ def _guess(lack: Lack) -> str:
 
 
 def _may_be_spin(header: str) -> str:
-    """Ask if a rate of the precession is the spin: the lab sheet calls it a rotation."""
+    """Ask if a rate of precession is the spin: the lab sheet calls it a rotation."""
     if re.search(PRECESSION, header):
         return ""
     return (
@@ -149,7 +153,7 @@ def _time_of_turns(header: str, words: str) -> str:
 
 
 def _timed_turns(lack: Lack) -> str:
-    """Return the number in the header of a time that gyro does not understand; else ""."""
+    """Return the number in a time's header that gyro does not understand; else ""."""
     headers = [column.header for column in lack.likely if lack.role == "time"]
     # "T_P_1" is the first of several times.
     headers = [header for header in headers if not re.fullmatch(INDEX, header.name)]
@@ -158,17 +162,12 @@ def _timed_turns(lack: Lack) -> str:
 
 def _start_and_stop(lack: Lack) -> str:
     """Say what to write for the start and the stop of a clock; "" without both."""
-    moments = {
-        column.header.moment: column.text
-        for column in lack.choice.unplaced
-        if "time" in column.kinds and column.header.moment
-    }
-    if lack.role != "time" or len(moments) < 2:
+    clocks = [column for column in lack.choice.unplaced if "time" in column.kinds]
+    texts = {column.header.moment: column.text for column in clocks}
+    if lack.role != "time" or not texts.keys() >= {"start", "end"}:
         return ""
-    return (
-        f'write "{moments["end"]}" minus "{moments["start"]}" in a column '
-        f'"{lack.named()}"'
-    )
+    difference = f'"{texts["end"]}" minus "{texts["start"]}"'
+    return f'write {difference} in a column "{lack.named()}"'
 
 
 FROM_SURFACE = (
@@ -179,7 +178,7 @@ FROM_SURFACE = (
 
 def _what_it_counts(column: Chosen) -> str:
     """Ask what the only column of numbers without a unit counts."""
-    cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
+    cells = listing(list(dict.fromkeys(column.filled())), 3)
     return (
         f'if "{column.text}" ({cells}) counts turns, write "turns" above it; '
         'if thirds, "thirds of a turn"; if percent, "turns [%]"; '
@@ -217,7 +216,8 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
     headers = dict(choice.corrected)
     for lack in lacks:
         if len(lack.likely) == 1 and not lack.instead:
-            headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
+            [column] = lack.likely
+            headers.setdefault(column.at, lack.named(column))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]
     return header_row(table, headers, added)
@@ -225,12 +225,13 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
 
 def _how_to_add(lack: Lack) -> str:
     role = lack.role
-    known = roles.BY_NAME[lack.role]
+    known = lack.known
     sample = known.sample or f"1 {lack.unit}"
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]
     if role != "time":
-        ways += [f'or a line "# {role}: {sample}"', f"or --set {role}={quoted}"]
+        ways.append(f'or a line "# {role}: {sample}"')
+        ways.append(f"or --set {role}={quoted}")
     ways.append(
         f"or --map {role}=HEADER to name the column that contains it{known.instead}"
     )
@@ -246,7 +247,8 @@ def header_row(
     """
     typed = list(dict.fromkeys(table.cells))
     lines = {cell.place.line for cell in typed}
-    if len(lines) > 1 or len({cell.place for cell in typed}) < len(typed):
+    places = {cell.place for cell in typed}
+    if len(lines) > 1 or len(places) < len(typed):
         return ""
     headers = [changes.get(table.cells.index(cell), cell.text) for cell in typed]
     return table.grid.delimiter.join(

@@ -61,13 +61,15 @@ def read_together(logs: Sequence[Readings]) -> Readings:
     if len(logs) == 1:
         return logs[0]
     diagnostics = _without_errors(logs)
-    starts = [0, *accumulate(len(split_lines(log.source_text)) for log in logs)]
+    lengths = [len(split_lines(log.source_text)) for log in logs]
+    starts = [0, *accumulate(lengths)]
     files = tuple(zip(starts, logs, strict=False))
     blocks = _block_names(logs)
+    digests = "".join(_all(logs, "sha256"))
     joined = replace(
         logs[0],
         name=" + ".join(_all(logs, "name")),
-        sha256=hashlib.sha256("".join(_all(logs, "sha256")).encode()).hexdigest(),
+        sha256=hashlib.sha256(digests.encode()).hexdigest(),
         runs=_labels(_joined(logs, "runs"), blocks),
         lines=_lines(files),
         notes=_joined(logs, "notes"),
@@ -92,8 +94,10 @@ def read_together(logs: Sequence[Readings]) -> Readings:
         **{field: _same(logs, field) for field in _OF_BALANCE},
     )
     still = _all(logs, "unmoved")
+    if None in still:
+        return joined
     # A balance that was seen in all blocks.
-    return joined if None in still else _with_unmoved(joined, still)
+    return _with_unmoved(joined, still)
 
 
 def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
@@ -109,7 +113,8 @@ def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
 
 def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:
     """Add the runs in which the rod did not move, of all logs."""
-    files = tuple(zip([start for start, _ in joined.files], still, strict=True))
+    starts = [start for start, _ in joined.files]
+    files = tuple(zip(starts, still, strict=True))
     unmoved = replace(
         joined,
         runs=_joined(still, "runs"),
@@ -124,7 +129,7 @@ def _with_unmoved(joined: Readings, still: Sequence[Readings]) -> Readings:
 
 def in_own_file(finding: Diagnostic, readings: Readings) -> Diagnostic:
     """Return a finding about joined logs with the place in the log that it is about."""
-    if not readings.files or finding.file != readings.name or finding.line is None:
+    if finding.file != readings.name or finding.line is None or not readings.files:
         return finding
     start, log = readings.files[readings.file_of(finding.line)]
     place = Place(finding.line - start, finding.column or 1)
@@ -139,7 +144,7 @@ def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:
     """List what the logs say differently, and how they cannot be joined."""
     first = logs[0]
     notes: list[Diagnostic] = []
-    for number, log in enumerate(logs[1:], start=1):
+    for number, log in enumerate(logs[1:], 1):
         if log.sha256 in _all(logs[:number], "sha256"):
             notes.append(_say("log_given_twice", log))
         else:
@@ -162,7 +167,7 @@ def _contradictions_of_two(first: Readings, log: Readings) -> Iterator[Diagnosti
 def _unlike_columns(first: Readings, log: Readings) -> Iterator[Diagnostic]:
     """Yield an error if two logs have no common readings from which I_zz follows."""
     common = {*first.columns} & {*log.columns}
-    lacking = roles.missing_roles(common, common, loaded=True)
+    lacking = roles.missing_roles(common, common)
     only = {*first.columns} ^ {*log.columns}
     lacking += sorted(only & {"transverse_inertia"})
     if lacking:
@@ -180,11 +185,14 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
-    for number, line in enumerate(split_lines(log.source_text), start=1):
-        words = "_".join(line.lstrip("#; \t").lower().replace("-", " ").split())
+    for number, line in enumerate(split_lines(log.source_text), 1):
+        small = line.lstrip("#; \t").lower().replace("-", " ")
+        words = "_".join(small.split())
         behind = words.removeprefix(key)
+        if behind == words:
+            continue
         # "balance" is not the key of a line "balance_drift: …".
-        if behind != words and (behind[:1] in set(":=,;") or behind[1:2].isdigit()):
+        if behind.startswith((":", "=", ",", ";")) or behind[1:2].isdigit():
             return Place(number, 1), f'"{line.strip()}"'
     return None, f'no line "# {key}"'
 
@@ -200,7 +208,9 @@ def _same(logs: Sequence[Readings], field: str) -> Any:
     first = getattr(logs[0], field)
     if all(getattr(log, field) == first for log in logs):
         return first
-    return () if field == "falling_mass" else None
+    if field == "falling_mass":
+        return ()
+    return None
 
 
 def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
@@ -212,7 +222,9 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
     usual = SOURCES["time_bias"].default
     hands = [log.uncertainties.get("u_time_bias", usual) for log in logs]
     widest = max(hands, key=lambda u: u.absolute)
-    return same if widest == usual else {**same, "u_time_bias": widest}
+    if widest == usual:
+        return same
+    return {**same, "u_time_bias": widest}
 
 
 # Runs
@@ -220,20 +232,28 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
 
 def _block_names(logs: Sequence[Readings]) -> tuple[str, ...]:
     """Return the name of the block of each run: its log, and its day in the log."""
-    stems = [PurePath(log.name).name.partition(".")[0] or log.name for log in logs]
-    if len({*stems}) < len(stems):
-        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, start=1)]
+    stems = list(map(_stem, logs))
+    if len(set(stems)) < len(stems):
+        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, 1)]
     names: list[str] = []
     for stem, log in zip(stems, logs, strict=True):
-        names += [f"{stem} {block}" for block in log.blocks] or [stem] * len(log.runs)
+        of_blocks = [f"{stem} {block}" for block in log.blocks]
+        names += of_blocks or [stem] * len(log.runs)
     return tuple(names)
+
+
+def _stem(log: Readings) -> str:
+    """Return the name of a file without its endings: "monday" of "monday.csv.gz"."""
+    stem, _, _ = PurePath(log.name).name.partition(".")
+    return stem or log.name
 
 
 def _labels(runs: tuple[str, ...], blocks: tuple[str, ...]) -> tuple[str, ...]:
     """Return unique labels of all runs."""
     if len({*runs}) == len(runs):
         return runs
-    return tuple(f"{block} {run}" for block, run in zip(blocks, runs, strict=True))
+    pairs = zip(blocks, runs, strict=True)
+    return tuple(f"{block} {run}" for block, run in pairs)
 
 
 def _lines(files: Sequence[tuple[int, Readings]]) -> tuple[int, ...]:
@@ -269,16 +289,16 @@ def _columns(files: Sequence[tuple[int, Readings]]) -> dict[str, Column]:
 
 def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
     """Return a column of all logs; blank cells for a log without it."""
-    columns = [
-        log.columns.get(role) or _blank_column(role, len(log.runs)) for _, log in files
-    ]
+    columns = []
+    for _, log in files:
+        blank = _blank_column(role, len(log.runs))
+        columns.append(log.columns.get(role, blank))
     spots: list[int] = []
     for number, column in enumerate(columns):
-        # A value of a whole log is another reading in each log.
-        spots += [
-            spot - number if spot < 0 else spot + number * _CELLS
-            for spot in column.spots
-        ]
+        for spot in column.spots:
+            # A value of a whole log is another reading in each log.
+            moved = spot - number if spot < 0 else spot + number * _CELLS
+            spots.append(moved)
 
     def find(spot: int) -> Place:
         number, cell = divmod(spot, _CELLS)
@@ -287,11 +307,14 @@ def _column(role: str, files: Sequence[tuple[int, Readings]]) -> Column:
         place = place_of(cell)
         return Place(place.line + files[number][0], place.column)
 
-    first = next(log.columns[role] for _, log in files if role in log.columns)
+    given = [log.columns[role] for _, log in files if role in log.columns]
+    first = given[0]
     readings = tuple(chain.from_iterable(column.readings for column in columns))
     return replace(first, readings=readings, spots=tuple(spots), given=None, find=find)
 
 
 def _blank_column(role: str, count: int) -> Column:
     """Return a column of a log that has none of its role."""
-    return Column(role, "", "", (Reading(),) * count, (-1,) * count)
+    readings = (Reading(),) * count
+    spots = (-1,) * count
+    return Column(role, "", "", readings, spots)

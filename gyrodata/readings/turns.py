@@ -14,7 +14,7 @@ from gyrodata.readings.names import (
     NAMES,
     PRECESSION,
     TOKENS,
-    squeeze,
+    fold_name,
     word_set,
 )
 
@@ -86,16 +86,16 @@ def turns_in(text: str) -> str:
         return ""
     plain = _in_plain_words(text)
     marked = mark_turns(plain)
-    names_turn = MARK in marked
-    if names_turn:
+    number = ""
+    if MARK in marked:
         # "1/4 turn" for "Vierteldrehung"
         marked = re.sub(
             _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
         )
-    counted = _count_of_turns(marked) if names_turn else None
-    if counted is not None:
-        return counted
-    number = _number_of_turns(marked) if names_turn else ""
+        counted = _count_of_turns(marked)
+        if counted is not None:
+            return counted
+        number = _number_of_turns(marked)
     degrees = _part_in_degrees(plain)
     return degrees or number or _one_turn(plain, marked)
 
@@ -134,10 +134,12 @@ def _one_turn(plain: str, marked: str) -> str:
 
 def _in_plain_words(header: str) -> str:
     """Write a header in the usual words and numbers, without signs such as "⅓"."""
-    plain = "".join(
-        f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c
-        for c in header
-    )
+    plain = ""
+    for letter in header:
+        if unicodedata.category(letter) == "No":
+            plain += " " + unicodedata.normalize("NFKC", letter)
+        else:
+            plain += letter
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
     return plain
@@ -150,9 +152,8 @@ def _count_of_turns(marked: str) -> str | None:
     """
     if re.search(_AND_A_HALF, marked):
         return ""  # nothing here reads a number from "1 tour et demi"
-    if re.search(DIVIDED, marked) and re.search(
-        rf"[0-9]\s*(?:\w{{1,30}}+\s+)?{MARK}", marked
-    ):
+    has_number = re.search(rf"[0-9]\s*(?:\w{{1,30}}+\s+)?{MARK}", marked)
+    if has_number and re.search(DIVIDED, marked):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, marked):
         # "Time 1 1/3 turn" may be the first of several.
@@ -229,15 +230,18 @@ def _total(count: str, part: str, is_sum: bool) -> str:
 def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
     spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
-    words = [
-        word if re.search("[0-9]", word) else squeeze(word).lower()
-        for word in TOKENS.split(spaced)
-        if word and word not in _FILLERS and not re.fullmatch(PRECESSION, word)
-    ]
-    if len(words) > 1 and "/" in NUMBERS.get(words[-2], words[-2]):
-        is_one = NUMBERS.get(words[-1]) == "1"
-        if is_one or words[-1] in _PARTS:
-            return words[:-1]  # "a third of one", "trzecia część"
+    words = []
+    for word in TOKENS.split(spaced):
+        is_small = word in ("", *_FILLERS)
+        if not is_small and not re.fullmatch(PRECESSION, word):
+            has_digit = re.search("[0-9]", word)
+            words.append(word if has_digit else fold_name(word))
+    if len(words) < 2:
+        return words
+    before, last = words[-2:]
+    is_small = NUMBERS.get(last) == "1" or last in _PARTS
+    if is_small and "/" in NUMBERS.get(before, before):
+        return words[:-1]  # "a third of one", "trzecia część"
     return words
 
 

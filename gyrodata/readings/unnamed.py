@@ -30,8 +30,8 @@ from gyrodata.readings.names import (
     UNSURE_WORDS,
     Header,
     Phrases,
+    fold_name,
     name_roles,
-    squeeze,
     squeezed_words,
 )
 from gyrodata.readings.notes import altered_role
@@ -56,7 +56,7 @@ OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
-    if not choice.gives_turns() and not any(time.turns for time in choice.times()):
+    if not choice.gives_turns() and not choice.states_turns():
         _place_turns(choice, faults)
     there = choice.there | choice.asked
     for role in roles.TABLE:
@@ -73,8 +73,9 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 def _place_turns(choice: Choice, faults: Faults) -> None:
     """Read the only column that can contain turns or an angle."""
-    angles = [column for column in _unplaced(choice) if _is_angle(column)]
-    counts = [column for column in _unplaced(choice) if _counts_turns(column)]
+    unplaced = _unplaced(choice)
+    angles = list(filter(_is_angle, unplaced))
+    counts = list(filter(_counts_turns, unplaced))
     fitting = {column.at: column for column in (*angles, *counts)}
     if len(fitting) != 1:
         return
@@ -105,7 +106,7 @@ def _counts_parts(column: Chosen) -> bool:
     header = column.header
     if header.roles or header.unit not in (None, "%") or not part_counted(header):
         return False
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return bool(texts) and all(map(is_bare, texts))
 
 
@@ -115,11 +116,13 @@ def _counts_parts(column: Chosen) -> bool:
 def _place_by_unit(role: str, choice: Choice, faults: Faults) -> None:
     """Give a role to the only column with a fitting unit."""
     fitting = _fitting(role, choice)
-    if len(fitting) != 1 or not _name_adds_nothing(role, fitting[0], choice):
+    if len(fitting) != 1:
         return
-    choice.place(fitting[0], role)
-    kind = units.KINDS[kind_of_role(role)].words
-    faults.add("read_by_unit", fitting[0].cell, role=role, kind=kind)
+    [column] = fitting
+    if _name_adds_nothing(role, column, choice):
+        choice.place(column, role)
+        kind = units.KINDS[kind_of_role(role)].words
+        faults.add("read_by_unit", column.cell, role=role, kind=kind)
 
 
 def _fitting(role: str, choice: Choice) -> list[Chosen]:
@@ -128,13 +131,9 @@ def _fitting(role: str, choice: Choice) -> list[Chosen]:
     The start of a clock, or its stop, is not a reading.
     """
     kind = kind_of_role(role)
-    return [
-        column
-        for column in _unplaced(choice)
-        if kind in column.kinds
-        and not column.header.moment
-        and _unit_suffices(role, column.header)
-    ]
+    of_kind = [column for column in _unplaced(choice) if kind in column.kinds]
+    readings = [column for column in of_kind if not column.header.moment]
+    return [column for column in readings if _unit_suffices(role, column.header)]
 
 
 def _unit_suffices(role: str, header: Header) -> bool:
@@ -165,10 +164,11 @@ def _name_adds_nothing(role: str, column: Chosen, choice: Choice) -> bool:
 
 def _names_a_part(role: str, header: str) -> bool:
     """Return whether a header says a part or another thing than a role."""
-    # "mass of one weight", "mass without hanger"
-    if role == "mass" and (_OF_ONE.is_in(header) or altered_role(header) == "mass"):
-        return True
     if role == "spin" and re.search(PRECESSION, header):
+        return True
+    # "mass of one weight", "mass without hanger"
+    is_part = _OF_ONE.is_in(header) or altered_role(header) == "mass"
+    if role == "mass" and is_part:
         return True
     return re.match(_NUMBERED, header) is not None
 
@@ -186,7 +186,8 @@ def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
 
 def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
     """Warn of each column without a place that counts weights or contains masses."""
-    masses = choice.used["mass"][0].texts if "mass" in choice.used else ()
+    columns = choice.columns("mass")
+    masses = columns[0].texts if columns else ()
     for column in _unplaced(choice):
         if _may_be_of_mass(column, masses):
             faults.add("mass_unused", column.cell, header=column.text)
@@ -195,7 +196,8 @@ def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
 def _may_be_of_mass(column: Chosen, masses: tuple[str, ...]) -> bool:
     if "mass" in column.kinds and column.text != column.header.unit:
         return NOT_THE_WEIGHT.isdisjoint(squeezed_words(column.text))
-    if not counts_weights(column.header) or {*column.texts} <= {"", "1"}:
+    are_all_one = set(column.texts) <= {"", "1"}
+    if are_all_one or not counts_weights(column.header):
         return False
     return not _differ_together(column.texts, masses)
 
@@ -209,7 +211,7 @@ def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
 def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
-    key = squeeze(name).lower()
+    key = fold_name(name)
     close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
     if close and len(key) > 2:
         return NAMES[close[0]][0]

@@ -24,7 +24,9 @@ from gyrodata.readings.names import (
     TOKENS,
     TRIAL_WORDS,
     Header,
+    bare_roles,
     contains_word,
+    fold_name,
     from_centre,
     is_of_the_spin,
     measures,
@@ -33,7 +35,6 @@ from gyrodata.readings.names import (
     origin_in,
     squeeze,
 )
-from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import (
     TURN,
     turns_in,
@@ -67,8 +68,9 @@ def unusual_header(text: str) -> Header:
 
 def _meant_unit(unit: str | None, spread: str) -> str | None:
     """Return the unit of the cells; that of the ± if the header has no other."""
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        return spread.partition(" ")[2]
+    unit_of_spread = spread.partition(" ")[2]
+    if unit is None and kinds_of(unit_of_spread):
+        return unit_of_spread
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         return "s"  # its cells say themselves how they are written
     return unit
@@ -79,8 +81,10 @@ def _take_spread(text: str) -> tuple[str, str]:
     match = re.search(_SPREAD, text)
     if match is None:
         return text, ""
-    rest = f"{text[: match.start()].strip()} {text[match.end() :].strip()}"
-    return rest.strip(" ,;"), f"{match[1]} {match[2].strip()}".strip()
+    before = text[: match.start()].strip()
+    behind = text[match.end() :].strip()
+    spread = f"{match[1]} {match[2].strip()}"
+    return f"{before} {behind}".strip(" ,;"), spread.strip()
 
 
 # --- Where the unit is ---
@@ -114,7 +118,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if split is None and not name_roles(text)[0]:
         # and last, unless the whole header is a name, any that is set apart.
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
-    return (text, None) if split is None else (split.name, split.unit)
+    if split is None:
+        return text, None
+    return split.name, split.unit
 
 
 def _splits_with_units(text: str) -> list[_Split]:
@@ -132,13 +138,16 @@ def _splits(text: str) -> Iterator[_Split]:
     """Yield the ways to split a header, the most certain one first."""
     yield from _splits_at_brackets(text)
     yield from _splits_at_signs(_WORD, text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[: blank.start()], text[blank.end() :], "")
+    blanks = list(re.finditer(_BLANK, text))
+    pairs = [(text[: blank.start()], text[blank.end() :]) for blank in blanks]
+    for first, last in pairs:
+        yield _Split(first, last, "")
     if quotient := re.fullmatch(_SNAKE_CASE, text):
-        yield _Split(quotient[1], f"{quotient[2]}/{quotient[3]}", "")
+        name, above, below = quotient.groups()
+        yield _Split(name, f"{above}/{below}", "")
     yield from _splits_at_signs("/", text)
-    for blank in re.finditer(_BLANK, text):
-        yield _Split(text[blank.end() :], text[: blank.start()], "")
+    for first, last in pairs:
+        yield _Split(last, first, "")
     yield _Split("", text, "")
 
 
@@ -156,8 +165,9 @@ def _splits_at_signs(sign: str, text: str) -> Iterator[_Split]:
 def _splits_at_brackets(text: str) -> Iterator[_Split]:
     """Yield the splits at each bracket, the last one first: "a (cm, from centre)"."""
     for bracket in reversed(list(re.finditer(_BRACKET, text))):
+        before = text[: bracket.start()].rstrip(" /,;")
         behind = text[bracket.end() :].strip()
-        name = f"{text[: bracket.start()].rstrip(' /,;')} {behind}".strip()
+        name = f"{before} {behind}".strip()
         inside = (bracket[1] or bracket[2] or "").strip()
         yield _Split(name, inside, "" if behind else "bracket")
         unit, _, remark = inside.replace(",", " ").partition(" ")
@@ -167,7 +177,9 @@ def _splits_at_brackets(text: str) -> Iterator[_Split]:
 def _is_unit(text: str) -> bool:
     if not re.search(_LETTER, text):
         return False
-    return text == "%" or bool(kinds_of(text) or re.fullmatch(_CLOCK_FORM, text))
+    if text == "%" or kinds_of(text):
+        return True
+    return re.fullmatch(_CLOCK_FORM, text) is not None
 
 
 def _fits(split: _Split) -> bool:
@@ -191,7 +203,8 @@ def _is_set_apart(split: _Split) -> bool:
     if name_roles(split.name)[0]:
         is_name = not split.mark and kinds_of(split.unit) == OF_TURNS
         return not is_name and squeeze(split.unit) not in SYMBOLS
-    return split.mark == "bracket" or (split.mark == "sign" and " " not in split.name)
+    is_one_word = " " not in split.name
+    return split.mark == "bracket" or (is_one_word and split.mark == "sign")
 
 
 _KINDS_OF_BARE_UNITS = [{"angle"}, {"mass"}, {"length"}, {"time"}, {"rate"}]
@@ -212,7 +225,9 @@ def _unknown_unit(text: str) -> _Split | None:
     if not unit or is_remark or is_count:
         return None
     is_known = square is not None or name_roles(name)[0]
-    return _Split(name, unit, "bracket") if is_known else None
+    if not is_known:
+        return None
+    return _Split(name, unit, "bracket")
 
 
 # --- The meaning of a name next to its unit ---
@@ -244,10 +259,7 @@ def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
     # A bare "N" counts turns: the other readings would need a unit.
-    bare = tuple(
-        role for role in named if kind_of_role(role) in ("number", "text", "sign")
-    )
-    return bare or named, number
+    return bare_roles(named), number
 
 
 def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
@@ -285,10 +297,8 @@ def _roles_of_statement(
 
 def _says_only_when(name: str) -> bool:
     """Return whether a name only says that it is a spin, or when it was measured."""
-    words = [word for word in TOKENS.split(name) if word]
-    return is_of_the_spin(name) or all(
-        squeeze(word).lower() in SMALL_WORDS for word in words
-    )
+    words = {fold_name(word) for word in TOKENS.split(name) if word}
+    return is_of_the_spin(name) or words <= SMALL_WORDS
 
 
 _ORDINAL = (
@@ -304,10 +314,7 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
         ordinal = re.fullmatch(_ORDINAL, word.lower())
         if ordinal:
             numbers.append(int(ordinal[1]))
-        elif (
-            squeeze(word).lower() not in TRIAL_WORDS
-            and "time" not in name_roles(word)[0]
-        ):
+        elif fold_name(word) not in TRIAL_WORDS and "time" not in name_roles(word)[0]:
             return (), None
     if len(numbers) == 1:
         return (("time",), numbers[0])

@@ -8,30 +8,30 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from datetime import datetime, time, timedelta
 from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from gyrodata.readings.lablog import listing
 
 MAX_ROWS = 100_000
 MAX_COLUMNS = 200
 MAX_CELLS = 200_000
-MAX_TEXT = 10 * 1000 * 1000
+MAX_TEXT = 10_000_000
 """Characters in all cells of a workbook."""
 _ROWS = MAX_ROWS + 10
 _COLUMNS = MAX_COLUMNS + 10
 """Rows and columns that are read: so a file over the limits is refused, and one far
 cell is not."""
-_MAX_UNPACKED = 100 * 1000 * 1000
+_MAX_UNPACKED = 100_000_000
 _MAX_SHEETS = 100
-_MAX_SHEET_BYTES = 10 * 1000 * 1000
-_MAX_STRING_BYTES = 1000 * 1000
-_MAX_STYLE_BYTES = 400 * 1000
+_MAX_SHEET_BYTES = 10_000_000
+_MAX_STRING_BYTES = 1_000_000
+_MAX_STYLE_BYTES = 400_000
 """Bytes that openpyxl reads in two or three seconds."""
 _TAGS_OF_A_CELL = 8
 _MAX_OTHER_TAGS = 100_000
@@ -80,12 +80,12 @@ class Sheet(Struct):
     rows: list[list[Any]]
     """Its cells; a row that is struck out begins with #."""
     is_hidden: bool = False
-    hidden_rows: list[int] = field(default_factory=list)
+    hidden_rows: list[int] = []
     """Numbers of the hidden rows; they count from 1."""
-    hidden_columns: list[int] = field(default_factory=list)
+    hidden_columns: list[int] = []
     """Numbers of the hidden columns; they count from 1."""
-    formulas: list[Formula] = field(default_factory=list)
-    blanked: set[tuple[int, int]] = field(default_factory=set)
+    formulas: list[Formula] = []
+    blanked: set[tuple[int, int]] = set()
     """Row and column of each cell whose format or font shows nothing of it."""
 
 
@@ -133,7 +133,7 @@ def _read_archive(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     parts = {
         sheet.name: relation.target for sheet, relation in reader.parser.find_sheets()
     }
-    _check_sheets(archive, list(parts.values()))
+    _check_sheets(archive, parts.values())
     reader.read()
     sheets = [_sheet_of(sheet) for sheet in reader.wb.worksheets]
     for sheet in sheets:
@@ -153,11 +153,10 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
     """
     formulas: list[tuple[Sheet, Formula]] = []
     for sheet in sheets:
-        formulas += [
-            (sheet, formula)
-            for formula in sheet.formulas
-            if sheet.rows[formula.row - 1][:1] != ["#"]
-        ]
+        for formula in sheet.formulas:
+            row = sheet.rows[formula.row - 1]
+            if row[:1] != ["#"]:
+                formulas.append((sheet, formula))
     if formulas and all(formula.is_zero for _, formula in formulas):
         return formulas
     return [(sheet, each) for sheet, each in formulas if each.value is None]
@@ -165,14 +164,15 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
 def is_filled(sheet: Sheet) -> bool:
     """Return whether a sheet contains a cell that is not blank."""
-    return any(cell not in (None, "") for cell in chain.from_iterable(sheet.rows))
+    return any(map(_fills, chain.from_iterable(sheet.rows)))
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet with cells, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    rows = [str(row) for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    hidden = [row for row in sheet.hidden_rows if any(sheet.rows[row - 1 : row])]
+    rows = list(map(str, hidden))
     filled = {column for _, column in _filled_cells(sheet)}
     columns = [_letters(column) for column in sheet.hidden_columns if column in filled]
     for word, names in (("row", rows), ("column", columns)):
@@ -185,11 +185,11 @@ def unseen_cells(sheet: Sheet) -> set[tuple[int, int]]:
     """Return the row and the column of each filled cell that is not shown."""
     rows = set(sheet.hidden_rows)
     columns = set(sheet.hidden_columns)
-    return {
-        (row, column)
-        for row, column in _filled_cells(sheet)
-        if row in rows or column in columns or (row, column) in sheet.blanked
+    filled = set(_filled_cells(sheet))
+    hidden = {
+        (row, column) for row, column in filled if row in rows or column in columns
     }
+    return hidden | filled.intersection(sheet.blanked)
 
 
 def _filled_cells(sheet: Sheet) -> Iterator[tuple[int, int]]:
@@ -213,13 +213,17 @@ def _letters(column: int) -> str:
 
 def quoted(title: str) -> str:
     """Return the name of a sheet as a spreadsheet program writes it in a formula."""
-    return title if title.isalnum() else f"'{title}'"
+    if title.isalnum():
+        return title
+    return f"'{title}'"
 
 
 def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
     """Return the name of a cell, such as B5; with its sheet if this is not `within`."""
     name = f"{_letters(formula.column)}{formula.row}"
-    return name if sheet is within else f"{quoted(sheet.title)}!{name}"
+    if sheet is within:
+        return name
+    return f"{quoted(sheet.title)}!{name}"
 
 
 # --- Limits ---
@@ -247,7 +251,7 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
         )
 
 
-def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
+def _check_sheets(archive: zipfile.ZipFile, parts: Collection[str]) -> None:
     """Raise TooLargeError if the sheets contain more than can be read in seconds."""
     if len(parts) > _MAX_SHEETS:
         raise TooLargeError(f"{len(parts)} sheets; at most {_MAX_SHEETS} are read")
@@ -301,17 +305,22 @@ def _blanked(rows: list[Any]) -> set[tuple[int, int]]:
 def _shows_nothing(cell: Any) -> bool:
     """Return whether a cell has a blank format, or white or tiny letters."""
     # "positive;negative;zero;text"
-    sections = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format).split(";")
+    signs = re.sub(r'"[^"]*"|\\.|\[[^\[\]]*\]', "", cell.number_format)
+    sections = signs.split(";")
     section = 3 if isinstance(cell.value, str) else 0
-    if len(sections) > section and not re.search(r"[\w#?@]", sections[section]):
+    shown = sections[section] if section < len(sections) else "@"
+    if not re.search(r"[\w#?@]", shown):
         return True
-    font = cell.font
-    color = font.color
-    is_white = color is not None and (
-        color.rgb == "FFFFFFFF" or (color.type == "theme" and not color.theme)
-    )
-    is_tiny = (font.sz or 11) <= _SMALLEST_LETTERS
-    return (is_white and cell.fill.fill_type is None) or is_tiny
+    is_tiny = (cell.font.sz or 11) <= _SMALLEST_LETTERS
+    return is_tiny or (cell.fill.fill_type is None and _is_white(cell.font.color))
+
+
+def _is_white(color: Any) -> bool:
+    """Return whether letters are white; None is the usual color."""
+    if color is None:
+        return False
+    is_first_of_theme = color.type == "theme" and not color.theme
+    return is_first_of_theme or color.rgb == "FFFFFFFF"
 
 
 def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
@@ -322,7 +331,9 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
     filled = [cell for cell in cells if cell.value is not None]
     values = [_value_as_typed(cell, in_minutes) for cell in cells]
     is_struck_out = bool(filled) and all(cell.font.strike for cell in filled)
-    return ["#", *values] if is_struck_out else values
+    if is_struck_out:
+        return ["#", *values]
+    return values
 
 
 def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
@@ -349,7 +360,9 @@ def _number_as_typed(value: float, number_format: str) -> float | str:
     if decimals == number_format or decimals.strip("0"):
         return value
     text = f"{value:.{len(decimals)}f}"
-    return text if float(text) == value else value
+    if float(text) == value:
+        return text
+    return value
 
 
 def _duration_as_typed(duration: timedelta, in_minutes: bool) -> str:
@@ -375,8 +388,9 @@ def _scan(text: bytes, sheet: Sheet) -> None:
             column = 0
             sheet.hidden_rows += [row] if _is_hidden(element) else []
         elif event == "start" and name == "col" and _is_hidden(element):
+            first = int(element.get("min", "1"))
             last = min(int(element.get("max", "0")), _COLUMNS)
-            sheet.hidden_columns += range(int(element.get("min", "1")), last + 1)
+            sheet.hidden_columns += range(first, last + 1)
         elif event == "end" and name == "c":
             # Some programs do not name the cells.
             place = element.get("r")
@@ -406,9 +420,11 @@ def _add_formula(
     if "f" not in parts or row > _ROWS or column > _COLUMNS:
         return
     value = _stored_value(parts.get("v"), cell.get("t", "n"))
-    formula = Formula(row, column, "=" + (parts["f"].text or "").lstrip("= "), value)
+    text = (parts["f"].text or "").lstrip("= ")
+    formula = Formula(row, column, f"={text}", value)
     sheet.formulas.append(formula)
-    sheet.rows += [[] for _ in range(row - len(sheet.rows))]
+    while len(sheet.rows) < row:
+        sheet.rows.append([])
     cells = sheet.rows[row - 1]
     cells += [None] * (column - len(cells))
     if value is None and cells[0] != "#":

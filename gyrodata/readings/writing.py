@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from msgspec.structs import replace
 
@@ -82,11 +83,9 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     lines = _lines_with_errors(readings, errors)
     left = [error.message for error in errors if error.line is None]
     left += [f"the line {line}" for line in lines]
-    left += [
-        f'the column "{header}": its name, or its unit'
-        for header, _ in readings.unread
-        if TEXTS.isdisjoint(parse_header(header).roles)
-    ]
+    for header, _ in readings.unread:
+        if TEXTS.isdisjoint(parse_header(header).roles):
+            left.append(f'the column "{header}": its name, or its unit')
     left += _unread_cells(readings)
     left = left or [error.message for error in errors]
     return _text([*head, *lines], columns), tuple(left)
@@ -96,7 +95,8 @@ def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str
     """Return the ``#`` lines that were not understood."""
     wrong = {error.line for error in errors}
     lines = enumerate(readings.source_text.splitlines(), 1)
-    return [line for at, line in lines if at in wrong and line.startswith("#")]
+    wrong_lines = [line for number, line in lines if number in wrong]
+    return [line for line in wrong_lines if line.startswith("#")]
 
 
 def _unread_cells(readings: Readings) -> Iterator[str]:
@@ -108,8 +108,8 @@ def _unread_cells(readings: Readings) -> Iterator[str]:
 
 
 def _text(head: list[str], columns: _Columns) -> str:
-    headers = [header for header, _ in columns]
-    rows = [headers, *zip(*(texts for _, texts in columns), strict=True)]
+    whole = [(header, *texts) for header, texts in columns]
+    rows = zip(*whole, strict=True)
     lines = [",".join(map(_quoted, row)) for row in rows]
     return "\n".join([*head, *lines]) + "\n"
 
@@ -124,11 +124,11 @@ def _quoted(cell: str) -> str:
 
 def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:
     """Replace a text by a blank one if it is from the same cell as the text above."""
-    above = [None, *cells]
-    return [
-        "" if cell == before else text
-        for text, cell, before in zip(texts, cells, above, strict=False)
-    ]
+    without = list(texts)
+    for at, (above, cell) in enumerate(pairwise(cells), 1):
+        if cell == above:
+            without[at] = ""
+    return without
 
 
 def _unread(readings: Readings) -> _Columns:
@@ -155,14 +155,13 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
             columns.append((header_of(role, column.unit), texts))
         spreads = _spread_texts(column, stated_u(role, readings.uncertainties))
         if any(spreads):
-            columns.append((header_of(f"u_{role}", SI[kind_of_role(role)]), spreads))
+            header = header_of(f"u_{role}", SI[kind_of_role(role)])
+            columns.append((header, spreads))
     columns.append(("run", [*readings.runs]))
-    if any(readings.notes):
-        columns.append(("note", [*readings.notes]))
-    if any(readings.screws):
-        columns.append(("screw", [*readings.screws]))
-    if any(readings.blocks):
-        columns.append(("day", [*readings.blocks]))
+    others = {"note": readings.notes, "screw": readings.screws, "day": readings.blocks}
+    for header, cells in others.items():
+        if any(cells):
+            columns.append((header, [*cells]))
     return head, columns
 
 
@@ -186,8 +185,9 @@ def _column_texts(column: Column) -> list[str]:
         return ["" if spot == _CONSTANT else text for spot, text in pairs]
     part = BY_NAME[column.role].part
     once = _without_repeats(texts, column.spots)
-    is_shared = part == "spin" and 2 * once.count("") >= len(texts)
-    return once if part == "load" or is_shared else texts
+    are_repeated = 2 * once.count("") >= len(texts)
+    is_shared = part == "load" or (are_repeated and part == "spin")
+    return once if is_shared else texts
 
 
 def _spread_texts(column: Column, common: Uncertainty | None) -> list[str]:
@@ -234,7 +234,8 @@ def _several(numbers: tuple[float, ...] | None, key: str) -> str | None:
         return None
     form, kinds = form_of(key)
     pairs = zip(numbers, kinds, strict=True)
-    return form.format(*(f"{number!r} {SI[kind]}" for number, kind in pairs))
+    texts = [f"{number!r} {SI[kind]}" for number, kind in pairs]
+    return form.format(*texts)
 
 
 def _joined(readings: Readings) -> Readings:
@@ -247,8 +248,10 @@ def _joined(readings: Readings) -> Readings:
         more = last.columns[role]
         both = column.readings + more.readings
         columns[role] = replace(column, readings=both, spots=column.spots + more.spots)
-    pairs = zip(readings.unread, last.unread, strict=True)
-    unread = tuple((header, texts + more) for (header, texts), (_, more) in pairs)
+    unread = []
+    for first, second in zip(readings.unread, last.unread, strict=True):
+        header, texts = first
+        unread.append((header, texts + second[1]))
     return replace(
         readings,
         runs=readings.runs + last.runs,
@@ -257,7 +260,7 @@ def _joined(readings: Readings) -> Readings:
         screws=readings.screws + last.screws,
         blocks=readings.blocks + last.blocks,
         columns=columns,
-        unread=unread,
+        unread=tuple(unread),
         unmoved=None,
     )
 
@@ -285,8 +288,9 @@ def _cell_text(column: Column, run: int) -> str:
     kind = kind_of_role(column.role)
     unit = column.unit or None
     read = _read(text, kind, unit)
+    is_count = column.role in COUNTS
     # A header may count halves or thirds of a turn, and the new one does not.
-    is_part = column.role in COUNTS and read and not math.isclose(read.value, value)
+    is_part = is_count and read and not math.isclose(read.value, value)
     if not text or is_part:
         return repr(from_si(value, unit, kind) if unit else value)
     return _with_point(text, kind, unit)

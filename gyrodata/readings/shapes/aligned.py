@@ -78,7 +78,9 @@ def _write_tabs_for_blanks(
 
 def _span(cells: tuple[re.Match[str], ...]) -> tuple[int, int]:
     """Return where the cells of a column begin and end."""
-    return min(cell.start() for cell in cells), max(cell.end() for cell in cells)
+    start = min(cell.start() for cell in cells)
+    end = max(cell.end() for cell in cells)
+    return start, end
 
 
 def _with_tabs(row: list[re.Match[str]], spans: list[tuple[int, int]]) -> str:
@@ -89,7 +91,8 @@ def _with_tabs(row: list[re.Match[str]], spans: list[tuple[int, int]]) -> str:
         first = column + 1 if number else 0
         last = len(spans) - len(row) + number
         to = _nearest(cell, spans, first, last)
-        line += ("\t" * (to - column)).ljust(cell.start() - end) + cell[0]
+        tabs = "\t" * (to - column)
+        line += tabs.ljust(cell.start() - end) + cell[0]
         column = to
         end = cell.end()
     return line

@@ -24,6 +24,8 @@ def to_rows(grid: Grid) -> Grid:
     numbers = [at for at, row in enumerate(grid.rows) if has_numbers(row)]
     last = max([index, *numbers])
     starts = _starts(head)
+    of_tables = grid.rows[index + 1 : last + 1]
+    below = grid.rows[last + 1 :]
     words = grid.rows[:index]
     rows = [row for row in words if _is_title(row, starts[0])]
     words = [row for row in words if row not in rows]
@@ -31,8 +33,8 @@ def to_rows(grid: Grid) -> Grid:
         names = _cut(head, range(start, end))
         rows += _words_of(words, start, end)
         rows.append(replace(names, texts=list(map(_without_number, names.texts))))
-        rows += _filled(grid.rows[index + 1 : last + 1], start, end)
-    return replace(grid, rows=[*rows, *grid.rows[last + 1 :]])
+        rows += _filled(of_tables, start, end)
+    return replace(grid, rows=[*rows, *below])
 
 
 def _filled(rows: list[Row], start: int, end: int) -> list[Row]:
@@ -69,7 +71,8 @@ def _starts(head: Row) -> list[int]:
 
 def _is_title(row: Row, start: int) -> bool:
     """Return whether a row is one cell at the left of the tables."""
-    return len(filled_at(row)) == 1 and filled_at(row)[0] <= start
+    filled = filled_at(row)
+    return len(filled) == 1 and filled[0] <= start
 
 
 def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
@@ -87,5 +90,7 @@ def _words_of(rows: list[Row], start: int, end: int) -> Iterator[Row]:
 
 
 def _cut(row: Row, places: range) -> Row:
-    filled = [at for at in places if at in filled_at(row)]
-    return row.cells(range(places[0], max(filled, default=places[0]) + 1))
+    first = places[0]
+    filled = set(places).intersection(filled_at(row))
+    last = max(filled, default=first)
+    return row.cells(range(first, last + 1))

@@ -9,7 +9,9 @@ looked.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict
 
@@ -30,7 +32,7 @@ from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
-from gyrodata.grading.stated import unusual_turns
+from gyrodata.grading.stated import list_stated, unusual_turns, with_usual
 from gyrodata.grading.stations import (
     DayValue,
     class_references,
@@ -55,7 +57,10 @@ if TYPE_CHECKING:
 # needs a look
 FAR = 3.0
 
-TOO_WIDE = "the log states an uncertainty far over the usual, so the usual one is used"
+TOO_WIDE = "the log states uncertainties far over the usual, so the usual ones are used"
+MOST_WIDER, MOST_ROUGHER = 1.5, 5.0
+"""Uncertainties that a log states are used unless they widen u of I_zz by more than the
+first factor, or those of φ̇ψ̇ by more than the second."""
 
 # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 WILD = 0.3
@@ -211,21 +216,20 @@ def grade_submission(
     """
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
-    wide = ""
     try:
         bench = yardsticks.at_bench(submission, rubric.bench)
-        wide = f"{TOO_WIDE}: {', '.join(bench.too_wide)}" if bench.too_wide else ""
         readings = bench.readings
         if mistake is not None:
             readings = yardsticks.corrected(readings, mistake)
-        log = analysis, lacks = _analysed(readings, rubric)
+        analysis, wide = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
-        why = "; ".join(filter(None, [_why_not(error), wide]))
-        return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
+        found = getattr(error, "diagnostics", ())
+        return not_graded(submission, rubric, _why_not(error), found)
+    lacks = _lacks(analysis, rubric)
     answers = bench.answers
     if reported is not None:
         answers = Answers(read_reported("inertia", reported), unread=answers.unread)
-    evidence = _evidence(submission, bench, answers, log, rubric)
+    evidence = _evidence(submission, bench, answers, (analysis, lacks), rubric)
     doubts = [*_looks(evidence), *answers.questions, wide]
     # The suspected outliers are in the analysis already.
     diagnostics_of_all = (
@@ -249,20 +253,45 @@ def grade_submission(
     return _settle_one(grade, rubric, rubric.references, {})
 
 
-def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, list[Diagnostic]]:
-    """Analyse a log; return also what it lacks for the rubric."""
-    # The main process only distributes the work, and does not need these.
+def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
+    """Analyse a log, by the usual uncertainties if its own ones widen u far.
+
+    Also return the question about them, or "".
+    """
+    # The main process only distributes the work, and does not need this.
     from gyrodata.analysis import check_fit, fit_log
+
+    stated = list_stated(readings)
+    if not stated:
+        return check_fit(fit_log(readings, Options())), ""
+    usual = fit_log(with_usual(readings, rubric.bench), Options())
+    with suppress(GyroError):
+        own = check_fit(fit_log(readings, Options()))
+        if not _widen(own, usual):
+            return own, ""
+    return check_fit(usual), f"{TOO_WIDE}: {listing(stated)}"
+
+
+def _widen(own: FittedLog, usual: FittedLog) -> bool:
+    """Return whether the uncertainties of a log are far over the usual ones."""
+    u = own.inertia.u or math.inf
+    scatter, usual_scatter = (
+        sum(chi2 for chi2, _ in criteria.scatter_of(analysis))
+        for analysis in (own, usual)
+    )
+    is_wide = u > MOST_WIDER * (usual.inertia.u or 0.0)
+    return is_wide or MOST_ROUGHER**2 * scatter < usual_scatter
+
+
+def _lacks(analysis: FittedLog, rubric: Rubric) -> list[Diagnostic]:
+    """Return what a log lacks for the procedure that the rubric asks for."""
     from gyrodata.judging.procedure import what_lacks
 
-    analysis = check_fit(fit_log(readings, Options()))
     asked = {
         criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks
     }
-    if not asked:
-        return analysis, []
     measured = analysis.measurements
-    return analysis, what_lacks(analysis.readings, measured, analysis.lab, asked)
+    return what_lacks(analysis.readings, measured, analysis.lab, asked) if asked else []
 
 
 def _partners_of(submission: Submission, readings: Readings) -> str:

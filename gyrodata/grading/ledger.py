@@ -696,29 +696,16 @@ def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
     single = frozenset[str]().union(
         *(group for group in desk.settled if len(group) == 1)
     )
-    every = {*desk.partners, *class_grades.partners, *desk.settled}
     for flag in class_grades.flags:
-        # Each pair of a flag is settled; or each student, if it is about other logs
-        # too.
-        alone = flag.previous or len(flag.students) == 1
         students = set(flag.students) - single
-        if alone:
-            settled = students <= graded or frozenset(flag.students) in desk.settled
-        else:
-            # Student by student rather than pair by pair: thousands of logs may be
-            # copies of one.
-            groups = [*every, frozenset(graded)]
-            settled = all(students <= _with(student, groups) for student in students)
+        settled = students <= graded or frozenset(flag.students) in desk.settled
+        if not flag.previous:
+            settled |= any(students <= {*group} for group in class_grades.groups)
         if not settled:
             words = f"flag: {flag.kind}"
             yield Offer(
                 flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag
             )
-
-
-def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
-    """Return a student and all who are in a group with the student."""
-    return {student}.union(*(group for group in groups if student in group))
 
 
 def todo_csv(

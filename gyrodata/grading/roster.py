@@ -190,15 +190,11 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
     groups = list[frozenset[str]]()
     looks = dict(roster.unclear)
     lines: dict[str, set[str]] = {}
-    named: dict[str, set[str]] = {}
     for student, text in texts.items():
         listed, unlisted = students_of(
             roster.people.get(student, NOBODY).partners, meant
         )
-        own, _, others = text.partition(" ~ ")
-        lines[student], unknown = students_of(own, meant)
-        # Other words may be a name as well, such as "Moment of Inertia".
-        named[student] = lines[student] | students_of(others, meant)[0]
+        lines[student], unknown = students_of(text, meant)
         if listed:
             groups.append(frozenset((student, *listed)))
         if unknown := [*unlisted, *unknown]:
@@ -208,9 +204,9 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
             )
     mutual = {
         frozenset((student, other))
-        for student, some in named.items()
+        for student, some in lines.items()
         for other in some - {student}
-        if student in named.get(other, ())
+        if student in lines.get(other, ())
     }
     groups += sorted(mutual, key=sorted)
     return Partners(groups, lines, looks)

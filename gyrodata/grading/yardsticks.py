@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic, InputError, nearest
 from gyrodata.grading.rubric_file import unfit
-from gyrodata.grading.stated import with_usual
 from gyrodata.judging.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
@@ -590,9 +589,6 @@ class AtBench(NamedTuple):
     added: tuple[
         str, ...
     ]  # lines of ``[bench]`` for what the log does not state: "u_time 0.3 s"
-    too_wide: tuple[
-        str, ...
-    ]  # uncertainties that the log states far over the usual; the usual ones are used
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
@@ -612,9 +608,8 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     }
     if missing:
         readings, answers = submission.read(missing)
-    readings, too_wide = with_usual(readings, lines)
     added = tuple(f"{key} {text}" for key, text in missing.items())
-    return AtBench(readings, answers, added, too_wide)
+    return AtBench(readings, answers, added)
 
 
 def _stated_in(readings: Readings) -> set[str]:

@@ -7,7 +7,7 @@ Nothing is guessed: of two different values that are equally good, neither is ta
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain, islice
 from pathlib import PurePosixPath
 
@@ -17,17 +17,13 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import visible
-from gyrodata.grading.submissions.archives import PDF, ending
 from gyrodata.grading.submissions.candidates import (
-    MOST_BELOW,
     Candidate,
     Rank,
     find_candidates,
     version_in,
-    with_u,
 )
 from gyrodata.grading.submissions.documents import (
-    LONGEST_LINE,
     MOST_LINES,
     NO_TEXT,
     SAYS,
@@ -37,7 +33,6 @@ from gyrodata.grading.submissions.documents import (
     without_marks,
 )
 from gyrodata.readings import Faults, Reported
-from gyrodata.readings.roles import is_key
 
 _MOST_NAMES, _LONGEST_NAMES = 100, 1000
 
@@ -61,34 +56,64 @@ def read_answers(
     `reports` are the other texts, or their names and bytes. Never raises: a value that
     cannot be read has a fault.
     """
-    documents = [
-        report if isinstance(report, Document) else read_document(*report)
-        for report in reports
-    ]
-    if log is not None and "inertia" not in log.reported:
-        log = None
-    remarks = [Document(log.name, _remarks(log))] if log is not None else []
-    texts = [find_candidates(document) for document in (*remarks, *documents)]
+    documents = _documents(reports)
+    if log is not None:
+        documents.append(Document(log.name, _lines_of(log)))
+    texts = [find_candidates(document) for document in documents]
     cuts = tuple(filter(None, (text.cut for text in texts)))
     values = [*chain.from_iterable(text.values for text in texts)]
     named = [candidate for candidate in values if not candidate.compared]
-    unread = _unread(documents, has_answer=bool(log or named))
-    if log is not None:
-        chosen = Candidate(Rank(True, True, True), log.name, _in_log(log))
-        answers = Answers(chosen.read, (), log.name)
+    stated = _stated_in(log, named)
+    unread = _unread(documents, has_answer=bool(stated or named))
+    if log is not None and stated is not None:
+        chosen, answers = stated, Answers(stated.read, (), log.name)
     elif named:
-        chosen, answers = _best(named)
+        beside = [value for value in named if log is None or value.file != log.name]
+        chosen, answers = _best(beside or named)
     else:
         return Answers(questions=cuts, unread=unread)
-    questions = [*cuts, _doubt(chosen, named), _lost_power(answers)]
+    questions = [*cuts, _doubt(chosen, named)]
     if answers.inertia and answers.inertia.fault != "given twice":
-        # A word of a comparison does not make another answer harmless.
         questions.append(_disagrees(chosen, answers.file, values))
     return replace(
         answers,
         questions=tuple(filter(None, questions)),
         unread=unread,
     )
+
+
+def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document]:
+    """Read the texts that are not read yet."""
+    return [
+        report if isinstance(report, Document) else read_document(*report)
+        for report in reports
+    ]
+
+
+def _lines_of(log: readings.Readings) -> list[str]:
+    """Return the lines of a log that contain words, as a person sees them."""
+    lines = in_cells(readings.lablog.split_lines(log.source_text))
+    seen = [without_marks(visible.line_seen(line)) for line in lines]
+    return [line.strip('#%" ') if re.search(_WORD, line) else "" for line in seen]
+
+
+_WORD = r"[^\W\d_]{2}"
+
+
+def _stated_in(
+    log: readings.Readings | None, values: Iterable[Candidate]
+) -> Candidate | None:
+    """Return the value that a log reports, with what the lines below it say of it."""
+    if log is None or "inertia" not in log.reported:
+        return None
+    read = log.reported["inertia"]
+    rank = Rank(True, True, True)
+    if read.u is None or read.fault:
+        for value in values:
+            is_same = (value.file, value.read.line) == (log.name, read.line)
+            if is_same and value.read.value == read.value:
+                return replace(value, rank=rank)
+    return Candidate(rank, log.name, read)
 
 
 def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
@@ -100,21 +125,6 @@ def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic
         for document in documents
         if document.problem and not (has_answer and document.problem == NO_TEXT)
     )
-
-
-def _in_log(log: readings.Readings) -> Reported:
-    """Return the value that a log reports, with what the lines below it say of it."""
-    read = log.reported["inertia"]
-    # Its line and those below it may say more, such as "I_zz = 4.4 g m^2,
-    # u = 0.1 g m^2" in several cells.
-    top = max(0, (read.line or 0) - 1)
-    part = slice(top, top + MOST_BELOW)
-    lines = in_cells(readings.lablog.split_lines(log.source_text), part)
-    if read.u is None or read.fault:
-        for candidate in find_candidates(Document("", lines)).values:
-            if candidate.read.u is not None and candidate.read.value == read.value:
-                return replace(candidate.read, line=read.line)
-    return replace(with_u(read, "".join(lines[1:2])), line=read.line)
 
 
 def _best(candidates: Sequence[Candidate]) -> tuple[Candidate, Answers]:
@@ -171,30 +181,6 @@ def _doubt(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
         return ""
     where = f'the answer "{chosen.read.text}" in {chosen.place}'
     return f"{where} may be hidden; look whether the file shows it"
-
-
-def _lost_power(answers: Answers) -> str:
-    """Ask about a unit in a PDF that may have lost its superscript: "kg cm"."""
-    read = answers.inertia
-    if read is None or read.fault != "wrong unit" or ending(answers.file) != PDF:
-        return ""
-    return f'"{read.text}" in {answers.file} may have lost a superscript; look into it'
-
-
-def _remarks(log: readings.Readings) -> list[str]:
-    """Return the lines of a log that are remarks.
-
-    All other lines are empty: lines that are not remarks, and lines that the reader
-    reads.
-    """
-    remarks: list[str] = []
-    for line in readings.lablog.split_lines(log.source_text):
-        remark = without_marks(visible.line_seen(line)).strip('#%," \t')
-        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
-            re.split("[:=]", remark)[0].strip()
-        )
-        remarks.append(remark if is_remark else "")
-    return remarks if any(re.search(r"\d", remark) for remark in remarks) else []
 
 
 def _disagrees(chosen: Candidate, file: str, candidates: Sequence[Candidate]) -> str:
@@ -273,39 +259,13 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 def partners_in(
     log: readings.Readings | None, reports: Iterable[Document | tuple[str, bytes]]
 ) -> str:
-    """Return the partners that lines of the log name, or of the reports without a log.
-
-    Behind ``~`` are all words of any text that may be a name.
-    """
-    documents = [
-        report if isinstance(report, Document) else read_document(*report)
-        for report in reports
+    """Return the partners that lines of the log or of the reports name."""
+    texts = ["\n".join(document.lines[:MOST_LINES]) for document in _documents(reports)]
+    if log is not None:
+        texts.insert(0, log.source_text)
+    names = [
+        match[1].strip()
+        for text in texts
+        for match in islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
     ]
-    texts = [
-        "\n".join(line[:LONGEST_LINE] for line in document.lines[:MOST_LINES])
-        for document in documents
-    ]
-    # A report says who worked with a student whose log is of others.
-    with_lines = texts if log is None else [log.source_text]
-    names = []
-    for text in with_lines:
-        lines = islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
-        names += [match[1].strip() for match in lines]
-    named = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
-    called = dict.fromkeys(
-        chain.from_iterable(
-            islice(_called_in(text), _MOST_NAMES)
-            for text in (texts if log is None else [log.source_text, *texts])
-        )
-    )
-    words = " & ".join(islice(called, _MOST_NAMES))
-    return named + (f" ~ {words}" if words else "")
-
-
-def _called_in(text: str) -> Iterator[str]:
-    """Yield all words that may be a name: "Team Ann Lee" contains "Ann Lee"."""
-    for match in re.finditer(SAYS["called"], text):
-        words = re.split("[ ,]+", match[0][:_LONGEST_NAMES])
-        for size in (2, 3, 4):
-            for at in range(len(words) - size + 1):
-                yield " ".join(words[at : at + size])
+    return " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]

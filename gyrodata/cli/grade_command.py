@@ -98,7 +98,7 @@ def grade(
     people = _read_roster(roster or gradebook, listed)
     # Decisions are used too if the grades are only printed.
     home = folder or _usual_folder(path.resolve())
-    desk = _read_desk(home, people.who_is_meant(listed), judged)
+    desk = _read_desk(home, people.who_is_meant(listed.items), judged)
     complain((*listed.diagnostics, *unknown_exceptions(judged, listed)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(

@@ -19,7 +19,7 @@ from html import escape
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from msgspec import Struct, ValidationError
+from msgspec import Struct, ValidationError, field
 from msgspec.structs import replace
 
 from gyrodata.base import disk
@@ -179,29 +179,28 @@ def grade_class(
     items, notes, lost = _chosen(
         [desk.corrected(submission) for submission in listed], options
     )
-    without = {submission.student for submission in extra}
-    present = tuple(
-        submission for submission in items if submission.student not in without
-    )
     roster = roster.with_submissions(submission.student for submission in extra)
-    meant = roster.who_is_meant(replace(submissions, items=present))
+    meant = roster.who_is_meant(items)
     work = _Work.begun(rubric, options, desk, lost)
     work.grade([item for item in items if item.log_name is not None])
     partners = find_partners(_texts_on_partners(items, work), roster, meant)
     items = _with_shared_logs(items, partners, desk)
     work.grade([item for item in items if item.student not in work.entries])
-    entries = work.written(items)
+    work.write(items)
     groups = [*partners.groups, *partners_by_log(items)]
+    declared = [*groups, *desk.partners]
     prints = work.prints
-    flags = _flags(prints, [*groups, *desk.partners], previous)
-    same_data = [*groups, *desk.partners, *desk.alike(flags)]
-    settled, references, scatters = _settled(items, entries, roster, work, same_data)
+    flags = flag_class(prints, declared, previous, examples_for(prints))
+    flags = in_order([*flags, *flag_simulated(prints)])
+    same_data = [*declared, *desk.alike(flags)]
+    settled, references, scatters = _settled(items, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
-    looked = [_with_look(grade, looks.get(grade.student)) for grade in settled]
-    grades = [
-        desk.applied(grade, item, entries[grade.student].seen)
-        for grade, item in zip(looked, items, strict=True)
-    ]
+    grades = []
+    for grade, item in zip(settled, items, strict=True):
+        more = filter(None, [looks.get(item.student)])
+        grade = replace(grade, look=(*grade.look, *more))
+        seen = work.entries[item.student].subjects
+        grades.append(desk.applied(grade, item, seen))
     diagnostics = (*submissions.diagnostics, *notes)
     return ClassGrades(
         source=items[0].source.resolve().name,
@@ -227,16 +226,6 @@ def _texts_on_partners(items: Iterable[Submission], work: _Work) -> dict[str, st
     return texts | {key: entry.grade.partner for key, entry in work.entries.items()}
 
 
-def _flags(
-    prints: Mapping[str, Fingerprint],
-    groups: Sequence[frozenset[str]],
-    previous: Mapping[str, Fingerprint],
-) -> tuple[Flag, ...]:
-    """Compare all logs, but not those of a group with each other."""
-    flags = flag_class(prints, groups, previous, examples_for(prints))
-    return in_order([*flags, *flag_simulated(prints)])
-
-
 def _decided_without_hand_in(
     submissions: Submissions, desk: Desk, roster: Roster
 ) -> list[Submission]:
@@ -259,7 +248,6 @@ def _decided_without_hand_in(
 
 def _settled(
     items: Sequence[Submission],
-    entries: Mapping[str, Entry],
     roster: Roster,
     work: _Work,
     same_data: Iterable[Iterable[str]],
@@ -269,7 +257,7 @@ def _settled(
     rubric = work.rubric
     named = []
     for item in items:
-        grade = replace(entries[item.student].grade, fingerprint=None)
+        grade = replace(work.entries[item.student].grade, fingerprint=None)
         named.append(roster.named(grade, desk.value(item.student, "station")))
     grades, references, scatters = settle(named, rubric, same_data)
     doubts = [
@@ -278,10 +266,6 @@ def _settled(
     ]
     judged = _reconsidered(doubts, rubric, references, scatters, work.options)
     return judged, references, scatters
-
-
-def _with_look(grade: Grade, look: str | None) -> Grade:
-    return grade if look is None else replace(grade, look=(*grade.look, look))
 
 
 # --- students without a log of their own ---
@@ -449,9 +433,9 @@ class Entry(Struct, frozen=True, kw_only=True):
     lost: str = ""
     """Why the run lost the grade (a time limit, a process that died), so that it is
     tried again; else ""."""
-    seen: Mapping[
-        str, str
-    ] = {}  # for each line of the desk, the digest of the submission for which it was written
+    subjects: Mapping[str, str] = field(default={}, name="seen")
+    """For each line of the desk, the digest of the submission for which it was
+    written."""
 
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
@@ -542,8 +526,7 @@ class _Work(Struct):
             entry = self.known.get(item.student)
             why = _why_again(entry, item, self.rubric, reported)
             if entry is not None and not why:
-                first_seen = self.desk.first_seen(entry.grade, item, entry.seen)
-                self.entries[item.student] = replace(entry, seen=first_seen)
+                self.entries[item.student] = entry
                 continue
             self.again[item.student] = why
             if item.student in self.unopened:
@@ -570,10 +553,8 @@ class _Work(Struct):
         # same to the last digit.
         entry = decode(answer, Entry)
         before = self.known.get(item.student)
-        first_seen = self.desk.first_seen(
-            entry.grade, item, before.seen if before else {}
-        )
-        entry = replace(entry, seen=first_seen)
+        if before is not None:
+            entry = replace(entry, subjects=before.subjects)
         self.entries[item.student] = entry
         if self.writes:
             # The last line may have no end, if a run was stopped.
@@ -584,19 +565,23 @@ class _Work(Struct):
     @property
     def prints(self) -> dict[str, Fingerprint]:
         """The rows of each log that can be analysed, by student."""
-        prints = {}
-        for student, entry in self.entries.items():
-            if entry.grade.fingerprint is not None:
-                prints[student] = entry.grade.fingerprint
-        return prints
+        prints = {key: entry.grade.fingerprint for key, entry in self.entries.items()}
+        return {key: log for key, log in prints.items() if log is not None}
 
-    def written(self, items: Iterable[Submission]) -> dict[str, Entry]:
-        """Return the entries in the order of the items, and write the journal."""
-        entries = {item.student: self.entries[item.student] for item in items}
-        lines = [encode(entry) + b"\n" for entry in entries.values()]
+    def write(self, items: Iterable[Submission]) -> None:
+        """Write the entries into the journal, in the order of the items.
+
+        With them are the digests for which the lines of the desk were written.
+        """
+        lines = []
+        for item in items:
+            entry = self.entries[item.student]
+            subjects = self.desk.first_seen(entry.grade, item, entry.subjects)
+            entry = replace(entry, subjects=subjects)
+            self.entries[item.student] = entry
+            lines.append(encode(entry) + b"\n")
         if self.writes and (self.again or b"".join(lines) != self.journal):
             disk.write_whole(self.writes, lines, private=True, sync=True)
-        return entries
 
 
 def _unread_copy(submission: Submission) -> Submission:

@@ -642,47 +642,41 @@ def _offers(
     class_grades: ClassGrades, by_hand: Iterable[tuple[str, str]]
 ) -> Iterator[Offer]:
     """Give the lines, the most urgent ones first."""
+    grades = class_grades.grades
     for student, value in by_hand:
-        why = "is in the gradebook"
-        if not is_points(value, class_grades.rubric.points):
-            # The desk would refuse them.
-            most = class_grades.rubric.points
-            why = f"{value} {why}, and is not a number of points from 0 to {most:g}"
-            value = ""
-        yield Offer(student, "total", value, why, "other points are in the gradebook")
+        yield _other_points(student, value, class_grades.rubric.points)
     yield from class_grades.desk.open_requests()
-    for grade in class_grades.grades:
+    for grade in grades:
         if grade.why is not None:
-            what = (
-                "reported" if grade.own and grade.reported_inertia is None else "total"
-            )
-            yield Offer(
-                grade.student,
-                what,
-                "",
-                grade.why,
-                f"{UNGRADED} {in_general(grade.why)}",
-            )
-    for grade in class_grades.grades:
-        yield from (
-            Offer(grade.student, "total", "", look, in_general(look))
-            for look in grade.look
-        )
+            has_answer = not grade.own or grade.reported_inertia is not None
+            what = "total" if has_answer else "reported"
+            reason = f"{UNGRADED} {in_general(grade.why)}"
+            yield Offer(grade.student, what, "", grade.why, reason)
+    for grade in grades:
+        for look in grade.look:
+            yield Offer(grade.student, "total", "", look, in_general(look))
     yield from _open_flags(class_grades)
-    for grade in class_grades.grades:
-        marks = [
-            mark
-            for mark in grade.marks
-            if mark.waits and grade.status in ("so far", "not graded")
-        ]
-        for open_mark in marks:
-            yield Offer(
-                grade.student,
-                open_mark.criterion,
-                "",
-                open_mark.reason,
-                f"points to give: {open_mark.title}",
-            )
+    for grade in grades:
+        if grade.status in ("so far", "not graded"):
+            yield from _open_marks(grade)
+
+
+def _other_points(student: str, value: str, most: float) -> Offer:
+    """Offer to take over the points that a person has set in the gradebook."""
+    why = "is in the gradebook"
+    if not is_points(value, most):
+        # The desk would refuse them.
+        why = f"{value} {why}, and is not a number of points from 0 to {most:g}"
+        value = ""
+    return Offer(student, "total", value, why, "other points are in the gradebook")
+
+
+def _open_marks(grade: Grade) -> Iterator[Offer]:
+    """Offer the points of each criterion that wait for a person."""
+    for mark in grade.marks:
+        if mark.waits:
+            reason = f"points to give: {mark.title}"
+            yield Offer(grade.student, mark.criterion, "", mark.reason, reason)
 
 
 def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -97,7 +97,7 @@ class Roster(Struct, frozen=True):
             station=station,
         )
 
-    def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
+    def who_is_meant(self, items: Iterable[Submission]) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address.
 
         They are listed by each form of the name, as `forms_of` lists the forms.
@@ -108,10 +108,7 @@ class Roster(Struct, frozen=True):
             (person.student, (person.name, *person.ids))
             for person in (*self.people.values(), *self.absent)
         ]
-        called += [
-            (item.student, (item.name, *item.ids.values()))
-            for item in submissions.items
-        ]
+        called += [(item.student, (item.name, *item.ids.values())) for item in items]
         pairs = [
             (student, name) for student, names in called for name in filter(None, names)
         ]
@@ -136,24 +133,24 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
 
     Also return unknown names.
     """
-    names = list[str]()
-    if not re.fullmatch(SAYS["alone"], text):
-        for part in re.split(_BETWEEN_NAMES, text.strip()):
-            names += (
-                [part] if "," not in part or keys_of(part, meant) else part.split(",")
-            )
-    keys = {
-        name: keys_of(name, meant)
-        for name in map(str.strip, names)
-        if not re.fullmatch(_ONESELF, name)
-    }
+    if re.fullmatch(SAYS["alone"], text):
+        return set(), []
+    keys = {name: keys_of(name, meant) for name in _names_in(text, meant)}
     students = {people[0] for people in keys.values() if len(people) == 1}
-    # "Eva Berg, we share the data" names one student.
-    return students, [
-        name
-        for name, people in keys.items()
-        if len(people) != 1 and not (students and name[:1].islower())
-    ]
+    unclear = [name for name, people in keys.items() if len(people) != 1]
+    if students:
+        # "Eva Berg, we share the data" names one student.
+        unclear = [name for name in unclear if not name[:1].islower()]
+    return students, unclear
+
+
+def _names_in(text: str, meant: Known) -> Iterator[str]:
+    """Yield the names in a text, in which a comma may be a part of a name."""
+    for part in re.split(_BETWEEN_NAMES, text.strip()):
+        is_name = "," not in part or keys_of(part, meant)
+        for name in [part] if is_name else part.split(","):
+            if not re.fullmatch(_ONESELF, name.strip()):
+                yield name.strip()
 
 
 class Partners(NamedTuple):
@@ -320,7 +317,7 @@ def _find_by_name(
 
     A name only means a student whose id is in no other row, here `by_id`.
     """
-    meant = EVERYBODY.who_is_meant(submissions)
+    meant = EVERYBODY.who_is_meant(submissions.items)
     rows_of = grouped((forms_of(person.name)[1], person.student) for person in rows)
     people: dict[str, Person] = {}
     absent = []

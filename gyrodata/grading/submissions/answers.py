@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import visible
+from gyrodata.grading.submissions.archives import TABLES, ending
 from gyrodata.grading.submissions.candidates import (
     Candidate,
     Rank,
@@ -60,26 +61,23 @@ def read_answers(
     if log is not None:
         documents.append(Document(log.name, _lines_of(log)))
     texts = [find_candidates(document) for document in documents]
-    cuts = tuple(filter(None, (text.cut for text in texts)))
+    questions = [text.cut for text in texts]
     values = [*chain.from_iterable(text.values for text in texts)]
     named = [candidate for candidate in values if not candidate.compared]
-    stated = _stated_in(log, named)
-    unread = _unread(documents, has_answer=bool(stated or named))
-    if log is not None and stated is not None:
-        chosen, answers = stated, Answers(stated.read, (), log.name)
-    elif named:
-        beside = [value for value in named if log is None or value.file != log.name]
-        chosen, answers = _best(beside or named)
-    else:
-        return Answers(questions=cuts, unread=unread)
-    questions = [*cuts, _doubt(chosen, named)]
-    if answers.inertia and answers.inertia.fault != "given twice":
-        questions.append(_disagrees(chosen, answers.file, values))
-    return replace(
-        answers,
-        questions=tuple(filter(None, questions)),
-        unread=unread,
-    )
+    chosen = stated = _stated_in(log, named)
+    if stated is None and named:
+        beside = [each for each in named if log is None or each.file != log.name]
+        chosen = _best(beside or named)
+    unread = _unread(documents, has_answer=chosen is not None)
+    if chosen is None:
+        return Answers(questions=tuple(filter(None, questions)), unread=unread)
+    notes = []
+    if stated is None:
+        place = {"place": chosen.place, "text": chosen.read.text}
+        notes.append(Diagnostic.named("answer_elsewhere", **place))
+    questions += [_doubt(chosen, named), _disagrees(chosen, values)]
+    asked = tuple(filter(None, questions))
+    return Answers(chosen.read, tuple(notes), chosen.file, asked, unread)
 
 
 def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document]:
@@ -113,7 +111,7 @@ def _stated_in(
             is_same = (value.file, value.read.line) == (log.name, read.line)
             if is_same and value.read.value == read.value:
                 return replace(value, rank=rank)
-    return Candidate(rank, log.name, read)
+    return Candidate(rank, f"{log.name}, line {read.line}", read)
 
 
 def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
@@ -127,33 +125,33 @@ def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic
     )
 
 
-def _best(candidates: Sequence[Candidate]) -> tuple[Candidate, Answers]:
-    """Return the candidate that is the answer; None if two are equally good."""
-    # A draft is an answer only if it is the only one.
-    final = [
-        candidate
-        for candidate in candidates
-        if candidate.rank.is_named and not _is_draft(candidate)
-    ]
-    best = max(candidate.rank for candidate in final or candidates)
-    equal = _of_latest_file(
-        [candidate for candidate in final or candidates if candidate.rank == best]
-    )
+def _best(candidates: Sequence[Candidate]) -> Candidate:
+    """Return the best candidate; without its value if another is equally good."""
+    best = max(map(_goodness, candidates))
+    equal = _of_latest_file([each for each in candidates if _goodness(each) == best])
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda candidate: candidate.read.step or 0.0)
+    rivals = [each for each in equal if not _agree(chosen.read, each.read)]
+    return _given_twice(chosen, rivals[0]) if rivals else chosen
+
+
+def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
+    """Return what decides; a draft is an answer only if there is no other one."""
+    return candidate.rank.is_named and not _is_draft(candidate), candidate.rank
+
+
+GIVEN_TWICE = "given twice"
+
+
+def _given_twice(chosen: Candidate, rival: Candidate) -> Candidate:
+    """Return a candidate without its value, because there is another one."""
     read = chosen.read
-    others = [candidate for candidate in equal if not _agree(read, candidate.read)]
-    if others:
-        first, second = (
-            f'"{candidate.read.text}" in {candidate.place}'
-            for candidate in (chosen, others[0])
-        )
-        problem = f"two values are found: {first} and {second}"
-        read = Reported(
-            "inertia", read.text, fault="given twice", problem=problem, line=read.line
-        )
-    note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
-    return chosen, Answers(read, (note,), chosen.file)
+    first, second = (f'"{each.read.text}" in {each.place}' for each in (chosen, rival))
+    problem = f"two values are found: {first} and {second}"
+    read = Reported(
+        "inertia", read.text, fault=GIVEN_TWICE, problem=problem, line=read.line
+    )
+    return replace(chosen, read=read)
 
 
 def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
@@ -183,29 +181,21 @@ def _doubt(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
     return f"{where} may be hidden; look whether the file shows it"
 
 
-def _disagrees(chosen: Candidate, file: str, candidates: Sequence[Candidate]) -> str:
+def _disagrees(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
     """Describe another named value that differs by more than both uncertainties."""
+    read = chosen.read
     for candidate in candidates:
-        if candidate.file == file:
+        if candidate.file == chosen.file:
             # The text may call it an earlier one, and the answer a later one.
             is_earlier = candidate.rank.version < 0 < chosen.rank.version
         else:
             # A draft or an earlier log may have another answer.
-            is_earlier = _is_draft(candidate) or candidate.file.endswith(
-                (".csv", ".tsv")
-            )
-        if (
-            candidate.rank.is_named
-            and not is_earlier
-            and _differ(chosen.read, candidate.read)
-        ):
-            return _two_answers(chosen.read, file, candidate)
+            is_earlier = _is_draft(candidate) or ending(candidate.file) in TABLES
+        is_rival = candidate.rank.is_named and not is_earlier
+        if is_rival and read.fault != GIVEN_TWICE and _differ(read, candidate.read):
+            used = f'two answers: "{read.text}" in {chosen.file} is used'
+            return f'{used}, and "{candidate.read.text}" is in {candidate.place}'
     return ""
-
-
-def _two_answers(read: Reported, file: str, other: Candidate) -> str:
-    used = f'two answers: "{read.text}" in {file} is used'
-    return f'{used}, and "{other.read.text}" is in {other.place}'
 
 
 # the uncertainty of another value that is reported without one, as a share of it

@@ -109,18 +109,14 @@ class Submission(Struct, frozen=True, dict=True):
         """Give the other texts that may contain the answer, with names to show."""
         for name in self.report_names:
             if isinstance(data := self.texts[name], bytes):
+                reads_file(place_of(name))
                 yield shown(name.rpartition("/")[2]), data
+        reads_file("")
 
     @cached_property
     def documents(self) -> tuple[Document, ...]:
         """The other texts that may contain the answer; each is read once."""
-        documents = []
-        for name in self.report_names:
-            if isinstance(data := self.texts[name], bytes):
-                reads_file(place_of(name))
-                documents.append(read_document(shown(name.rpartition("/")[2]), data))
-        reads_file("")
-        return tuple(documents)
+        return tuple(read_document(*report) for report in self.reports())
 
     def read(
         self, settings: Mapping[str, str] = {}

@@ -693,7 +693,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return (
             environment()
             .get_template("class.txt.jinja")
-            .render(found=self, reasons=reasons)
+            .render(class_grades=self, reasons=reasons)
         )
 
     @cached_property

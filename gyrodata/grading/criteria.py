@@ -94,7 +94,7 @@ class Evidence(Struct, frozen=True):
         return self.slips[0].factor if self.slips else 1.0
 
     @property
-    def given(self) -> tuple[Reported, float, OwnValue]:
+    def answer(self) -> tuple[Reported, float, OwnValue]:
         """The report, its value [kg*m^2], and the nearest fit, if there is a value."""
         assert (  # noqa: PT018
             self.reported is not None
@@ -329,7 +329,7 @@ def _away(criterion: Criterion, evidence: Evidence) -> float:
 
     The distance has the form that a condition of the rubric uses.
     """
-    _, value, matched = evidence.given
+    _, value, matched = evidence.answer
     return (
         100 * abs(value / matched.value - 1)
         if criterion.curve.variable == "percent"
@@ -338,7 +338,7 @@ def _away(criterion: Criterion, evidence: Evidence) -> float:
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, value, matched = evidence.given
+    reported, value, matched = evidence.answer
     reported_words = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
@@ -378,7 +378,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
-    _, reported, matched = evidence.given
+    _, reported, matched = evidence.answer
     # The corrected value is judged if own_data charges for the mistake.
     charging = [
         charging_criterion
@@ -455,7 +455,7 @@ ROUNDED = 0.3
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported = evidence.given[0]
+    reported = evidence.answer[0]
     if criterion.curve.variable == "stated":
         verb = "does not state" if reported.u is None else "states"
         return mark(
@@ -524,7 +524,7 @@ def _spread_of_weights(analysis: FittedLog) -> float:
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     if not value:
         reason = f'"{reported.text}" rounds the value to zero: it has no digit'
         return mark(criterion, reason, {"faults": 2.0}, 0.0)
@@ -555,7 +555,7 @@ def _digits_of_u(reported: Reported) -> int:
 
 def _fault_of_last_digit(evidence: Evidence) -> str:
     """Say that the last digit of the value does not fit its uncertainty, or ""."""
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     if not reported.step:
         return ""
     low, high = _last_place(reported.step, value, reported.digits)

@@ -634,7 +634,7 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     log = evidence.analysis
     known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
     fits = yardsticks.with_mistake(known[evidence.slips[0].kind], evidence.own)
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     half_step = (reported.step or 0.0) / 2
     apart = (abs(value / fit.value - 1) - half_step / abs(fit.value) for fit in fits)
     if min(apart) > SAME_VALUE:

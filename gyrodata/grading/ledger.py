@@ -97,7 +97,7 @@ STALE = (
     "resubmitted since"  # first words if a line was written for an earlier submission
 )
 UNGRADED = "no grade:"
-_SEVERAL = tuple(one.what for one in WORDS if one.is_several)
+_SEVERAL = tuple(word.what for word in WORDS if word.is_several)
 SETTLING = (
     "total",
     "hold",

@@ -304,7 +304,7 @@ def told_of(
     )
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
     values = {
-        "found": class_grades,
+        "class_grades": class_grades,
         "again": again,
         "lost": lost,
         "changes": changes,

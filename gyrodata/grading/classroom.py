@@ -356,7 +356,7 @@ def _chosen(
 
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     """Choose the log of a submission, and the digest of all that its grade needs."""
-    made, notes = choose(item)
+    made, choice = choose(item)
     if item.log_name is not None:
         # A person corrected the log: a new log of the student must be noticed.
         own, _ = choose(replace(item, log_name=None, log_file=None))
@@ -366,6 +366,10 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     digest = made.digest
     log = made.texts.get(made.log_name or "")
     log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
+    notes = []
+    if choice:
+        words = f"{made.name}: {choice}"
+        notes.append(Diagnostic.named("one_of_logs", item.source.name, choice=words))
     return replace(made, known_digest=digest, log_digest=log_digest), notes
 
 

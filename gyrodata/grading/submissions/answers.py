@@ -33,7 +33,7 @@ from gyrodata.grading.submissions.documents import (
     read_document,
     without_marks,
 )
-from gyrodata.readings import Faults, Reported
+from gyrodata.readings import Reported
 
 _MOST_NAMES, _LONGEST_NAMES = 100, 1000
 
@@ -117,9 +117,12 @@ def _stated_in(
 def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
     """Name the files that cannot be read; a PDF of pictures may be a plot."""
     return tuple(
-        Faults(document.name)
-        .refuse("file_of_class_unreadable", name=document.name, why=document.problem)
-        .diagnostics[0]
+        Diagnostic.named(
+            "file_of_class_unreadable",
+            document.name,
+            name=document.name,
+            why=document.problem,
+        )
         for document in documents
         if document.problem and not (has_answer and document.problem == NO_TEXT)
     )

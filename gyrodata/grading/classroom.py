@@ -32,13 +32,12 @@ from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
 from gyrodata.grading.grade import (
     Grade,
-    References,
-    Scatters,
+    Standard,
     grade_submission,
     is_doubtful,
     not_graded,
     reconsider,
-    settle,
+    standard_of,
 )
 from gyrodata.grading.ledger import DESK, NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import (
@@ -193,7 +192,7 @@ def grade_class(
     flags = flag_class(prints, declared, previous, examples_for(prints))
     flags = in_order([*flags, *flag_simulated(prints)])
     same_data = [*declared, *desk.alike(flags)]
-    settled, references, scatters = _settled(items, roster, work, same_data)
+    settled, standard = _settled(items, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
     grades = []
     for grade, item in zip(settled, items, strict=True):
@@ -207,8 +206,8 @@ def grade_class(
         submissions=replace(submissions, items=items, diagnostics=diagnostics),
         rubric=rubric,
         grades=tuple(grades),
-        references=references,
-        scatters=scatters,
+        references=standard.references,
+        scatters=standard.scatters,
         flags=flags,
         stations=tuple(station_figures(each_log_once(settled, same_data))),
         again=work.again,
@@ -251,21 +250,19 @@ def _settled(
     roster: Roster,
     work: _Work,
     same_data: Iterable[Iterable[str]],
-) -> tuple[list[Grade], References, Scatters]:
+) -> tuple[list[Grade], Standard]:
     """Compare the grades with the class, and look for mistakes in doubtful logs."""
     desk = work.desk
-    rubric = work.rubric
     named = []
     for item in items:
         grade = replace(work.entries[item.student].grade, fingerprint=None)
         named.append(roster.named(grade, desk.value(item.student, "station")))
-    grades, references, scatters = settle(named, rubric, same_data)
+    standard = standard_of(named, work.rubric, same_data)
     doubts = [
-        (grade, item, desk.value(item.student, "reported"))
-        for grade, item in zip(grades, items, strict=True)
+        (standard.settled(grade), item, desk.value(item.student, "reported"))
+        for grade, item in zip(named, items, strict=True)
     ]
-    judged = _reconsidered(doubts, rubric, references, scatters, work.options)
-    return judged, references, scatters
+    return _reconsidered(doubts, standard, work.options), standard
 
 
 # --- students without a log of their own ---
@@ -385,25 +382,21 @@ def _load_analysis() -> None:
 
 
 Doubt = tuple[Grade, Submission, str | None]
-"""A grade as `settle` returned it, its submission, and I_zz typed in by a person."""
+"""A settled grade, its submission, and I_zz typed in by a person."""
 
 
 def _reconsidered(
-    doubts: Sequence[Doubt],
-    rubric: Rubric,
-    references: References,
-    scatters: Scatters,
-    options: GradingOptions,
+    doubts: Sequence[Doubt], standard: Standard, options: GradingOptions
 ) -> list[Grade]:
     """Look for mistakes in logs that are far from the reference.
 
     Return all grades in the same order.
     """
     grades = {doubted.student: doubted for doubted, _, _ in doubts}
-    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], references)]
+    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], standard.references)]
     if waiting:
         _load_analysis()
-    work = partial(_reconsider_one, rubric, references, scatters)
+    work = partial(_reconsider_one, standard)
     with options.run(work, waiting) as answers:
         for (grade, _, _), answer in answers:
             if isinstance(answer, Failed):
@@ -413,14 +406,11 @@ def _reconsidered(
     return list(grades.values())
 
 
-def _reconsider_one(
-    rubric: Rubric, references: References, scatters: Scatters, doubt: Doubt
-) -> Grade:
+def _reconsider_one(standard: Standard, doubt: Doubt) -> Grade:
     """Look for a mistake in one log."""
-    grade, submission, typed = doubt
-    return reconsider(
-        grade, _unread_copy(submission), rubric, references, scatters, typed
-    )
+    grade, item, typed = doubt
+    # Only a copy keeps the texts that are read.
+    return reconsider(grade, replace(item), standard, typed)
 
 
 # --- the journal: a line for each grade, with its inputs ---
@@ -588,21 +578,12 @@ class _Work(Struct):
             disk.write_whole(self.writes, lines, private=True, sync=True)
 
 
-def _unread_copy(submission: Submission) -> Submission:
-    """Return a copy that keeps none of the texts that were read.
-
-    Its digest is that of the texts that are graded, but for a log of a partner.
-    """
-    digest = submission.known_digest if submission.log_of else ""
-    return replace(submission, known_digest=digest)
-
-
 def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
     """Grade one submission in a worker, with I_zz as a person typed it, or ""."""
-    submission = _unread_copy(task[0])
-    inputs = _inputs_of(submission, rubric, task[1])
-    grade = grade_submission(submission, rubric, task[1] or None)
-    return encode(Entry(inputs=inputs, grade=grade))
+    item, reported = task
+    # Only a copy keeps the texts that are read.
+    grade = grade_submission(replace(item), rubric, reported or None)
+    return encode(Entry(inputs=_inputs_of(item, rubric, reported), grade=grade))
 
 
 # --- a class that has been graded ---

@@ -210,7 +210,7 @@ def grade_submission(
 
     A submission that cannot be judged is "not graded", and never raises an error.
 
-    If the class is the reference, a "reference" mark has no points until `settle`.
+    If the class is the reference, a "reference" mark has no points until it is settled.
     `reported`: I_zz typed in by a person, instead of the submitted value. `mistake`: A
     mistake in the log that is corrected first.
     """
@@ -250,7 +250,7 @@ def grade_submission(
     grade = replace(grade, look=(*grade.look, *filter(None, doubts)))
     if rubric.class_reference:
         return added_up(grade)
-    return _settle_one(grade, rubric, rubric.references, {})
+    return Standard(rubric, rubric.references, {}).settled(grade)
 
 
 def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
@@ -392,16 +392,42 @@ Scatters = Mapping[str, yardsticks.BenchScatter]
 """By station; "all" is for all other stations."""
 
 
-def settle(
-    grades: Sequence[Grade],
-    rubric: Rubric,
-    same_data: Iterable[Iterable[str]] = (),
-) -> tuple[tuple[Grade, ...], References, Scatters]:
-    """Give the points that need the whole class, because the class is the reference.
+class Standard(NamedTuple):
+    """What the grades of a class are compared with."""
 
-    `grades`: All grades of the class, as `grade_submission` or an earlier `settle`
-    returned them. `same_data`: As for `each_log_once`. Returns the grades in the same
-    order, and what they are compared with. No grade depends on the order.
+    rubric: Rubric
+    references: References
+    scatters: Scatters
+
+    def settled(self, grade: Grade) -> Grade:
+        """Judge the criteria that need a reference or the scatter of the class.
+
+        The points are then added up again. `grade`: As `grade_submission` or this
+        function returned it.
+        """
+        if not grade.own:
+            return grade
+        reference = yardsticks.of_station(self.references, grade.station)
+        scatter = yardsticks.of_station(self.scatters, grade.station)
+        marks = []
+        zeta = None
+        for criterion, mark in zip(self.rubric.criteria, grade.marks, strict=True):
+            if criterion.check == "reference":
+                mark = criteria.judge_reference(criterion, mark, reference)
+                zeta = mark.detail.get("z", zeta)
+            elif criterion.check == "constancy" and scatter is not None:
+                mark = criteria.judge_scatter(criterion, mark, grade.scatters, scatter)
+            marks.append(mark)
+        zeta = zeta if isinstance(zeta, float) else None
+        return added_up(replace(grade, marks=tuple(marks), zeta=zeta))
+
+
+def standard_of(
+    grades: Sequence[Grade], rubric: Rubric, same_data: Iterable[Iterable[str]] = ()
+) -> Standard:
+    """Return what the grades of a class are compared with; the order does not matter.
+
+    `same_data`: As for `each_log_once`.
     """
     logs = each_log_once(grades, same_data)
     references = rubric.references
@@ -413,34 +439,7 @@ def settle(
     checks = [criterion.check for criterion in rubric.criteria]
     if "from" in rubric.bench and "constancy" in checks:
         scatters = yardsticks.class_scatter((log.station, log.scatters) for log in logs)
-    settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
-    return tuple(settled), references, scatters
-
-
-def _settle_one(
-    grade: Grade, rubric: Rubric, references: References, scatters: Scatters
-) -> Grade:
-    """Judge the criteria that need a reference or the scatter of the class.
-
-    The points are then added up again.
-    """
-    if not grade.own:
-        return grade
-    reference = yardsticks.of_station(references, grade.station)
-    scatter = yardsticks.of_station(scatters, grade.station)
-    marks = []
-    for criterion, mark in zip(rubric.criteria, grade.marks, strict=True):
-        if criterion.check == "reference":
-            mark = criteria.judge_reference(criterion, mark, reference)
-        elif criterion.check == "constancy" and scatter is not None:
-            mark = criteria.judge_scatter(criterion, mark, grade.scatters, scatter)
-        marks.append(mark)
-    zeta = next((mark.detail["z"] for mark in marks if "z" in mark.detail), None)
-    return added_up(
-        replace(
-            grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None
-        )
-    )
+    return Standard(rubric, references, scatters)
 
 
 AGREES, MUCH = 5.0, 3.0
@@ -494,14 +493,12 @@ def is_doubtful(grade: Grade, references: References) -> bool:
 def reconsider(
     grade: Grade,
     submission: Submission,
-    rubric: Rubric,
-    references: References,
-    scatters: Scatters,
+    standard: Standard,
     typed: str | None,
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
-    `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer
+    `grade`: It is settled. `typed`: I_zz typed in by a person. If the answer
     agrees with the reference, and follows from the log after a known mistake in the log
     is corrected, the grade for the corrected log is returned. Otherwise a person is
     asked to look, unless the answer is wrong too: then it tells how the student has
@@ -509,7 +506,8 @@ def reconsider(
     """
     from gyrodata.analysis import fit_log
 
-    doubt = _doubt(grade, references)
+    rubric = standard.rubric
+    doubt = _doubt(grade, standard.references)
     if doubt is None:
         return grade
     try:
@@ -531,9 +529,7 @@ def reconsider(
         for kind in kinds:
             again = grade_submission(submission, rubric, typed, kind)
             if again.d is not None and again.d <= FAR:
-                return _settle_one(
-                    replace(again, **_known_of(grade)), rubric, references, scatters
-                )
+                return standard.settled(replace(again, **_known_of(grade)))
     return _with_question(grade, doubt, kinds)
 
 

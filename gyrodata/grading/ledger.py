@@ -170,21 +170,15 @@ class Desk(Struct, frozen=True):
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
-        decisions = (
-            (student, decision)
-            for student, lines in self.lines.items()
-            for decision in lines
+        groups = [
+            frozenset((student, decision.value))
+            for student, decisions in self.lines.items()
+            for decision in decisions
             if decision.what == "partner"
-        )
-        declared = [
-            group
-            for group, verdict in self.settled.items()
-            if verdict == "partners" and len(group) > 1
         ]
-        return [
-            *(frozenset((student, decision.value)) for student, decision in decisions),
-            *declared,
-        ]
+        settled = self.settled
+        together = [group for group in settled if settled[group] == "partners"]
+        return [*groups, *(group for group in together if len(group) > 1)]
 
     def alike(self, flags: Iterable[Flag]) -> list[tuple[str, ...]]:
         """Return the students of each flag, unless their logs are alike by chance."""

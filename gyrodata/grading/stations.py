@@ -270,21 +270,28 @@ def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFig
         DayFigures(day, len(some), *robust(some).mean) for day, some in by_day.items()
     ]
     # A log that is alone on its day shows no scatter.
-    compared = [day for day in figures if day.logs > 1]
-    means = np.array([day.inertia for day in compared])
-    variance = [day.u**2 * (1 + day.logs * OF_DAY**2) for day in compared]
-    weights = 1 / np.array(variance)
-    p, slope, slope_u = 1.0, None, None
-    if len(compared) > 1:
-        mean = float(np.average(means, weights=weights))
-        p = chi2_tail(float(weights @ (means - mean) ** 2), len(compared) - 1)
-        numbers = np.array([_number_of(day.day) for day in compared])
-        if 0 < np.ptp(numbers) <= YEAR:
-            numbers -= np.average(numbers, weights=weights)
-            information = float(weights @ numbers**2)
-            rise = float(weights * numbers @ means) / information
-            p_of_line = chi2_tail(rise**2 * information, 1)
-            if p_of_line <= p:
-                p = p_of_line
-                slope, slope_u = rise / mean, 1 / (math.sqrt(information) * mean)
+    p, slope, slope_u = _compare([day for day in figures if day.logs > 1])
     return StationFigures(station, tuple(figures), slope, slope_u, min(1.0, p * tests))
+
+
+def _compare(
+    days: Sequence[DayFigures],
+) -> tuple[float, float | None, float | None]:
+    """Return p of the differences of days, or p of a line with its slope and u."""
+    if len(days) < 2:
+        return 1.0, None, None
+    means = np.array([day.inertia for day in days])
+    variance = [day.u**2 * (1 + day.logs * OF_DAY**2) for day in days]
+    weights = 1 / np.array(variance)
+    mean = float(np.average(means, weights=weights))
+    p = chi2_tail(float(weights @ (means - mean) ** 2), len(days) - 1)
+    numbers = np.array([_number_of(day.day) for day in days])
+    if not 0 < np.ptp(numbers) <= YEAR:
+        return p, None, None
+    numbers -= np.average(numbers, weights=weights)
+    information = float(weights @ numbers**2)
+    rise = float(weights * numbers @ means) / information
+    p_of_line = chi2_tail(rise**2 * information, 1)
+    if p_of_line > p:
+        return p, None, None
+    return p_of_line, rise / mean, 1 / (math.sqrt(information) * mean)

@@ -95,7 +95,12 @@ def _read_metadata(
     root: Path, platform: str, owners: names.Named
 ) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
     """Return what Gradescope says about each submission, by its `feedback_stem`."""
-    exports = [name for name in owners if name.endswith(names.EXPORT)]
+    # A student may hand in a file with this name.
+    exports = [
+        name
+        for name, owner in owners.items()
+        if owner is None and name.endswith(names.EXPORT)
+    ]
     if platform != "gradescope" or not exports:
         return {}, []
     export = min(exports)

@@ -378,9 +378,9 @@ class TableReader:
         """
         faults = self.faults if strict else Faults(self.faults.name)
         column = self._read_cells(chosen, strict, faults)
-        if strict or not faults.found:
+        if strict or not faults.diagnostics:
             return column
-        why = f"({chosen.role}) is not compared: {faults.found[0].message}"
+        why = f"({chosen.role}) is not compared: {faults.diagnostics[0].message}"
         self.faults.add("not_used", chosen.cell, why=why)
         return None
 

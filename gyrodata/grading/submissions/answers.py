@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from itertools import chain, islice
 from pathlib import PurePosixPath
+from typing import Final
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -143,7 +144,7 @@ def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
     return candidate.rank.is_named and not _is_draft(candidate), candidate.rank
 
 
-GIVEN_TWICE = "given twice"
+GIVEN_TWICE: Final = "given twice"
 
 
 def _given_twice(chosen: Candidate, rival: Candidate) -> Candidate:

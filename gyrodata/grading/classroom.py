@@ -175,12 +175,10 @@ def grade_class(
     options = options or GradingOptions()
     extra = _decided_without_hand_in(submissions, desk, roster)
     listed = sorted([*submissions.items, *extra], key=lambda item: item.student)
-    items, notes, lost = _chosen(
-        [desk.corrected(submission) for submission in listed], options
-    )
+    items, notes = _chosen([desk.corrected(item) for item in listed], options)
     roster = roster.with_submissions(submission.student for submission in extra)
     meant = roster.who_is_meant(items)
-    work = _Work.begun(rubric, options, desk, lost)
+    work = _Work.begun(rubric, options, desk)
     work.grade([item for item in items if item.log_name is not None])
     partners = find_partners(_texts_on_partners(items, work), roster, meant)
     items = _with_shared_logs(items, partners, desk)
@@ -331,24 +329,17 @@ def _looks_of_shared_logs(
 
 def _chosen(
     listed: Sequence[Submission], options: GradingOptions
-) -> tuple[tuple[Submission, ...], list[Diagnostic], dict[str, Failed]]:
-    """Choose the log of each submission.
-
-    Also returns notes on the choices, and why submissions could not be opened, by
-    student.
-    """
-    chosen = dict[str, Submission]()
-    notes = dict[str, list[Diagnostic]]()
-    lost = dict[str, Failed]()
+) -> tuple[tuple[Submission, ...], list[Diagnostic]]:
+    """Choose the log of each submission; also return notes on the choices."""
+    chosen = {}
     with options.run(_choose_one, listed) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
-                lost[item.student] = answer
-                answer = unread(item, f"{answer}; {LOOK}"), []
-            chosen[item.student], notes[item.student] = answer
-    students = [item.student for item in listed]
-    student_notes = [note for student in students for note in notes[student]]
-    return tuple(chosen[student] for student in students), student_notes, lost
+                answer = unread(item, str(answer)), []
+            chosen[item.student] = answer
+    sorted_again = [chosen[item.student] for item in listed]
+    notes = [note for _, some in sorted_again for note in some]
+    return tuple(item for item, _ in sorted_again), notes
 
 
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
@@ -482,8 +473,6 @@ class _Work(Struct):
     rubric: Rubric
     options: GradingOptions
     desk: Desk
-    unopened: Mapping[str, Failed]
-    """Why submissions could not be opened, by student."""
     journal: bytes
     """The file before this run."""
     known: Mapping[str, Entry]
@@ -494,18 +483,12 @@ class _Work(Struct):
     """Why the grades of this run are made, by student."""
 
     @classmethod
-    def begun(
-        cls,
-        rubric: Rubric,
-        options: GradingOptions,
-        desk: Desk,
-        unopened: Mapping[str, Failed],
-    ) -> _Work:
+    def begun(cls, rubric: Rubric, options: GradingOptions, desk: Desk) -> _Work:
         """Read the journal."""
         path = options.journal
         journal = path.read_bytes() if path is not None and path.is_file() else b""
         known, damaged = read_journal(journal)
-        return cls(rubric, options, desk, unopened, journal, known, damaged, {}, {})
+        return cls(rubric, options, desk, journal, known, damaged, {}, {})
 
     @property
     def writes(self) -> Path | None:
@@ -523,8 +506,8 @@ class _Work(Struct):
                 self.entries[item.student] = entry
                 continue
             self.again[item.student] = why
-            if item.student in self.unopened:
-                self._keep(item, self.unopened[item.student])
+            if item.lost:
+                self._keep(item, Failed(item.lost))
             else:
                 waiting.append((item, reported))
         if waiting:

@@ -177,25 +177,19 @@ def _members_of_group(item: Submission) -> list[Submission]:
     members = _names_in(item.student)
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     logs = {name for name, file in files.items() if ending(file) in SHEETS}
-    own = {member: _files_of(member, members, files) for member in members}
-    if len(members) < 2 or len(logs) != 1 or not all(own.values()):
+    if len(members) < 2 or len(logs) != 1:
         return [item]
-    shared = (files.keys() - set().union(*own.values())) | logs
-    return [_member(item, member, some | shared) for member, some in own.items()]
-
-
-def _files_of(
-    member: str, members: Sequence[str], files: Mapping[str, str]
-) -> set[str]:
-    """Return the files whose names contain the name of one member of a group alone."""
-    of_member = set()
+    own: dict[str, set[str]] = {member: set() for member in members}
+    shared = set(files)
     for name, file in files.items():
         words = squeezed_words(file)
-        if [student for student in members if squeezed_words(student) <= words] == [
-            member
-        ]:
-            of_member.add(name)
-    return of_member
+        named = [member for member in members if squeezed_words(member) <= words]
+        if len(named) == 1:
+            own[named[0]].add(name)
+            shared -= {name} - logs
+    if not all(own.values()):
+        return [item]
+    return [_member(item, member, some | shared) for member, some in own.items()]
 
 
 def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
@@ -375,4 +369,6 @@ def unread(item: Submission, why: str) -> Submission:
     """Return a listed submission whose files cannot be opened, with the reason."""
     members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
     digest = hashlib.sha256(repr(members).encode("utf-8", "replace")).hexdigest()
-    return replace(item, parts={}, members=members, problem=why, known_digest=digest)
+    return replace(
+        item, parts={}, members=members, problem=why, lost=why, known_digest=digest
+    )

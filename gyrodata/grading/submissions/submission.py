@@ -67,6 +67,7 @@ class Submission(Struct, frozen=True, dict=True):
         str, ...
     ] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
+    lost: str = ""  # why this run could not open the files; "" if it could
     feedback_stem: str = (
         ""  # file (without ending) or folder under which the platform accepts feedback
     )

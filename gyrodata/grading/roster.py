@@ -60,16 +60,11 @@ class Roster(Struct, frozen=True):
 
     def with_submissions(self, students: Iterable[str]) -> Roster:
         """Return the roster in which absent students have a submission."""
-        new = set(students)
-        moved = {
-            absentee.student: absentee
-            for absentee in self.absent
-            if absentee.student in new
-        }
-        left = tuple(
-            absentee for absentee in self.absent if absentee.student not in new
+        absent = {absentee.student: absentee for absentee in self.absent}
+        moved = {student: absent.pop(student) for student in {*students}}
+        return replace(
+            self, people={**self.people, **moved}, absent=tuple(absent.values())
         )
-        return replace(self, people={**self.people, **moved}, absent=left)
 
     def without_names(self) -> Roster:
         """Return the roster with ids instead of names."""

@@ -184,23 +184,31 @@ def write_feedback(class_grades: ClassGrades, folder: Path) -> list[str]:
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
         digest = _digest(content).encode()
         digests |= dict.fromkeys(pages, digest)
-        there = [_checksum(folder / FEEDBACK / page) for page in pages]
-        shown = [(checksum, digest) for checksum in there]
-        if shown == [archived.get(page) for page in pages]:
-            continue
-        texts = feedback_pages(grade).values()
-        for page, checksum, text in zip(pages, there, texts, strict=True):
-            data = text.encode("utf-8", "replace")
-            as_written, _ = archived.get(page, (None, b""))
-            if checksum not in (None, as_written):
-                kept += _keep(folder, page, "was changed by hand; what it was", data)
-            write_whole(folder / FEEDBACK / page, [data], private=True)
+        there = [(_checksum(folder / FEEDBACK / page), digest) for page in pages]
+        if there != [archived.get(page) for page in pages]:
+            texts = zip(pages, feedback_pages(grade).values(), strict=True)
+            kept += _write_pages(folder, dict(texts), archived)
     for page in archived.keys() - digests.keys():
         kept += _keep(folder, page, "is of nobody in this class: it")
         (folder / FEEDBACK / page).unlink(missing_ok=True)
     if digests != {page: comment for page, (_, comment) in archived.items()}:
         _write_archive(folder, digests)
     return sorted(kept)
+
+
+def _write_pages(
+    folder: Path, texts: Mapping[str, str], archived: Mapping[str, tuple[int, bytes]]
+) -> list[str]:
+    """Write the pages of a student; keep each one that a person has changed."""
+    kept: list[str] = []
+    for page, text in texts.items():
+        path = folder / FEEDBACK / page
+        data = text.encode("utf-8", "replace")
+        as_written, _ = archived.get(page, (None, b""))
+        if _checksum(path) != as_written:
+            kept += _keep(folder, page, "was changed by hand; what it was", data)
+        write_whole(path, [data], private=True)
+    return kept
 
 
 def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:

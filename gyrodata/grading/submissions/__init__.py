@@ -177,19 +177,25 @@ def _members_of_group(item: Submission) -> list[Submission]:
     members = _names_in(item.student)
     files = {name: part.log_file for name, part in item.parts.items() if part.log_file}
     logs = {name for name, file in files.items() if ending(file) in SHEETS}
-    if len(members) < 2 or len(logs) != 1:
+    own = {member: _files_of(member, members, files) for member in members}
+    if len(members) < 2 or len(logs) != 1 or not all(own.values()):
         return [item]
-    own: dict[str, set[str]] = {member: set() for member in members}
-    shared = set(files)
+    shared = (files.keys() - set().union(*own.values())) | logs
+    return [_member(item, member, some | shared) for member, some in own.items()]
+
+
+def _files_of(
+    member: str, members: Sequence[str], files: Mapping[str, str]
+) -> set[str]:
+    """Return the files whose names contain the name of one member of a group alone."""
+    of_member = set()
     for name, file in files.items():
         words = squeezed_words(file)
-        named = [member for member in members if squeezed_words(member) <= words]
-        if len(named) == 1:
-            own[named[0]].add(name)
-            shared -= {name} - logs
-    if not all(own.values()):
-        return [item]
-    return [_member(item, member, some | shared) for member, some in own.items()]
+        if [student for student in members if squeezed_words(student) <= words] == [
+            member
+        ]:
+            of_member.add(name)
+    return of_member
 
 
 def _member(group: Submission, name: str, files: Collection[str]) -> Submission:

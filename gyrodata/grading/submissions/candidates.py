@@ -282,9 +282,8 @@ def _candidates(
         end = 0
         for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
-            candidate = _candidate(quantity, heading, document)
-            if candidate is not None:
-                yield candidate
+            if not quantity.is_denied:
+                yield from _candidate(quantity, heading, document)
             heading = f"{heading} | {quantity.before}"
         # A heading is above all values below it; titles of a table are in its rows
         # already.
@@ -329,23 +328,21 @@ def _quantities(
 
 def _candidate(
     quantity: _Quantity, heading: str, document: Document
-) -> Candidate | None:
-    """Return a quantity as an answer; None if the words around say that it is none."""
+) -> Iterator[Candidate]:
+    """Give a quantity as an answer, unless the words around say that it is none."""
     read, before, _, after, _ = quantity
-    if quantity.is_denied:
-        return None
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
     # Without its own u, a value behind a word of u is an uncertainty.
     if not has_u and (quantity.is_unsure or not is_named):
-        return None
+        return
     around = f"{before}\n{after}"
     compared = re.search(SAYS["other"], around) is not None
     if compared:
         around = re.sub(SAYS["comparison"], " ", around)
         if not (is_named and has_u) or re.search(SAYS["other"], around):
-            return None
+            return
     rank = Rank(
         is_named,
         has_u and read.fault != "wrong unit",
@@ -353,7 +350,7 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    return Candidate(rank, place, read, document.doubt, compared)
+    yield Candidate(rank, place, read, document.doubt, compared)
 
 
 # --- versions: a draft, a corrected and a final value ---

@@ -216,46 +216,35 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
 
     Raises InputError.
     """
-    rows = []
-    for cells in _read_rows(data, name):
-        row = _person(cells)
-        if row is not None:
-            rows.append(row)
     by_id = _students_by_id(submissions)
     people: dict[str, Person] = {}
     others = []
-    for person in rows:
-        known = [
-            by_id[identifier.casefold()]
-            for identifier in person.ids
-            if identifier.casefold() in by_id
-        ]
+    for person in filter(None, map(_person, _read_rows(data, name))):
+        ids = map(str.casefold, person.ids)
+        known = [by_id[identifier] for identifier in ids if identifier in by_id]
         if known:
             people.setdefault(known[0], person._replace(student=known[0]))
         else:
             others.append(person)
     named = _find_by_name(others, people, submissions)
     people |= named.people
-    absent = tuple(sorted(named.absent))
+    absent = sorted(named.absent)
     names = {key: person.name for key, person in people.items()}
     shown = different(names, [person.name for person in absent])
     people = {key: member._replace(name=shown[key]) for key, member in people.items()}
-    return Roster(people, absent, named.unclear)
+    return Roster(people, tuple(absent), named.unclear)
 
 
 def _read_rows(data: bytes, name: str) -> list[dict[str, str]]:
     """Read a table that has a column of ids or names."""
+    why = "has no column that says who is who"
     try:
         rows = [cells for _, cells in read_list(data, name)]
+        if rows and not rows[0].keys().isdisjoint((*IDS, *NAMES)):
+            return rows
     except (csv.Error, LookupError, ValueError) as error:
-        raise InputError.named(
-            "roster_not_read", name, name=name, why=f"cannot be read: {error}"
-        ) from None
-    if not rows or not {*IDS, *NAMES} & rows[0].keys():
-        raise InputError.named(
-            "roster_not_read", name, name=name, why="has no column that says who is who"
-        )
-    return rows
+        why = f"cannot be read: {error}"
+    raise InputError.named("roster_not_read", name, name=name, why=why)
 
 
 def _person(cells: Mapping[str, str]) -> Person | None:

@@ -65,10 +65,8 @@ def read_answers(
     questions = [text.cut for text in texts]
     values = [*chain.from_iterable(text.values for text in texts)]
     named = [candidate for candidate in values if not candidate.compared]
-    chosen = stated = _stated_in(log, named)
-    if stated is None and named:
-        beside = [each for each in named if log is None or each.file != log.name]
-        chosen = _best(beside or named)
+    stated = _stated_in(log, named)
+    chosen = stated or _best_beside(log, named)
     unread = _unread(documents, has_answer=chosen is not None)
     if chosen is None:
         return Answers(questions=tuple(filter(None, questions)), unread=unread)
@@ -127,6 +125,16 @@ def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic
         for document in documents
         if document.problem and not (has_answer and document.problem == NO_TEXT)
     )
+
+
+def _best_beside(
+    log: readings.Readings | None, candidates: Sequence[Candidate]
+) -> Candidate | None:
+    """Return the best candidate; one in the log only if no other text has one."""
+    beside = [each for each in candidates if log is None or each.file != log.name]
+    if not candidates:
+        return None
+    return _best(beside or candidates)
 
 
 def _best(candidates: Sequence[Candidate]) -> Candidate:

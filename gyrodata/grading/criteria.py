@@ -324,17 +324,21 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
 # --- the report ---
 
 
-def _away(criterion: Criterion, evidence: Evidence) -> float:
+def _away(
+    criterion: Criterion, evidence: Evidence, is_corrected: bool = False
+) -> float:
     """Return the distance of the report from the student's own runs.
 
-    The distance has the form that a condition of the rubric uses.
+    The distance has the form that a condition of the rubric uses. `is_corrected`: That
+    of the report after correcting its mistake.
     """
     _, value, matched = evidence.answer
-    return (
-        100 * abs(value / matched.value - 1)
-        if criterion.curve.variable == "percent"
-        else evidence.d
-    )
+    factor = evidence.factor if is_corrected else 1.0
+    if criterion.curve.variable == "percent":
+        return 100 * abs(value / factor / matched.value - 1)
+    if is_corrected and evidence.slips:
+        return evidence.slips[0].distance
+    return evidence.d
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -344,9 +348,6 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     times = factor_text(value / matched.value)
     d = evidence.slips[0].distance if evidence.slips else evidence.d
     number = _away(criterion, evidence)
-    carried = d
-    if criterion.curve.variable == "percent":
-        carried = 100 * abs(value / evidence.factor / matched.value - 1)
     detail: dict[str, float | str | None] = {
         "d": evidence.d,
         "d_carried": d,
@@ -357,7 +358,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     if evidence.slips:
         detail["slip"] = evidence.slips[0].kind
         cost = points_of(criterion.slip or 0.0, criterion.points)
-        less = criterion.curve.share(carried) - cost / (criterion.points or 1.0)
+        carried = criterion.curve.share(_away(criterion, evidence, is_corrected=True))
+        less = carried - cost / (criterion.points or 1.0)
         if less > share:
             share = less
             detail["slip_cost"] = cost

@@ -7,7 +7,7 @@ Nothing is guessed: of two different values that are equally good, neither is ta
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import PurePosixPath
 from typing import Final
@@ -62,21 +62,20 @@ def read_answers(
     if log is not None:
         documents.append(Document(log.name, _lines_of(log)))
     texts = [find_candidates(document) for document in documents]
-    questions = [text.cut for text in texts]
+    cuts = tuple(text.cut for text in texts if text.cut)
     values = [*chain.from_iterable(text.values for text in texts)]
     named = [candidate for candidate in values if not candidate.compared]
     stated = _stated_in(log, named)
     chosen = stated or _best_beside(log, named)
     unread = _unread(documents, has_answer=chosen is not None)
     if chosen is None:
-        return Answers(questions=tuple(filter(None, questions)), unread=unread)
+        return Answers(questions=cuts, unread=unread)
     notes = []
     if stated is None:
         place = {"place": chosen.place, "text": chosen.read.text}
         notes.append(Diagnostic.named("answer_elsewhere", **place))
-    questions += [_doubt(chosen, named), _disagrees(chosen, values)]
-    asked = tuple(filter(None, questions))
-    return Answers(chosen.read, tuple(notes), chosen.file, asked, unread)
+    questions = *cuts, *_doubts(chosen, named), *_disagreements(chosen, values)
+    return Answers(chosen.read, tuple(notes), chosen.file, questions, unread)
 
 
 def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document]:
@@ -180,20 +179,15 @@ def _is_draft(candidate: Candidate) -> bool:
     return rank < 0
 
 
-def _doubt(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
+def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
     """Ask about an answer that a person may not see, unless it is elsewhere too."""
-    if not chosen.doubt or any(
-        candidate.rank.is_named
-        and not candidate.doubt
-        and _agree(chosen.read, candidate.read)
-        for candidate in candidates
-    ):
-        return ""
-    where = f'the answer "{chosen.read.text}" in {chosen.place}'
-    return f"{where} may be hidden; look whether the file shows it"
+    seen = [each.read for each in candidates if each.rank.is_named and not each.doubt]
+    if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
+        where = f'the answer "{chosen.read.text}" in {chosen.place}'
+        yield f"{where} may be hidden; look whether the file shows it"
 
 
-def _disagrees(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
+def _disagreements(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
     """Describe another named value that differs by more than both uncertainties."""
     read = chosen.read
     for candidate in candidates:
@@ -206,8 +200,8 @@ def _disagrees(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
         is_rival = candidate.rank.is_named and not is_earlier
         if is_rival and read.fault != GIVEN_TWICE and _differ(read, candidate.read):
             used = f'two answers: "{read.text}" in {chosen.file} is used'
-            return f'{used}, and "{candidate.read.text}" is in {candidate.place}'
-    return ""
+            yield f'{used}, and "{candidate.read.text}" is in {candidate.place}'
+            return
 
 
 # the uncertainty of another value that is reported without one, as a share of it

@@ -182,11 +182,15 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
     groups = list[frozenset[str]]()
     looks = dict(roster.unclear)
     lines: dict[str, set[str]] = {}
+    named: dict[str, set[str]] = {}
     for student, text in texts.items():
         listed, unlisted = students_of(
             roster.people.get(student, NOBODY).partners, meant
         )
-        lines[student], unknown = students_of(text, meant)
+        own, _, others = text.partition(" ~ ")
+        lines[student], unknown = students_of(own, meant)
+        # Other words may be a name as well, such as "Moment of Inertia".
+        named[student] = lines[student] | students_of(others, meant)[0]
         if listed:
             groups.append(frozenset((student, *listed)))
         if unknown := [*unlisted, *unknown]:
@@ -196,9 +200,9 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
             )
     mutual = {
         frozenset((student, other))
-        for student, some in lines.items()
+        for student, some in named.items()
         for other in some - {student}
-        if student in lines.get(other, ())
+        if student in named.get(other, ())
     }
     groups += sorted(mutual, key=sorted)
     return Partners(groups, lines, looks)

@@ -201,7 +201,6 @@ def test_fault_of_a_log_or_value_costs_its_points(
 
 def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
     book = openpyxl.Workbook()
-    book.active.append(["quantity", "value", "uncertainty", "unit"])
     book.active.append(["I_zz", 4.4, 0.02, "g m²"])
     book.save(tmp_path / "answer.xlsx")
     (tmp_path / "s1.csv").write_text(ROWS.log(), encoding="utf-8")

@@ -167,7 +167,7 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
         for key in ("p1", "p2", "p3")
     ] == [False, False, True]
     (room.home / "class" / "p2" / "answer.txt").write_text(
-        "Together with Dev Patel", encoding="utf-8"
+        "I did this lab together with Dev Patel.", encoding="utf-8"
     )
     (room.home / "class" / "p3" / "lab.csv").write_text(
         a_log(1, "# partner: none, I worked alone"), encoding="utf-8"
@@ -181,7 +181,8 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
 TOGETHER = [
     "Messpartner: {}",
     "Authors: Ann Lee, {}, Dev Patel",
-    "Team: {} & Dev Patel",
+    "Team {} & Dev Patel",
+    "We measured with {} as agreed.",
     "Partner: {}, same data",
 ]
 
@@ -228,6 +229,8 @@ def test_second_answer_in_another_file_is_shown_to_a_person(
 
 ANSWERS = {
     "results.csv": "quantity,value,uncertainty,unit\nI_zz,0.00440,0.00005,kg m^2\nR^2,0.997,,\n",
+    "result.json": '{"I_zz": 0.00440, "uncertainty": 5e-05, "unit": "kg m^2"}',
+    "row.csv": "I_zz,0.00440,0.00005,kg m^2\n",
     "analysis.R": "I <- m * x\n# So I_zz = (4.40 +/- 0.05)e-3 kg m^2\n",
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
@@ -323,7 +326,7 @@ def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
         "field": "<p>I_zz is 0.00440 kg m^2 plus or minus 0.00005 kg m^2.</p>",
         "comment": "none",
     }
-    said = {**said, "comment": "Worked with Ann Lee"}
+    said = {**said, "comment": "I worked with Ann Lee."}
     receipt = (
         "Name: Dev Patel (p1)\nAssignment: Lab\n\nSubmission Field:\n{field}\n\n"
         "Comments:\n{comment}\n"

@@ -127,6 +127,12 @@ def test_number_of_a_footnote_in_a_pdf_is_no_digit() -> None:
 
 
 @pytest.mark.slow
+def test_unit_without_its_power_in_a_pdf_is_a_question() -> None:
+    student = handed_in(printed("Report", f"{IN_KG_CM2} kg cm"))
+    assert any("superscript" in look for look in student["look"])
+
+
+@pytest.mark.slow
 def test_table_of_runs_in_a_pdf_is_a_log() -> None:
     rows = [line.split(",") for line in LOG.splitlines() if line[:1] != "#"]
     student = handed_in(printed("Our runs", *rows, f"I_zz = {ANSWER}"), log="")

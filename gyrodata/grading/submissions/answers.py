@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import visible
-from gyrodata.grading.submissions.archives import TABLES, ending
+from gyrodata.grading.submissions.archives import PDF, TABLES, ending
 from gyrodata.grading.submissions.candidates import (
     Candidate,
     Rank,
@@ -74,7 +74,8 @@ def read_answers(
     if stated is None:
         place = {"place": chosen.place, "text": chosen.read.text}
         notes.append(Diagnostic.named("answer_elsewhere", **place))
-    questions = *cuts, *_doubts(chosen, named), *_disagreements(chosen, values)
+    doubts = [*_doubts(chosen, named), *_lost_powers(chosen)]
+    questions = *cuts, *doubts, *_disagreements(chosen, values)
     return Answers(chosen.read, tuple(notes), chosen.file, questions, unread)
 
 
@@ -187,6 +188,13 @@ def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]
         yield f"{where} may be hidden; look whether the file shows it"
 
 
+def _lost_powers(chosen: Candidate) -> Iterator[str]:
+    """Ask about a unit in a PDF that may have lost its superscript: "kg cm"."""
+    if chosen.read.fault == "wrong unit" and ending(chosen.file) == PDF:
+        words = f'"{chosen.read.text}" in {chosen.file} may have lost a superscript'
+        yield f"{words}; look into it"
+
+
 def _disagreements(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
     """Describe another named value that differs by more than both uncertainties."""
     read = chosen.read
@@ -255,7 +263,10 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 def partners_in(
     log: readings.Readings | None, reports: Iterable[Document | tuple[str, bytes]]
 ) -> str:
-    """Return the partners that lines of the log or of the reports name."""
+    """Return the partners that lines of the log or of the reports name.
+
+    Behind ``~`` are all words of any text that may be a name.
+    """
     texts = ["\n".join(document.lines[:MOST_LINES]) for document in _documents(reports)]
     if log is not None:
         texts.insert(0, log.source_text)
@@ -264,4 +275,18 @@ def partners_in(
         for text in texts
         for match in islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
     ]
-    return " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
+    lines = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
+    called = chain.from_iterable(
+        islice(_called_in(text), _MOST_NAMES) for text in texts
+    )
+    words = " & ".join([*dict.fromkeys(called)][:_MOST_NAMES])
+    return f"{lines} ~ {words}" if words else lines
+
+
+def _called_in(text: str) -> Iterator[str]:
+    """Yield all words that may be a name: "Team Ann Lee" contains "Ann Lee"."""
+    for match in re.finditer(SAYS["called"], text):
+        words = re.split("[ ,]+", match[0][:_LONGEST_NAMES])
+        for size in (2, 3, 4):
+            for at in range(len(words) - size + 1):
+                yield " ".join(words[at : at + size])

@@ -118,7 +118,7 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
         if not has_number and not set(line) <= set("-: |"):
             titles = cells * is_table
         if has_number and is_table:
-            line = _row_as_prose(titles, cells)
+            line = _row_as_prose(_with_title_of_u(titles, cells), cells)
         yield line
 
 
@@ -169,6 +169,24 @@ def _sign_of(key: str, name: str, line: str) -> str | None:
     if any(re.fullmatch(SAYS["unit_key"], word) for word in key.split("_")):
         return ""
     return "±" if _is_unsure(key) else None
+
+
+def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:
+    """Add a title to the second of two numbers if it may be the uncertainty.
+
+    A row of runs begins with a number.
+    """
+    numbers = [at for at, cell in enumerate(cells) if _is_number(cell)]
+    if len(numbers) != 2 or 0 in numbers or any(map(_is_unsure, titles)):
+        return titles
+    value, u = (cells[at] for at in numbers)
+    both = read_reported("inertia", f"{value} ± {u} kg m^2")
+    if both.fault is not None or not 0 < (both.u or 0) < 0.2 * abs(both.value or 0):
+        return titles
+    missing = [""] * (len(cells) - len(titles))
+    whole = [*missing, *titles]
+    whole[numbers[1]] = f"± {whole[numbers[1]]}"
+    return whole
 
 
 def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:

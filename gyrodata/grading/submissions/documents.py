@@ -130,6 +130,8 @@ def _text_of(name: str, data: bytes, kind: str) -> tuple[str, bool]:
     if kind == WORD and data.startswith(b"PK"):
         return _text_of_word(data)
     text = readings.decode(data, readings.Faults(name))[0]
+    if kind == ".json":
+        return _json_as_lines(text), False
     if kind == ".ipynb":
         return _notebook_text(msgspec.json.decode(text)["cells"])
     return text, False
@@ -158,6 +160,13 @@ _STYLES = "word/styles.xml"
 def _part(archive: zipfile.ZipFile, name: str) -> str:
     text = archive.open(name).read(readings.MAX_BYTES).decode("utf-8", "replace")
     return re.sub(r">\s+<", "><", text)
+
+
+def _json_as_lines(text: str) -> str:
+    """Write JSON as people write values: ``± 0.1`` for ``"u": 0.1``."""
+    uncertainty = r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":'
+    text = re.sub(uncertainty, "±", text)
+    return " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
 
 
 def _without_struck(text: str, kind: str) -> str:

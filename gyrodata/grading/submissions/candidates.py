@@ -179,14 +179,18 @@ def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[st
     numbers = [at for at, cell in enumerate(cells) if _is_number(cell)]
     if len(numbers) != 2 or 0 in numbers or any(map(_is_unsure, titles)):
         return titles
-    value, u = (cells[at] for at in numbers)
-    both = read_reported("inertia", f"{value} ± {u} kg m^2")
-    if both.fault is not None or not 0 < (both.u or 0) < 0.2 * abs(both.value or 0):
+    if not _may_be_u(*[cells[at] for at in numbers]):
         return titles
     missing = [""] * (len(cells) - len(titles))
     whole = [*missing, *titles]
     whole[numbers[1]] = f"± {whole[numbers[1]]}"
     return whole
+
+
+def _may_be_u(value: str, number: str) -> bool:
+    """Return whether a number may be the uncertainty of a value, by its size."""
+    both = read_reported("inertia", f"{value} ± {number} kg m^2")
+    return both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
 
 
 def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:

@@ -208,7 +208,8 @@ def grade(
     earlier = _earlier(previous)
     complain((*listed.diagnostics, *unknown_exceptions(inputs.rubric, listed)), quiet)
     # Decisions are used too if the grades are only printed.
-    desk = _read_desk(folder or _usual_folder(path.resolve()), inputs, listed)
+    home = folder or _usual_folder(path.resolve())
+    desk = _read_desk(home, inputs, listed)
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
@@ -316,7 +317,7 @@ def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
         refuse("two_desks", home=home)
     if not desks:
         return ledger.NO_DESK
-    meant = inputs.roster.who_is_meant(listed)
+    meant = inputs.roster.who_is_meant(listed.items)
     return ledger.read_desk(desks[0], _read(desks[0]), meant, inputs.rubric)
 
 

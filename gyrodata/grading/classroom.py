@@ -19,7 +19,7 @@ from html import escape
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from msgspec import Struct, ValidationError
+from msgspec import Struct, ValidationError, field
 from msgspec.structs import replace
 
 from gyrodata.base import disk
@@ -32,13 +32,12 @@ from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
 from gyrodata.grading.grade import (
     Grade,
-    References,
-    Scatters,
+    Standard,
     grade_submission,
     is_doubtful,
     not_graded,
     reconsider,
-    settle,
+    standard_of,
 )
 from gyrodata.grading.ledger import DESK, NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import (
@@ -176,40 +175,37 @@ def grade_class(
     options = options or GradingOptions()
     extra = _decided_without_hand_in(submissions, desk, roster)
     listed = sorted([*submissions.items, *extra], key=lambda item: item.student)
-    items, notes, lost = _chosen(
-        [desk.corrected(submission) for submission in listed], options
-    )
-    without = {submission.student for submission in extra}
-    present = tuple(
-        submission for submission in items if submission.student not in without
-    )
+    items, notes = _chosen([desk.corrected(item) for item in listed], options)
     roster = roster.with_submissions(submission.student for submission in extra)
-    meant = roster.who_is_meant(replace(submissions, items=present))
-    work = _Work.begun(rubric, options, desk, lost)
+    meant = roster.who_is_meant(items)
+    work = _Work.begun(rubric, options, desk)
     work.grade([item for item in items if item.log_name is not None])
     partners = find_partners(_texts_on_partners(items, work), roster, meant)
     items = _with_shared_logs(items, partners, desk)
     work.grade([item for item in items if item.student not in work.entries])
-    entries = work.written(items)
+    work.write(items)
     groups = [*partners.groups, *partners_by_log(items)]
+    declared = [*groups, *desk.partners]
     prints = work.prints
-    flags = _flags(prints, [*groups, *desk.partners], previous)
-    same_data = [*groups, *desk.partners, *desk.alike(flags)]
-    settled, references, scatters = _settled(items, entries, roster, work, same_data)
+    flags = flag_class(prints, declared, previous, examples_for(prints))
+    flags = in_order([*flags, *flag_simulated(prints)])
+    same_data = [*declared, *desk.alike(flags)]
+    settled, standard = _settled(items, roster, work, same_data)
     looks = {**partners.looks, **_looks_of_shared_logs(items, partners)}
-    looked = [_with_look(grade, looks.get(grade.student)) for grade in settled]
-    grades = [
-        desk.applied(grade, item, entries[grade.student].seen)
-        for grade, item in zip(looked, items, strict=True)
-    ]
+    grades = []
+    for grade, item in zip(settled, items, strict=True):
+        more = filter(None, [looks.get(item.student)])
+        grade = replace(grade, look=(*grade.look, *more))
+        seen = work.entries[item.student].subjects
+        grades.append(desk.applied(grade, item, seen))
     diagnostics = (*submissions.diagnostics, *notes)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items, diagnostics=diagnostics),
         rubric=rubric,
         grades=tuple(grades),
-        references=references,
-        scatters=scatters,
+        references=standard.references,
+        scatters=standard.scatters,
         flags=flags,
         stations=tuple(station_figures(each_log_once(settled, same_data))),
         again=work.again,
@@ -225,16 +221,6 @@ def _texts_on_partners(items: Iterable[Submission], work: _Work) -> dict[str, st
     """Return what each student says about partners, by student."""
     texts = {item.student: item.partner for item in items}
     return texts | {key: entry.grade.partner for key, entry in work.entries.items()}
-
-
-def _flags(
-    prints: Mapping[str, Fingerprint],
-    groups: Sequence[frozenset[str]],
-    previous: Mapping[str, Fingerprint],
-) -> tuple[Flag, ...]:
-    """Compare all logs, but not those of a group with each other."""
-    flags = flag_class(prints, groups, previous, examples_for(prints))
-    return in_order([*flags, *flag_simulated(prints)])
 
 
 def _decided_without_hand_in(
@@ -259,29 +245,22 @@ def _decided_without_hand_in(
 
 def _settled(
     items: Sequence[Submission],
-    entries: Mapping[str, Entry],
     roster: Roster,
     work: _Work,
     same_data: Iterable[Iterable[str]],
-) -> tuple[list[Grade], References, Scatters]:
+) -> tuple[list[Grade], Standard]:
     """Compare the grades with the class, and look for mistakes in doubtful logs."""
     desk = work.desk
-    rubric = work.rubric
     named = []
     for item in items:
-        grade = replace(entries[item.student].grade, fingerprint=None)
+        grade = replace(work.entries[item.student].grade, fingerprint=None)
         named.append(roster.named(grade, desk.value(item.student, "station")))
-    grades, references, scatters = settle(named, rubric, same_data)
+    standard = standard_of(named, work.rubric, same_data)
     doubts = [
-        (grade, item, desk.value(item.student, "reported"))
-        for grade, item in zip(grades, items, strict=True)
+        (standard.settled(grade), item, desk.value(item.student, "reported"))
+        for grade, item in zip(named, items, strict=True)
     ]
-    judged = _reconsidered(doubts, rubric, references, scatters, work.options)
-    return judged, references, scatters
-
-
-def _with_look(grade: Grade, look: str | None) -> Grade:
-    return grade if look is None else replace(grade, look=(*grade.look, look))
+    return _reconsidered(doubts, standard, work.options), standard
 
 
 # --- students without a log of their own ---
@@ -350,29 +329,22 @@ def _looks_of_shared_logs(
 
 def _chosen(
     listed: Sequence[Submission], options: GradingOptions
-) -> tuple[tuple[Submission, ...], list[Diagnostic], dict[str, Failed]]:
-    """Choose the log of each submission.
-
-    Also returns notes on the choices, and why submissions could not be opened, by
-    student.
-    """
-    chosen = dict[str, Submission]()
-    notes = dict[str, list[Diagnostic]]()
-    lost = dict[str, Failed]()
+) -> tuple[tuple[Submission, ...], list[Diagnostic]]:
+    """Choose the log of each submission; also return notes on the choices."""
+    chosen = {}
     with options.run(_choose_one, listed) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
-                lost[item.student] = answer
-                answer = unread(item, f"{answer}; {LOOK}"), []
-            chosen[item.student], notes[item.student] = answer
-    students = [item.student for item in listed]
-    student_notes = [note for student in students for note in notes[student]]
-    return tuple(chosen[student] for student in students), student_notes, lost
+                answer = unread(item, str(answer)), []
+            chosen[item.student] = answer
+    sorted_again = [chosen[item.student] for item in listed]
+    notes = [note for _, some in sorted_again for note in some]
+    return tuple(item for item, _ in sorted_again), notes
 
 
 def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     """Choose the log of a submission, and the digest of all that its grade needs."""
-    made, notes = choose(item)
+    made, choice = choose(item)
     if item.log_name is not None:
         # A person corrected the log: a new log of the student must be noticed.
         own, _ = choose(replace(item, log_name=None, log_file=None))
@@ -382,6 +354,10 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
     digest = made.digest
     log = made.texts.get(made.log_name or "")
     log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
+    notes = []
+    if choice:
+        words = f"{made.name}: {choice}"
+        notes.append(Diagnostic.named("one_of_logs", item.source.name, choice=words))
     return replace(made, known_digest=digest, log_digest=log_digest), notes
 
 
@@ -397,25 +373,21 @@ def _load_analysis() -> None:
 
 
 Doubt = tuple[Grade, Submission, str | None]
-"""A grade as `settle` returned it, its submission, and I_zz typed in by a person."""
+"""A settled grade, its submission, and I_zz typed in by a person."""
 
 
 def _reconsidered(
-    doubts: Sequence[Doubt],
-    rubric: Rubric,
-    references: References,
-    scatters: Scatters,
-    options: GradingOptions,
+    doubts: Sequence[Doubt], standard: Standard, options: GradingOptions
 ) -> list[Grade]:
     """Look for mistakes in logs that are far from the reference.
 
     Return all grades in the same order.
     """
     grades = {doubted.student: doubted for doubted, _, _ in doubts}
-    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], references)]
+    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], standard.references)]
     if waiting:
         _load_analysis()
-    work = partial(_reconsider_one, rubric, references, scatters)
+    work = partial(_reconsider_one, standard)
     with options.run(work, waiting) as answers:
         for (grade, _, _), answer in answers:
             if isinstance(answer, Failed):
@@ -425,14 +397,11 @@ def _reconsidered(
     return list(grades.values())
 
 
-def _reconsider_one(
-    rubric: Rubric, references: References, scatters: Scatters, doubt: Doubt
-) -> Grade:
+def _reconsider_one(standard: Standard, doubt: Doubt) -> Grade:
     """Look for a mistake in one log."""
-    grade, submission, typed = doubt
-    return reconsider(
-        grade, _unread_copy(submission), rubric, references, scatters, typed
-    )
+    grade, item, typed = doubt
+    # Only a copy keeps the texts that are read.
+    return reconsider(grade, replace(item), standard, typed)
 
 
 # --- the journal: a line for each grade, with its inputs ---
@@ -449,9 +418,9 @@ class Entry(Struct, frozen=True, kw_only=True):
     lost: str = ""
     """Why the run lost the grade (a time limit, a process that died), so that it is
     tried again; else ""."""
-    seen: Mapping[
-        str, str
-    ] = {}  # for each line of the desk, the digest of the submission for which it was written
+    subjects: Mapping[str, str] = field(default={}, name="seen")
+    """For each line of the desk, the digest of the submission for which it was
+    written."""
 
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
@@ -504,8 +473,6 @@ class _Work(Struct):
     rubric: Rubric
     options: GradingOptions
     desk: Desk
-    unopened: Mapping[str, Failed]
-    """Why submissions could not be opened, by student."""
     journal: bytes
     """The file before this run."""
     known: Mapping[str, Entry]
@@ -516,18 +483,12 @@ class _Work(Struct):
     """Why the grades of this run are made, by student."""
 
     @classmethod
-    def begun(
-        cls,
-        rubric: Rubric,
-        options: GradingOptions,
-        desk: Desk,
-        unopened: Mapping[str, Failed],
-    ) -> _Work:
+    def begun(cls, rubric: Rubric, options: GradingOptions, desk: Desk) -> _Work:
         """Read the journal."""
         path = options.journal
         journal = path.read_bytes() if path is not None and path.is_file() else b""
         known, damaged = read_journal(journal)
-        return cls(rubric, options, desk, unopened, journal, known, damaged, {}, {})
+        return cls(rubric, options, desk, journal, known, damaged, {}, {})
 
     @property
     def writes(self) -> Path | None:
@@ -542,12 +503,11 @@ class _Work(Struct):
             entry = self.known.get(item.student)
             why = _why_again(entry, item, self.rubric, reported)
             if entry is not None and not why:
-                first_seen = self.desk.first_seen(entry.grade, item, entry.seen)
-                self.entries[item.student] = replace(entry, seen=first_seen)
+                self.entries[item.student] = entry
                 continue
             self.again[item.student] = why
-            if item.student in self.unopened:
-                self._keep(item, self.unopened[item.student])
+            if item.lost:
+                self._keep(item, Failed(item.lost))
             else:
                 waiting.append((item, reported))
         if waiting:
@@ -570,10 +530,8 @@ class _Work(Struct):
         # same to the last digit.
         entry = decode(answer, Entry)
         before = self.known.get(item.student)
-        first_seen = self.desk.first_seen(
-            entry.grade, item, before.seen if before else {}
-        )
-        entry = replace(entry, seen=first_seen)
+        if before is not None:
+            entry = replace(entry, subjects=before.subjects)
         self.entries[item.student] = entry
         if self.writes:
             # The last line may have no end, if a run was stopped.
@@ -584,36 +542,31 @@ class _Work(Struct):
     @property
     def prints(self) -> dict[str, Fingerprint]:
         """The rows of each log that can be analysed, by student."""
-        prints = {}
-        for student, entry in self.entries.items():
-            if entry.grade.fingerprint is not None:
-                prints[student] = entry.grade.fingerprint
-        return prints
+        prints = {key: entry.grade.fingerprint for key, entry in self.entries.items()}
+        return {key: log for key, log in prints.items() if log is not None}
 
-    def written(self, items: Iterable[Submission]) -> dict[str, Entry]:
-        """Return the entries in the order of the items, and write the journal."""
-        entries = {item.student: self.entries[item.student] for item in items}
-        lines = [encode(entry) + b"\n" for entry in entries.values()]
+    def write(self, items: Iterable[Submission]) -> None:
+        """Write the entries into the journal, in the order of the items.
+
+        With them are the digests for which the lines of the desk were written.
+        """
+        lines = []
+        for item in items:
+            entry = self.entries[item.student]
+            subjects = self.desk.first_seen(entry.grade, item, entry.subjects)
+            entry = replace(entry, subjects=subjects)
+            self.entries[item.student] = entry
+            lines.append(encode(entry) + b"\n")
         if self.writes and (self.again or b"".join(lines) != self.journal):
             disk.write_whole(self.writes, lines, private=True, sync=True)
-        return entries
-
-
-def _unread_copy(submission: Submission) -> Submission:
-    """Return a copy that keeps none of the texts that were read.
-
-    Its digest is that of the texts that are graded, but for a log of a partner.
-    """
-    digest = submission.known_digest if submission.log_of else ""
-    return replace(submission, known_digest=digest)
 
 
 def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
     """Grade one submission in a worker, with I_zz as a person typed it, or ""."""
-    submission = _unread_copy(task[0])
-    inputs = _inputs_of(submission, rubric, task[1])
-    grade = grade_submission(submission, rubric, task[1] or None)
-    return encode(Entry(inputs=inputs, grade=grade))
+    item, reported = task
+    # Only a copy keeps the texts that are read.
+    grade = grade_submission(replace(item), rubric, reported or None)
+    return encode(Entry(inputs=_inputs_of(item, rubric, reported), grade=grade))
 
 
 # --- a class that has been graded ---
@@ -708,7 +661,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return (
             environment()
             .get_template("class.txt.jinja")
-            .render(found=self, reasons=reasons)
+            .render(class_grades=self, reasons=reasons)
         )
 
     @cached_property

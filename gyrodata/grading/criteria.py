@@ -94,7 +94,7 @@ class Evidence(Struct, frozen=True):
         return self.slips[0].factor if self.slips else 1.0
 
     @property
-    def given(self) -> tuple[Reported, float, OwnValue]:
+    def answer(self) -> tuple[Reported, float, OwnValue]:
         """The report, its value [kg*m^2], and the nearest fit, if there is a value."""
         assert (  # noqa: PT018
             self.reported is not None
@@ -324,29 +324,30 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
 # --- the report ---
 
 
-def _away(criterion: Criterion, evidence: Evidence) -> float:
+def _away(
+    criterion: Criterion, evidence: Evidence, is_corrected: bool = False
+) -> float:
     """Return the distance of the report from the student's own runs.
 
-    The distance has the form that a condition of the rubric uses.
+    The distance has the form that a condition of the rubric uses. `is_corrected`: That
+    of the report after correcting its mistake.
     """
-    _, value, matched = evidence.given
-    return (
-        100 * abs(value / matched.value - 1)
-        if criterion.curve.variable == "percent"
-        else evidence.d
-    )
+    _, value, matched = evidence.answer
+    factor = evidence.factor if is_corrected else 1.0
+    if criterion.curve.variable == "percent":
+        return 100 * abs(value / factor / matched.value - 1)
+    if is_corrected and evidence.slips:
+        return evidence.slips[0].distance
+    return evidence.d
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, value, matched = evidence.given
+    reported, value, matched = evidence.answer
     reported_words = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
     d = evidence.slips[0].distance if evidence.slips else evidence.d
     number = _away(criterion, evidence)
-    carried = d
-    if criterion.curve.variable == "percent":
-        carried = 100 * abs(value / evidence.factor / matched.value - 1)
     detail: dict[str, float | str | None] = {
         "d": evidence.d,
         "d_carried": d,
@@ -357,7 +358,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     if evidence.slips:
         detail["slip"] = evidence.slips[0].kind
         cost = points_of(criterion.slip or 0.0, criterion.points)
-        less = criterion.curve.share(carried) - cost / (criterion.points or 1.0)
+        carried = criterion.curve.share(_away(criterion, evidence, is_corrected=True))
+        less = carried - cost / (criterion.points or 1.0)
         if less > share:
             share = less
             detail["slip_cost"] = cost
@@ -378,7 +380,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
-    _, reported, matched = evidence.given
+    _, reported, matched = evidence.answer
     # The corrected value is judged if own_data charges for the mistake.
     charging = [
         charging_criterion
@@ -455,7 +457,7 @@ ROUNDED = 0.3
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported = evidence.given[0]
+    reported = evidence.answer[0]
     if criterion.curve.variable == "stated":
         verb = "does not state" if reported.u is None else "states"
         return mark(
@@ -524,7 +526,7 @@ def _spread_of_weights(analysis: FittedLog) -> float:
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     if not value:
         reason = f'"{reported.text}" rounds the value to zero: it has no digit'
         return mark(criterion, reason, {"faults": 2.0}, 0.0)
@@ -555,7 +557,7 @@ def _digits_of_u(reported: Reported) -> int:
 
 def _fault_of_last_digit(evidence: Evidence) -> str:
     """Say that the last digit of the value does not fit its uncertainty, or ""."""
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     if not reported.step:
         return ""
     low, high = _last_place(reported.step, value, reported.digits)

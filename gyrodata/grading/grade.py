@@ -9,7 +9,9 @@ looked.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict
 
@@ -30,7 +32,7 @@ from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
-from gyrodata.grading.stated import unusual_turns
+from gyrodata.grading.stated import list_stated, unusual_turns, with_usual
 from gyrodata.grading.stations import (
     DayValue,
     class_references,
@@ -55,7 +57,10 @@ if TYPE_CHECKING:
 # needs a look
 FAR = 3.0
 
-TOO_WIDE = "the log states an uncertainty far over the usual, so the usual one is used"
+TOO_WIDE = "the log states uncertainties far over the usual, so the usual ones are used"
+MOST_WIDER, MOST_ROUGHER = 1.5, 5.0
+"""Uncertainties that a log states are used unless they widen u of I_zz by more than the
+first factor, or those of φ̇ψ̇ by more than the second."""
 
 # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 WILD = 0.3
@@ -205,27 +210,26 @@ def grade_submission(
 
     A submission that cannot be judged is "not graded", and never raises an error.
 
-    If the class is the reference, a "reference" mark has no points until `settle`.
+    If the class is the reference, a "reference" mark has no points until it is settled.
     `reported`: I_zz typed in by a person, instead of the submitted value. `mistake`: A
     mistake in the log that is corrected first.
     """
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
-    wide = ""
     try:
         bench = yardsticks.at_bench(submission, rubric.bench)
-        wide = f"{TOO_WIDE}: {', '.join(bench.too_wide)}" if bench.too_wide else ""
         readings = bench.readings
         if mistake is not None:
             readings = yardsticks.corrected(readings, mistake)
-        log = analysis, lacks = _analysed(readings, rubric)
+        analysis, wide = _analysed(readings, rubric)
     except (GyroError, ArithmeticError, ValueError) as error:
-        why = "; ".join(filter(None, [_why_not(error), wide]))
-        return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
+        found = getattr(error, "diagnostics", ())
+        return not_graded(submission, rubric, _why_not(error), found)
+    lacks = _lacks(analysis, rubric)
     answers = bench.answers
     if reported is not None:
         answers = Answers(read_reported("inertia", reported), unread=answers.unread)
-    evidence = _evidence(submission, bench, answers, log, rubric)
+    evidence = _evidence(submission, bench, answers, (analysis, lacks), rubric)
     doubts = [*_looks(evidence), *answers.questions, wide]
     # The suspected outliers are in the analysis already.
     diagnostics_of_all = (
@@ -246,23 +250,48 @@ def grade_submission(
     grade = replace(grade, look=(*grade.look, *filter(None, doubts)))
     if rubric.class_reference:
         return added_up(grade)
-    return _settle_one(grade, rubric, rubric.references, {})
+    return Standard(rubric, rubric.references, {}).settled(grade)
 
 
-def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, list[Diagnostic]]:
-    """Analyse a log; return also what it lacks for the rubric."""
-    # The main process only distributes the work, and does not need these.
+def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
+    """Analyse a log, by the usual uncertainties if its own ones widen u far.
+
+    Also return the question about them, or "".
+    """
+    # The main process only distributes the work, and does not need this.
     from gyrodata.analysis import check_fit, fit_log
+
+    stated = list_stated(readings)
+    if not stated:
+        return check_fit(fit_log(readings, Options())), ""
+    usual = fit_log(with_usual(readings, rubric.bench), Options())
+    with suppress(GyroError):
+        own = check_fit(fit_log(readings, Options()))
+        if not _widen(own, usual):
+            return own, ""
+    return check_fit(usual), f"{TOO_WIDE}: {listing(stated)}"
+
+
+def _widen(own: FittedLog, usual: FittedLog) -> bool:
+    """Return whether the uncertainties of a log are far over the usual ones."""
+    u = own.inertia.u or math.inf
+    scatter, usual_scatter = (
+        sum(chi2 for chi2, _ in criteria.scatter_of(analysis))
+        for analysis in (own, usual)
+    )
+    is_wide = u > MOST_WIDER * (usual.inertia.u or 0.0)
+    return is_wide or MOST_ROUGHER**2 * scatter < usual_scatter
+
+
+def _lacks(analysis: FittedLog, rubric: Rubric) -> list[Diagnostic]:
+    """Return what a log lacks for the procedure that the rubric asks for."""
     from gyrodata.judging.procedure import what_lacks
 
-    analysis = check_fit(fit_log(readings, Options()))
     asked = {
         criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks
     }
-    if not asked:
-        return analysis, []
     measured = analysis.measurements
-    return analysis, what_lacks(analysis.readings, measured, analysis.lab, asked)
+    return what_lacks(analysis.readings, measured, analysis.lab, asked) if asked else []
 
 
 def _partners_of(submission: Submission, readings: Readings) -> str:
@@ -363,16 +392,42 @@ Scatters = Mapping[str, yardsticks.BenchScatter]
 """By station; "all" is for all other stations."""
 
 
-def settle(
-    grades: Sequence[Grade],
-    rubric: Rubric,
-    same_data: Iterable[Iterable[str]] = (),
-) -> tuple[tuple[Grade, ...], References, Scatters]:
-    """Give the points that need the whole class, because the class is the reference.
+class Standard(NamedTuple):
+    """What the grades of a class are compared with."""
 
-    `grades`: All grades of the class, as `grade_submission` or an earlier `settle`
-    returned them. `same_data`: As for `each_log_once`. Returns the grades in the same
-    order, and what they are compared with. No grade depends on the order.
+    rubric: Rubric
+    references: References
+    scatters: Scatters
+
+    def settled(self, grade: Grade) -> Grade:
+        """Judge the criteria that need a reference or the scatter of the class.
+
+        The points are then added up again. `grade`: As `grade_submission` or this
+        function returned it.
+        """
+        if not grade.own:
+            return grade
+        reference = yardsticks.of_station(self.references, grade.station)
+        scatter = yardsticks.of_station(self.scatters, grade.station)
+        marks = []
+        zeta = None
+        for criterion, mark in zip(self.rubric.criteria, grade.marks, strict=True):
+            if criterion.check == "reference":
+                mark = criteria.judge_reference(criterion, mark, reference)
+                zeta = mark.detail.get("z", zeta)
+            elif criterion.check == "constancy" and scatter is not None:
+                mark = criteria.judge_scatter(criterion, mark, grade.scatters, scatter)
+            marks.append(mark)
+        zeta = zeta if isinstance(zeta, float) else None
+        return added_up(replace(grade, marks=tuple(marks), zeta=zeta))
+
+
+def standard_of(
+    grades: Sequence[Grade], rubric: Rubric, same_data: Iterable[Iterable[str]] = ()
+) -> Standard:
+    """Return what the grades of a class are compared with; the order does not matter.
+
+    `same_data`: As for `each_log_once`.
     """
     logs = each_log_once(grades, same_data)
     references = rubric.references
@@ -384,34 +439,7 @@ def settle(
     checks = [criterion.check for criterion in rubric.criteria]
     if "from" in rubric.bench and "constancy" in checks:
         scatters = yardsticks.class_scatter((log.station, log.scatters) for log in logs)
-    settled = (_settle_one(grade, rubric, references, scatters) for grade in grades)
-    return tuple(settled), references, scatters
-
-
-def _settle_one(
-    grade: Grade, rubric: Rubric, references: References, scatters: Scatters
-) -> Grade:
-    """Judge the criteria that need a reference or the scatter of the class.
-
-    The points are then added up again.
-    """
-    if not grade.own:
-        return grade
-    reference = yardsticks.of_station(references, grade.station)
-    scatter = yardsticks.of_station(scatters, grade.station)
-    marks = []
-    for criterion, mark in zip(rubric.criteria, grade.marks, strict=True):
-        if criterion.check == "reference":
-            mark = criteria.judge_reference(criterion, mark, reference)
-        elif criterion.check == "constancy" and scatter is not None:
-            mark = criteria.judge_scatter(criterion, mark, grade.scatters, scatter)
-        marks.append(mark)
-    zeta = next((mark.detail["z"] for mark in marks if "z" in mark.detail), None)
-    return added_up(
-        replace(
-            grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None
-        )
-    )
+    return Standard(rubric, references, scatters)
 
 
 AGREES, MUCH = 5.0, 3.0
@@ -465,14 +493,12 @@ def is_doubtful(grade: Grade, references: References) -> bool:
 def reconsider(
     grade: Grade,
     submission: Submission,
-    rubric: Rubric,
-    references: References,
-    scatters: Scatters,
+    standard: Standard,
     typed: str | None,
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
-    `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer
+    `grade`: It is settled. `typed`: I_zz typed in by a person. If the answer
     agrees with the reference, and follows from the log after a known mistake in the log
     is corrected, the grade for the corrected log is returned. Otherwise a person is
     asked to look, unless the answer is wrong too: then it tells how the student has
@@ -480,7 +506,8 @@ def reconsider(
     """
     from gyrodata.analysis import fit_log
 
-    doubt = _doubt(grade, references)
+    rubric = standard.rubric
+    doubt = _doubt(grade, standard.references)
     if doubt is None:
         return grade
     try:
@@ -502,9 +529,7 @@ def reconsider(
         for kind in kinds:
             again = grade_submission(submission, rubric, typed, kind)
             if again.d is not None and again.d <= FAR:
-                return _settle_one(
-                    replace(again, **_known_of(grade)), rubric, references, scatters
-                )
+                return standard.settled(replace(again, **_known_of(grade)))
     return _with_question(grade, doubt, kinds)
 
 
@@ -605,7 +630,7 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     log = evidence.analysis
     known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
     fits = yardsticks.with_mistake(known[evidence.slips[0].kind], evidence.own)
-    reported, value, _ = evidence.given
+    reported, value, _ = evidence.answer
     half_step = (reported.step or 0.0) / 2
     apart = (abs(value / fit.value - 1) - half_step / abs(fit.value) for fit in fits)
     if min(apart) > SAME_VALUE:

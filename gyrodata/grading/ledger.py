@@ -97,7 +97,7 @@ STALE = (
     "resubmitted since"  # first words if a line was written for an earlier submission
 )
 UNGRADED = "no grade:"
-_SEVERAL = tuple(one.what for one in WORDS if one.is_several)
+_SEVERAL = tuple(word.what for word in WORDS if word.is_several)
 SETTLING = (
     "total",
     "hold",
@@ -170,21 +170,15 @@ class Desk(Struct, frozen=True):
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
-        decisions = (
-            (student, decision)
-            for student, lines in self.lines.items()
-            for decision in lines
+        groups = [
+            frozenset((student, decision.value))
+            for student, decisions in self.lines.items()
+            for decision in decisions
             if decision.what == "partner"
-        )
-        declared = [
-            group
-            for group, verdict in self.settled.items()
-            if verdict == "partners" and len(group) > 1
         ]
-        return [
-            *(frozenset((student, decision.value)) for student, decision in decisions),
-            *declared,
-        ]
+        settled = self.settled
+        together = [group for group in settled if settled[group] == "partners"]
+        return [*groups, *(group for group in together if len(group) > 1)]
 
     def alike(self, flags: Iterable[Flag]) -> list[tuple[str, ...]]:
         """Return the students of each flag, unless their logs are alike by chance."""
@@ -642,47 +636,41 @@ def _offers(
     class_grades: ClassGrades, by_hand: Iterable[tuple[str, str]]
 ) -> Iterator[Offer]:
     """Give the lines, the most urgent ones first."""
+    grades = class_grades.grades
     for student, value in by_hand:
-        why = "is in the gradebook"
-        if not is_points(value, class_grades.rubric.points):
-            # The desk would refuse them.
-            most = class_grades.rubric.points
-            why = f"{value} {why}, and is not a number of points from 0 to {most:g}"
-            value = ""
-        yield Offer(student, "total", value, why, "other points are in the gradebook")
+        yield _other_points(student, value, class_grades.rubric.points)
     yield from class_grades.desk.open_requests()
-    for grade in class_grades.grades:
+    for grade in grades:
         if grade.why is not None:
-            what = (
-                "reported" if grade.own and grade.reported_inertia is None else "total"
-            )
-            yield Offer(
-                grade.student,
-                what,
-                "",
-                grade.why,
-                f"{UNGRADED} {in_general(grade.why)}",
-            )
-    for grade in class_grades.grades:
-        yield from (
-            Offer(grade.student, "total", "", look, in_general(look))
-            for look in grade.look
-        )
+            has_answer = not grade.own or grade.reported_inertia is not None
+            what = "total" if has_answer else "reported"
+            reason = f"{UNGRADED} {in_general(grade.why)}"
+            yield Offer(grade.student, what, "", grade.why, reason)
+    for grade in grades:
+        for look in grade.look:
+            yield Offer(grade.student, "total", "", look, in_general(look))
     yield from _open_flags(class_grades)
-    for grade in class_grades.grades:
-        marks = [
-            mark
-            for mark in grade.marks
-            if mark.waits and grade.status in ("so far", "not graded")
-        ]
-        for open_mark in marks:
-            yield Offer(
-                grade.student,
-                open_mark.criterion,
-                "",
-                open_mark.reason,
-                f"points to give: {open_mark.title}",
-            )
+    for grade in grades:
+        if grade.status in ("so far", "not graded"):
+            yield from _open_marks(grade)
+
+
+def _other_points(student: str, value: str, most: float) -> Offer:
+    """Offer to take over the points that a person has set in the gradebook."""
+    why = "is in the gradebook"
+    if not is_points(value, most):
+        # The desk would refuse them.
+        why = f"{value} {why}, and is not a number of points from 0 to {most:g}"
+        value = ""
+    return Offer(student, "total", value, why, "other points are in the gradebook")
+
+
+def _open_marks(grade: Grade) -> Iterator[Offer]:
+    """Offer the points of each criterion that wait for a person."""
+    for mark in grade.marks:
+        if mark.waits:
+            reason = f"points to give: {mark.title}"
+            yield Offer(grade.student, mark.criterion, "", mark.reason, reason)
 
 
 def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
@@ -696,29 +684,16 @@ def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
     single = frozenset[str]().union(
         *(group for group in desk.settled if len(group) == 1)
     )
-    every = {*desk.partners, *class_grades.partners, *desk.settled}
     for flag in class_grades.flags:
-        # Each pair of a flag is settled; or each student, if it is about other logs
-        # too.
-        alone = flag.previous or len(flag.students) == 1
         students = set(flag.students) - single
-        if alone:
-            settled = students <= graded or frozenset(flag.students) in desk.settled
-        else:
-            # Student by student rather than pair by pair: thousands of logs may be
-            # copies of one.
-            groups = [*every, frozenset(graded)]
-            settled = all(students <= _with(student, groups) for student in students)
+        settled = students <= graded or frozenset(flag.students) in desk.settled
+        if not flag.previous:
+            settled |= any(students <= {*group} for group in class_grades.groups)
         if not settled:
             words = f"flag: {flag.kind}"
             yield Offer(
                 flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag
             )
-
-
-def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
-    """Return a student and all who are in a group with the student."""
-    return {student}.union(*(group for group in groups if student in group))
 
 
 def todo_csv(

@@ -182,22 +182,33 @@ def write_feedback(class_grades: ClassGrades, folder: Path) -> list[str]:
     for grade in class_grades.grades:
         content = repr((__version__, encode(grade))).encode()
         pages = [f"{names[grade.student]}{ending}" for ending in ENDINGS]
-        digests |= dict.fromkeys(pages, _digest(content).encode())
-        if all(_is_up_to_date(folder, page, digests, archived) for page in pages):
-            continue
-        for page, text in zip(pages, feedback_pages(grade).values(), strict=True):
-            data = text.encode("utf-8", "replace")
-            path = folder / FEEDBACK / page
-            checksum, _ = archived.get(page, (None, b""))
-            if path.exists() and zlib.crc32(path.read_bytes()) != checksum:
-                kept += _keep(folder, page, "was changed by hand; what it was", data)
-            write_whole(path, [data], private=True)
+        digest = _digest(content).encode()
+        digests |= dict.fromkeys(pages, digest)
+        there = [(_checksum(folder / FEEDBACK / page), digest) for page in pages]
+        if there != [archived.get(page) for page in pages]:
+            texts = zip(pages, feedback_pages(grade).values(), strict=True)
+            kept += _write_pages(folder, dict(texts), archived)
     for page in archived.keys() - digests.keys():
         kept += _keep(folder, page, "is of nobody in this class: it")
         (folder / FEEDBACK / page).unlink(missing_ok=True)
     if digests != {page: comment for page, (_, comment) in archived.items()}:
         _write_archive(folder, digests)
     return sorted(kept)
+
+
+def _write_pages(
+    folder: Path, texts: Mapping[str, str], archived: Mapping[str, tuple[int, bytes]]
+) -> list[str]:
+    """Write the pages of a student; keep each one that a person has changed."""
+    kept: list[str] = []
+    for page, text in texts.items():
+        path = folder / FEEDBACK / page
+        data = text.encode("utf-8", "replace")
+        as_written, _ = archived.get(page, (None, b""))
+        if _checksum(path) != as_written:
+            kept += _keep(folder, page, "was changed by hand; what it was", data)
+        write_whole(path, [data], private=True)
+    return kept
 
 
 def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
@@ -217,18 +228,9 @@ def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
         return {}
 
 
-def _is_up_to_date(
-    folder: Path,
-    page: str,
-    digests: Mapping[str, bytes],
-    archived: Mapping[str, tuple[int, bytes]],
-) -> bool:
-    """Return whether a page shows the grade already, and nobody has changed it."""
-    path = folder / FEEDBACK / page
-    if not path.exists():
-        return False
-    checksum = zlib.crc32(path.read_bytes())
-    return archived.get(page) == (checksum, digests[page])
+def _checksum(page: Path) -> int | None:
+    """Return the checksum of a page as a zip contains it; None without the page."""
+    return zlib.crc32(page.read_bytes()) if page.exists() else None
 
 
 def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
@@ -304,7 +306,7 @@ def told_of(
     )
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
     values = {
-        "found": class_grades,
+        "class_grades": class_grades,
         "again": again,
         "lost": lost,
         "changes": changes,

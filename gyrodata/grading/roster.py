@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -60,16 +60,11 @@ class Roster(Struct, frozen=True):
 
     def with_submissions(self, students: Iterable[str]) -> Roster:
         """Return the roster in which absent students have a submission."""
-        new = set(students)
-        moved = {
-            absentee.student: absentee
-            for absentee in self.absent
-            if absentee.student in new
-        }
-        left = tuple(
-            absentee for absentee in self.absent if absentee.student not in new
+        absent = {absentee.student: absentee for absentee in self.absent}
+        moved = {student: absent.pop(student) for student in {*students}}
+        return replace(
+            self, people={**self.people, **moved}, absent=tuple(absent.values())
         )
-        return replace(self, people={**self.people, **moved}, absent=left)
 
     def without_names(self) -> Roster:
         """Return the roster with ids instead of names."""
@@ -97,7 +92,7 @@ class Roster(Struct, frozen=True):
             station=station,
         )
 
-    def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
+    def who_is_meant(self, items: Iterable[Submission]) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address.
 
         They are listed by each form of the name, as `forms_of` lists the forms.
@@ -108,10 +103,7 @@ class Roster(Struct, frozen=True):
             (person.student, (person.name, *person.ids))
             for person in (*self.people.values(), *self.absent)
         ]
-        called += [
-            (item.student, (item.name, *item.ids.values()))
-            for item in submissions.items
-        ]
+        called += [(item.student, (item.name, *item.ids.values())) for item in items]
         pairs = [
             (student, name) for student, names in called for name in filter(None, names)
         ]
@@ -136,24 +128,24 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
 
     Also return unknown names.
     """
-    names = list[str]()
-    if not re.fullmatch(SAYS["alone"], text):
-        for part in re.split(_BETWEEN_NAMES, text.strip()):
-            names += (
-                [part] if "," not in part or keys_of(part, meant) else part.split(",")
-            )
-    keys = {
-        name: keys_of(name, meant)
-        for name in map(str.strip, names)
-        if not re.fullmatch(_ONESELF, name)
-    }
+    if re.fullmatch(SAYS["alone"], text):
+        return set(), []
+    keys = {name: keys_of(name, meant) for name in _names_in(text, meant)}
     students = {people[0] for people in keys.values() if len(people) == 1}
-    # "Eva Berg, we share the data" names one student.
-    return students, [
-        name
-        for name, people in keys.items()
-        if len(people) != 1 and not (students and name[:1].islower())
-    ]
+    unclear = [name for name, people in keys.items() if len(people) != 1]
+    if students:
+        # "Eva Berg, we share the data" names one student.
+        unclear = [name for name in unclear if not name[:1].islower()]
+    return students, unclear
+
+
+def _names_in(text: str, meant: Known) -> Iterator[str]:
+    """Yield the names in a text, in which a comma may be a part of a name."""
+    for part in re.split(_BETWEEN_NAMES, text.strip()):
+        is_name = "," not in part or keys_of(part, meant)
+        for name in [part] if is_name else part.split(","):
+            if not re.fullmatch(_ONESELF, name.strip()):
+                yield name.strip()
 
 
 class Partners(NamedTuple):
@@ -228,46 +220,35 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
 
     Raises InputError.
     """
-    rows = []
-    for cells in _read_rows(data, name):
-        row = _person(cells)
-        if row is not None:
-            rows.append(row)
     by_id = _students_by_id(submissions)
     people: dict[str, Person] = {}
     others = []
-    for person in rows:
-        known = [
-            by_id[identifier.casefold()]
-            for identifier in person.ids
-            if identifier.casefold() in by_id
-        ]
+    for person in filter(None, map(_person, _read_rows(data, name))):
+        ids = map(str.casefold, person.ids)
+        known = [by_id[identifier] for identifier in ids if identifier in by_id]
         if known:
             people.setdefault(known[0], person._replace(student=known[0]))
         else:
             others.append(person)
     named = _find_by_name(others, people, submissions)
     people |= named.people
-    absent = tuple(sorted(named.absent))
+    absent = sorted(named.absent)
     names = {key: person.name for key, person in people.items()}
     shown = different(names, [person.name for person in absent])
     people = {key: member._replace(name=shown[key]) for key, member in people.items()}
-    return Roster(people, absent, named.unclear)
+    return Roster(people, tuple(absent), named.unclear)
 
 
 def _read_rows(data: bytes, name: str) -> list[dict[str, str]]:
     """Read a table that has a column of ids or names."""
+    why = "has no column that says who is who"
     try:
         rows = [cells for _, cells in read_list(data, name)]
+        if rows and not rows[0].keys().isdisjoint((*IDS, *NAMES)):
+            return rows
     except (csv.Error, LookupError, ValueError) as error:
-        raise InputError.named(
-            "roster_not_read", name, name=name, why=f"cannot be read: {error}"
-        ) from None
-    if not rows or not {*IDS, *NAMES} & rows[0].keys():
-        raise InputError.named(
-            "roster_not_read", name, name=name, why="has no column that says who is who"
-        )
-    return rows
+        why = f"cannot be read: {error}"
+    raise InputError.named("roster_not_read", name, name=name, why=why)
 
 
 def _person(cells: Mapping[str, str]) -> Person | None:
@@ -324,7 +305,7 @@ def _find_by_name(
 
     A name only means a student whose id is in no other row, here `by_id`.
     """
-    meant = EVERYBODY.who_is_meant(submissions)
+    meant = EVERYBODY.who_is_meant(submissions.items)
     rows_of = grouped((forms_of(person.name)[1], person.student) for person in rows)
     people: dict[str, Person] = {}
     absent = []

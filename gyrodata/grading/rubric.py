@@ -13,7 +13,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -388,36 +388,33 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     ] = {}
 
     def __post_init__(self) -> None:
-        each = [f"{criterion.points:g}" for criterion in self.criteria]
+        self._check_points()
+        self._check_ids()
+        check_bench(self.bench)
+        _check_origin("reference", self.reference or {}, self.references)
+        stated = {key for key in self.bench if key not in ("from", *APPARATUS)}
+        _check_origin("bench", self.bench, stated)
+
+    def _check_points(self) -> None:
+        """Raise UnfitError if the points of the criteria are not those of all."""
         total = math.fsum(criterion.points for criterion in self.criteria)
         if abs(total - self.points) > 1e-9:
-            raise unfit(
-                "points_do_not_add_up",
-                "points",
-                points=self.points,
-                parts=" + ".join(each),
-                total=total,
-            )
-        ids = [criterion.id for criterion in self.criteria]
+            parts = " + ".join(f"{criterion.points:g}" for criterion in self.criteria)
+            values = {"points": self.points, "parts": parts, "total": total}
+            raise unfit("points_do_not_add_up", "points", **values)
+
+    def _check_ids(self) -> None:
+        """Raise UnfitError for an id that cannot be a column of the grades."""
+        known = set[str]()
         for at, criterion in enumerate(self.criteria):
-            if criterion.id in ids[:at]:
-                raise unfit("criterion_twice", "criterion", at, "id", id=criterion.id)
+            place = "criterion", at, "id"
+            if criterion.id in known:
+                raise unfit("criterion_twice", *place, id=criterion.id)
             if criterion.id.casefold() in TABLES["reserved"]:
-                raise unfit(
-                    "criterion_id_reserved", "criterion", at, "id", id=criterion.id
-                )
+                raise unfit("criterion_id_reserved", *place, id=criterion.id)
             if criterion.check == "reference" and self.reference is None:
                 raise unfit("reference_missing", "criterion", at, id=criterion.id)
-        check_bench(self.bench)
-        for head, stated in (
-            ("reference", self.references),
-            ("bench", set(self.bench) - {"from", *APPARATUS}),
-        ):
-            source = (getattr(self, head) or {}).get("from")
-            if source not in (None, "class"):
-                raise unfit("from_not_class", head, "from", source=source)
-            if source and stated:
-                raise unfit("class_and_stated", head, "from", table=head)
+            known.add(criterion.id)
 
     @cached_property
     def references(self) -> Mapping[str, Reference]:
@@ -435,6 +432,17 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             station_key(name): stated_value.reference(words[name])
             for name, stated_value in stated.items()
         }
+
+
+def _check_origin(
+    head: str, table: Mapping[str, Station | str], stated: Collection[str]
+) -> None:
+    """Raise UnfitError if a table has another origin than "class", or two origins."""
+    source = table.get("from")
+    if source not in (None, "class"):
+        raise unfit("from_not_class", head, "from", source=source)
+    if source and stated:
+        raise unfit("class_and_stated", head, "from", table=head)
 
 
 class Rubric(_Table, frozen=True, dict=True):

@@ -10,7 +10,6 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.fitting import chi2_tail
-from gyrodata.grading.stations import depend
 from gyrodata.grading.yardsticks import grouped, in_order
 from gyrodata.reporting.values import p_text
 
@@ -115,5 +114,5 @@ def _probability(
     # Equal points share the mean of their ranks.
     ranks = (np.cumsum(counts) - (counts - 1) / 2)[place]
     is_mine = np.arange(len(ranks)) < len(mine)
-    share = depend(ranks, np.ones(len(ranks)), is_mine).share
-    return min(1.0, count * chi2_tail((len(ranks) - 1) * share, 1))
+    correlation = float(np.corrcoef(ranks, is_mine)[0, 1])
+    return min(1.0, count * chi2_tail((len(ranks) - 1) * correlation**2, 1))

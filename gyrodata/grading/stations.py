@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import ArrayLike
 
-from gyrodata import fitting
+from gyrodata.fitting import MAD_TO_SD, chi2_tail
 from gyrodata.grading.yardsticks import Reference, by_station, grouped, in_order
 from gyrodata.physics import Floats
 from gyrodata.readings.blocks import day_of
@@ -68,59 +67,10 @@ def robust(values: Iterable[tuple[float, float]]) -> Robust:
     middle = np.median(value)
     u = np.maximum(u, max(np.median(u), 1e-9 * abs(middle)))
     away = (value - middle) / u
-    scatter = fitting.MAD_TO_SD * float(np.median(np.abs(away)))
+    scatter = MAD_TO_SD * float(np.median(np.abs(away)))
     scatter = max(scatter, LEAST_SCATTER)
     moved = middle + u * np.clip(away, -PULL * scatter, PULL * scatter)
     return Robust(moved, (np.abs(away) <= GROSS * scatter) / u**2, scatter)
-
-
-class Dependence(NamedTuple):
-    """How n values depend on columns of numbers."""
-
-    share: float  # of their variance that a line in the columns explains [1]
-    columns: int  # number of independent columns
-    dof: int  # degrees of freedom that are left
-    slopes: Floats  # shape (number of columns,)
-    u: Floats  # their standard uncertainties
-
-    @property
-    def p(self) -> float:
-        """The probability of such a share by chance, for normal values."""
-        if not self.columns or self.dof < 1:
-            return 1.0
-        # Its import takes longer than a class that is graded already.
-        from scipy.special import betainc
-
-        return float(betainc(self.dof / 2, self.columns / 2, max(1 - self.share, 0.0)))
-
-
-def depend(
-    values: Floats, weights: Floats, *columns: ArrayLike, shared: float = 0.0
-) -> Dependence:
-    """Fit a line in columns of numbers to values whose weights are 1/u².
-
-    `shared`: Variance of an error that all values of a group share, in u², times the
-    number of values in a group.
-    """
-    root = np.sqrt(weights)
-    design = root[:, None] * np.column_stack([np.ones(len(values)), *columns])
-    target = root * values
-    solution, _, rank, _ = np.linalg.lstsq(design, target, rcond=None)
-    left = float(np.sum((target - design @ solution) ** 2))
-    mean = np.average(values, weights=weights)
-    around_mean = float(weights @ (values - mean) ** 2)
-    whole = max(around_mean, left, 1e-300)
-    # A residual that is only rounding explains nothing.
-    left = max(left, 1e-24 * float(weights @ values**2))
-    whole = max(whole, left)
-    dof = int(np.count_nonzero(weights) - rank)
-    variance = left / max(dof, 1) * np.linalg.pinv(design.T @ design).diagonal()
-    # χ² of the residuals grows by the shared variance of each degree of freedom.
-    wider = 1 + shared * dof / max(left, 1e-300)
-    u = np.sqrt(wider * variance[1:].clip(0))
-    explained = (whole - left) / wider
-    share = explained / max(explained + left, 1e-300)
-    return Dependence(share, int(rank) - 1, dof, solution[1:], u)
 
 
 # --- the class as its own reference ---
@@ -311,23 +261,37 @@ def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
 
 
 def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFigures:
-    """Compare the days of a station by a line, and with each other."""
-    by_day = grouped((day, (inertia, u)) for day, inertia, u in values)
+    """Compare the means of the days with each other and, if possible, with a line."""
+    # A wrong log is seen among all of the station, and not among the few of a day.
+    is_usual = robust((inertia, u) for _, inertia, u in values).weights > 0
+    usual = [value for value, used in zip(values, is_usual, strict=True) if used]
+    by_day = grouped((day, (inertia, u)) for day, inertia, u in usual)
     figures = [
         DayFigures(day, len(some), *robust(some).mean) for day, some in by_day.items()
     ]
-    days = np.array([each.day for each in values])
-    combined = robust((inertia, u) for _, inertia, u in values)
-    shared = OF_DAY**2 * len(values) / len(by_day)
-    of_days = [days == day for day in by_day]
-    differences = depend(*combined[:2], *of_days, shared=shared)
-    numbers = np.array([_number_of(day) for day in days.tolist()])
-    p, slope, slope_u = differences.p, None, None
-    if np.ptp(numbers) <= YEAR:
-        line = depend(*combined[:2], numbers - numbers.mean(), shared=shared)
-        if line.p <= p:
-            inertia, _ = combined.mean
-            p = line.p
-            slope = float(line.slopes[0]) / inertia
-            slope_u = float(line.u[0]) / inertia
+    # A log that is alone on its day shows no scatter.
+    p, slope, slope_u = _compare([day for day in figures if day.logs > 1])
     return StationFigures(station, tuple(figures), slope, slope_u, min(1.0, p * tests))
+
+
+def _compare(
+    days: Sequence[DayFigures],
+) -> tuple[float, float | None, float | None]:
+    """Return p of the differences of days, or p of a line with its slope and u."""
+    if len(days) < 2:
+        return 1.0, None, None
+    means = np.array([day.inertia for day in days])
+    variance = [day.u**2 * (1 + day.logs * OF_DAY**2) for day in days]
+    weights = 1 / np.array(variance)
+    mean = float(np.average(means, weights=weights))
+    p = chi2_tail(float(weights @ (means - mean) ** 2), len(days) - 1)
+    numbers = np.array([_number_of(day.day) for day in days])
+    if not 0 < np.ptp(numbers) <= YEAR:
+        return p, None, None
+    numbers -= np.average(numbers, weights=weights)
+    information = float(weights @ numbers**2)
+    rise = float(weights * numbers @ means) / information
+    p_of_line = chi2_tail(rise**2 * information, 1)
+    if p_of_line > p:
+        return p, None, None
+    return p_of_line, rise / mean, 1 / (math.sqrt(information) * mean)

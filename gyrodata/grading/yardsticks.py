@@ -29,13 +29,13 @@ from numpy.typing import NDArray
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic, InputError, nearest
 from gyrodata.grading.rubric_file import unfit
-from gyrodata.grading.stated import with_usual
 from gyrodata.judging.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import (
     SHARED_UNCERTAINTIES,
+    Column,
     Faults,
     Reading,
     Readings,
@@ -106,59 +106,46 @@ class OwnRuns(Struct, frozen=True, dict=True):
         """
         fits = []
         for (suffix, used), name in itertools.product(self.sets, self.accept):
-            if name == "recommended" or (
-                name == "mean_of_ratios" and suffix == "loaded"
-            ):
-                continue
-            if name == "with_constant" and not fitting.torques_differ(
-                self.torque[used]
-            ):
-                continue
-            x = (product * self.product)[used]
-            y = (torque * self.torque)[used]
-            with np.errstate(all="ignore"):
-                value, u = map(float, fitting.TEXTBOOK[name](x, y))
-            fits.append(
-                OwnValue(
-                    f"{name}:{suffix}".rstrip(":"),
-                    value,
-                    u if math.isfinite(u) else None,
-                )
-            )
-        # The recommended fit can only be scaled, by a factor that is the same in every
-        # run.
-        loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
-        if (
-            "recommended" in self.accept
-            and not np.ndim(product)
-            and np.ptp(loaded) <= 1e-9 * abs(loaded[0])
-        ):
-            factor = float(loaded[0] / product)
-            best = self.recommended
-            fits.append(
-                OwnValue("recommended", factor * best.value, best.u and factor * best.u)
-            )
+            if name == "recommended":
+                fits += self._scaled(product, torque) if not suffix else []
+            elif self._is_possible(name, suffix, used):
+                x = (product * self.product)[used]
+                y = (torque * self.torque)[used]
+                with np.errstate(all="ignore"):
+                    value, u = map(float, fitting.TEXTBOOK[name](x, y))
+                known_u = u if math.isfinite(u) else None
+                fits.append(OwnValue(f"{name}:{suffix}".rstrip(":"), value, known_u))
         return fits
+
+    def _is_possible(self, name: str, suffix: str, used: NDArray[np.bool_]) -> bool:
+        """Return whether a fit differs from others, and the runs determine it."""
+        if name == "mean_of_ratios":
+            return suffix != "loaded"
+        return name != "with_constant" or fitting.torques_differ(self.torque[used])
+
+    def _scaled(
+        self, product: Floats | float, torque: Floats | float
+    ) -> list[OwnValue]:
+        """Scale the recommended fit, if the factor is the same in every run."""
+        loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
+        if np.ndim(product) or np.ptp(loaded) > 1e-9 * abs(loaded[0]):
+            return []
+        factor = float(loaded[0] / product)
+        best = self.recommended
+        u = best.u and factor * best.u
+        return [OwnValue("recommended", factor * best.value, u)]
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs, without repeating equal values.
 
-        The fits are in the order of the rubric.
-
         If none of them is possible (an intercept, and one torque only), it is the
         recommended fit.
         """
         kept: list[OwnValue] = []
-        fits = [own for own in self.fits() if math.isfinite(own.value) and own.value]
-        for own in sorted(
-            fits,
-            key=lambda own: (
-                ":" in own.name,
-                self.accept.index(own.name.partition(":")[0]),
-            ),
-        ):
-            if not any(math.isclose(own.value, other.value) for other in kept):
+        for own in self.fits():
+            is_new = not any(math.isclose(own.value, other.value) for other in kept)
+            if is_new and math.isfinite(own.value) and own.value:
                 kept.append(own)
         return tuple(kept) or (self.recommended,)
 
@@ -172,14 +159,8 @@ def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
         "all": np.ones(len(kept), dtype=bool),
         "loaded": kept & (measured.torque != 0),
     }
-    sets = [
-        ("", kept),
-        *(
-            (name, used)
-            for name, used in others.items()
-            if not np.array_equal(used, kept)
-        ),
-    ]
+    sets = [("", kept)]
+    sets += [each for each in others.items() if not np.array_equal(each[1], kept)]
     product = analysis.fit.sense * np.abs(measured.product)
     best = OwnValue("recommended", inertia.value, inertia.u or None)
     u = _u_of_one_balance(analysis.fit)
@@ -378,45 +359,39 @@ def possible_mistakes(
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
-    torque = np.asarray(kind.torque)
-    product = np.asarray(kind.product)
-    role = kind.column or ("turns" if np.all(torque == 1) else "position")
-    if role == "time":
-        factor = product
-    elif role in ("spin", "turns"):
-        factor = 1 / product
-    else:
-        factor = 1 / torque
-    roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
-    meant = "" if role == "turns" else kind.meant
-    # Which role is made from which column, in which unit, and by which factor.
-    made = [
-        (column_role, column_role, meant, factor)
-        for column_role in readings.columns
-        if column_role in roles
-    ]
-    if kind.kind == "exchanged":
-        made = [
-            ("spin", "time", "rpm", np.array(RPM)),
-            ("time", "spin", "s", np.array(1 / RPM)),
-        ]
     columns = dict(readings.columns)
-    for column_role, source, unit, factor in made:
-        column = readings.columns[source]
-        read = map(
-            _times,
-            column.readings,
-            np.broadcast_to(factor, len(readings.runs)).tolist(),
-        )
-        columns[column_role] = replace(
-            column, role=column_role, unit=unit or column.unit, readings=tuple(read)
-        )
+    if kind.kind == "exchanged":
+        spin = _changed(columns["time"], RPM, "rpm")
+        time = _changed(columns["spin"], 1 / RPM, "s")
+        columns["spin"] = replace(spin, role="spin")
+        columns["time"] = replace(time, role="time")
+    else:
+        role, factor = _wrong_column(kind)
+        roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
+        meant = "" if role == "turns" else kind.meant
+        for role in columns.keys() & roles:
+            columns[role] = _changed(columns[role], factor, meant)
     warning = Diagnostic.named(
         "log_contradicts_answer", readings.name, what=kind.log, remedy=kind.remedy
     )
-    return replace(
-        readings, columns=columns, diagnostics=(*readings.diagnostics, warning)
-    )
+    diagnostics = (*readings.diagnostics, warning)
+    return replace(readings, columns=columns, diagnostics=diagnostics)
+
+
+def _wrong_column(kind: Mistake) -> tuple[str, Any]:
+    """Return the role of the wrong column, and the factor that corrects it."""
+    is_load_right = np.all(np.asarray(kind.torque) == 1)
+    role = kind.column or ("turns" if is_load_right else "position")
+    if role == "time":
+        return role, kind.product
+    return role, 1 / (kind.product if role in ("spin", "turns") else kind.torque)
+
+
+def _changed(column: Column, factor: Any, unit: str) -> Column:
+    """Multiply the readings of a column; `unit`: the right one, or "" for the same."""
+    factors = np.broadcast_to(factor, len(column.readings)).tolist()
+    cells = map(_times, column.readings, factors)
+    return replace(column, unit=unit or column.unit, readings=tuple(cells))
 
 
 def _times(reading: Reading, factor: float) -> Reading:
@@ -590,9 +565,6 @@ class AtBench(NamedTuple):
     added: tuple[
         str, ...
     ]  # lines of ``[bench]`` for what the log does not state: "u_time 0.3 s"
-    too_wide: tuple[
-        str, ...
-    ]  # uncertainties that the log states far over the usual; the usual ones are used
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
@@ -612,9 +584,8 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     }
     if missing:
         readings, answers = submission.read(missing)
-    readings, too_wide = with_usual(readings, lines)
     added = tuple(f"{key} {text}" for key, text in missing.items())
-    return AtBench(readings, answers, added, too_wide)
+    return AtBench(readings, answers, added)
 
 
 def _stated_in(readings: Readings) -> set[str]:

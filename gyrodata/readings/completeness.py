@@ -70,7 +70,7 @@ def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[s
 
 def _is_uncertain(unread: set[str], faults: Faults) -> bool:
     """Return whether blank cells may be due to a fault that is reported already."""
-    codes = {fault.code for fault in faults.found}
+    codes = {fault.code for fault in faults.diagnostics}
     if diagnostics.VALUE_BELOW_ITS_FIRST_ROW in codes:
         return True
     readings = [role for role in unread if not role.startswith("u_")]

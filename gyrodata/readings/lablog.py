@@ -309,7 +309,7 @@ class Faults:
         self.name = name
         self.sheets = sheets
         self.lines = split_lines(text) if text else []
-        self.found: list[Diagnostic] = []
+        self.diagnostics: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
 
     def message(
@@ -351,7 +351,7 @@ class Faults:
         code = values.get("code") or diagnostics.message(name).code
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
-            self.found.append(self.message(name, place, **values))
+            self.diagnostics.append(self.message(name, place, **values))
 
     def refuse(
         self, name: str, place: Text | Place | None = None, /, **values: Any
@@ -361,13 +361,15 @@ class Faults:
         The error also contains everything that was found before.
         """
         self.add(name, place, **values)
-        return InputError(self.found)
+        return InputError(self.diagnostics)
 
     def take_back(self, name: str, line: int) -> None:
         """Remove the messages of one kind about a line."""
         code = diagnostics.message(name).code
-        self.found = [
-            fault for fault in self.found if (fault.code, fault.line) != (code, line)
+        self.diagnostics = [
+            fault
+            for fault in self.diagnostics
+            if (fault.code, fault.line) != (code, line)
         ]
 
     def _excerpt(self, line: int) -> str:
@@ -422,7 +424,7 @@ class Faults:
             for code, count in self._count.items()
             if count > MOST_OF_ONE_CODE
         }
-        severities = {fault.code: fault.severity for fault in self.found}
+        severities = {fault.code: fault.severity for fault in self.diagnostics}
         hidden = [
             Diagnostic(
                 code,
@@ -432,11 +434,11 @@ class Faults:
             )
             for code, n in more.items()
         ]
-        return (*self.found, *hidden)
+        return (*self.diagnostics, *hidden)
 
     def has_error(self) -> bool:
         """Return whether a fault found so far stops the analysis."""
-        return "error" in [diagnostic.severity for diagnostic in self.found]
+        return "error" in [diagnostic.severity for diagnostic in self.diagnostics]
 
 
 def _shortened(text: str) -> str:

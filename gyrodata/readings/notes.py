@@ -266,7 +266,7 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
     already.
     """
     left_out = diagnostics.message("title").code
-    lines = {fault.line for fault in faults.found if fault.code != left_out}
+    lines = {fault.line for fault in faults.diagnostics if fault.code != left_out}
     for sentence in sentences:
         note = sentence.text
         named = _named_readings(note)

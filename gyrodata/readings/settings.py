@@ -107,7 +107,7 @@ def read_options(
             hint = _did_you_mean(role, mapped)
             faults.add("mapped_role_unknown", what=f"--map {role}=…", hint=hint)
     if faults.has_error():
-        raise InputError(faults.found)
+        raise InputError(faults.diagnostics)
     return options
 
 

@@ -377,9 +377,9 @@ class TableReader:
         """
         faults = self.faults if strict else Faults(self.faults.name)
         column = self._read_cells(chosen, strict, faults)
-        if strict or not faults.found:
+        if strict or not faults.diagnostics:
             return column
-        why = f"({chosen.role}) is not compared: {faults.found[0].message}"
+        why = f"({chosen.role}) is not compared: {faults.diagnostics[0].message}"
         note_unused(chosen, why, self.faults)
         return None
 

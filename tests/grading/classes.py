@@ -10,6 +10,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import Submissions, choose, list_submissions
 
 LOG = (
@@ -53,6 +54,10 @@ def find_submissions(path: str | Path, **options: Any) -> Submissions:
     """List the submissions of a class, and choose the log of each in this process."""
     listed = list_submissions(path, **options)
     chosen = [choose(item) for item in listed.items]
-    notes = [note for _, some in chosen for note in some]
+    notes = [
+        Diagnostic.named("one_of_logs", listed.items[0].source.name, choice=choice)
+        for _, choice in chosen
+        if choice
+    ]
     items = tuple(item for item, _ in chosen)
     return replace(listed, items=items, diagnostics=(*listed.diagnostics, *notes))

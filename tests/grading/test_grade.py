@@ -25,7 +25,7 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from gyrodata.grading.exports.pages import feedback_pages
-from gyrodata.grading.grade import Grade, grade_submission, settle
+from gyrodata.grading.grade import Grade, grade_submission, standard_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission
 
@@ -371,10 +371,16 @@ def test_outsider_is_far_from_the_class_in_any_order() -> None:
     ]
     waiting += [grade(b"hello", BY_CLASS, student="t")]
     assert (waiting[0].status, waiting[0].points) == ("so far", 17)
-    found, *_ = settle(waiting, BY_CLASS)
+    found = settled(waiting)
     assert [points(one)["reference"] for one in found] == [3] * 7 + [0, None]
     assert (found[0].status, found[0].points, found[8]) == ("graded", 20, waiting[8])
-    assert settle(waiting[::-1], BY_CLASS)[0][::-1] == found
+    assert settled(waiting[::-1])[::-1] == found
+
+
+def settled(grades: list[Grade]) -> list[Grade]:
+    """Compare the grades of a class with each other."""
+    standard = standard_of(grades, BY_CLASS)
+    return [standard.settled(grade) for grade in grades]
 
 
 @pytest.mark.slow

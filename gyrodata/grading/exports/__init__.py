@@ -72,27 +72,20 @@ def grades_csv(class_grades: ClassGrades) -> str:
 
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
     """Return the cells of one student by column."""
-    others = {
-        flag: [
-            student
-            for student in (*flag.students, *flag.previous)
-            if student != grade.student
-        ]
-        for flag in flags
-    }
-    remarks = [
-        f"{flag.kind} with {listing(some, MOST_NAMED)}" if some else flag.kind
-        for flag, some in others.items()
-    ]
+    remarks = []
+    for flag in flags:
+        others = [*flag.students, *flag.previous]
+        others.remove(grade.student)
+        names = listing(others, MOST_NAMED)
+        remarks.append(f"{flag.kind} with {names}" if others else flag.kind)
+    late = "" if grade.points is None else two_decimals(grade.late_deduction)
     return {
         "student": grade.student,
         "name": grade.name,
         STATUS: grade.status,
         TOTAL: two_decimals(grade.points),
         **{mark.criterion: two_decimals(mark.points) for mark in grade.marks},
-        "late_deduction": ""
-        if grade.points is None
-        else two_decimals(grade.late_deduction),
+        "late_deduction": late,
         "late [s]": grade.late_seconds,
         "late": grade.late_reason,
         "reported [kg*m^2]": grade.reported.get("value"),

@@ -142,7 +142,7 @@ def _rows_of(layout: _Layout, grade: Grade, ids: Mapping[str, str]) -> list[int]
     for title, kinds in _KNOWN_BY[layout.lms]:
         for kind in kinds:
             place = (title, known.get(kind, "").casefold())
-            if kind in known and place in layout.places:
+            if known.get(kind) and place in layout.places:
                 return layout.places[place]
     return []
 
@@ -273,26 +273,27 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
     rows = range(1, len(sheet.rows))
     of_maximum = [row for row in rows if "Points Possible" in sheet.value(row, 0)]
     grade = _chosen_assignment(sheet, assignment)
-    most = "".join(sheet.value(row, grade) for row in of_maximum[:1])
-    if locked := re.search("(?i)read.only", most):
-        raise InputError.named(
-            "gradebook_column_locked",
-            sheet.name,
-            name=sheet.name,
-            column=sheet.head[grade],
-            why=locked[0],
-        )
+    most = sheet.value(of_maximum[0], grade) if of_maximum else ""
+    _insist_on_open(sheet, grade, most)
+    named = [row for row in rows if row not in of_maximum and sheet.value(row, key)]
     labels: dict[int, str] = {}
     places: dict[tuple[str, str], list[int]] = {}
-    for row in rows:
-        if row in of_maximum or not sheet.value(row, key):
-            continue
+    for row in named:
         labels[row] = ", ".join(sheet.value(row, at) for at in range(key))
         for title, _ in _KNOWN_BY["canvas"]:
-            value = sheet.value(row, columns.get(title))
-            if value:
-                places.setdefault((title, value.casefold()), []).append(row)
+            value = sheet.value(row, columns.get(title)).casefold()
+            places.setdefault((title, value), []).append(row)
     return _Layout("canvas", grade, most, labels, places)
+
+
+def _insist_on_open(sheet: Sheet, grade: int, most: str) -> None:
+    """Raise an error if Canvas does not take grades in a column."""
+    locked = re.search("(?i)read.only", most)
+    if locked is not None:
+        values = {"column": sheet.head[grade], "why": locked[0]}
+        raise InputError.named(
+            "gradebook_column_locked", sheet.name, name=sheet.name, **values
+        )
 
 
 def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:

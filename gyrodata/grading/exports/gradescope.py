@@ -100,12 +100,12 @@ def results_json(grade: Grade) -> str:
     """
     judged = [mark for mark in grade.marks if mark.points is not None]
     titles = _secret_titles()
-    errors = [
-        diagnostic
+    errors = {
+        diagnostic["code"]
         for diagnostic in grade.diagnostics
         if diagnostic["severity"] == "error"
-    ]
-    is_secret = any(diagnostic["code"] in titles for diagnostic in errors)
+    }
+    is_secret = not errors.isdisjoint(titles)
     output = environment().get_template("gradescope.txt.jinja")
     text = output.render(
         grade=grade,

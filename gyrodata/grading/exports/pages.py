@@ -211,7 +211,7 @@ def class_page(
         "whole": shown,
     }
     return page.get_template("class.html.jinja").render(
-        found=class_grades,
+        class_grades=class_grades,
         feedback=feedback,
         links=links,
         offers=offers,

@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
@@ -32,7 +31,7 @@ from gyrodata.grading.submissions.archives import (
 )
 from gyrodata.grading.submissions.log_choice import Attempts, choose_log
 from gyrodata.grading.submissions.submission import Submission, Submissions
-from gyrodata.readings import Faults, listing
+from gyrodata.readings import listing
 from gyrodata.readings.names import squeezed_words
 
 __all__ = [
@@ -74,75 +73,53 @@ def list_submissions(
         If the class cannot be read, or contains no submission.
     """
     if lms != "auto" and lms not in names.PLATFORMS:
-        raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
+        raise InputError.named("unknown_lms", lms=lms, known=", ".join(names.NAMED))
     root = Path(path)
     files = _without_reports(list_files(root))
     platform, owners = names.name_all(files, lms)
-    named = _NamedFiles(files, platform, owners, _export_of(platform, owners))
-    about, notes = _read_metadata(root, named)
-    notes = [*named.files.diagnostics, *notes, *_files_of_no_student(root, named)]
+    about, notes = _read_metadata(root, platform, owners)
+    notes = [*files.diagnostics, *notes, *_files_of_no_student(root, platform, owners)]
     items = []
-    for parts in _by_student(named.owners, about):
-        item, attempts_made = _join_attempt(named.files.root, parts, attempts)
-        items += _members_of_group(item) if named.platform == "folder" else [item]
+    for parts in _by_student(owners, about):
+        item, attempts_made = _join_attempt(files.root, parts, attempts)
+        items += _members_of_group(item) if platform == "folder" else [item]
         if attempts_made > 1:
-            notes.append(
-                Faults(root.name).message(
-                    "newest_of_attempts",
-                    name=item.name,
-                    count=attempts_made,
-                    which=attempts,
-                )
-            )
+            values = {"name": item.name, "count": attempts_made, "which": attempts}
+            notes.append(Diagnostic.named("newest_of_attempts", root.name, **values))
     if not items:
-        raise _no_submission(root, named.files, lms)
-    return Submissions(named.platform, _with_different_names(items), tuple(notes))
+        raise _no_submission(root, files, lms)
+    return Submissions(platform, _with_different_names(items), tuple(notes))
 
 
-class _NamedFiles(Struct, frozen=True):
-    """The files of a class, and whose they are by their names."""
-
-    files: Listing
-    platform: str
-    owners: names.Named
-    """The student of each file; None if the name says none."""
-    metadata: str
-    """File with the metadata of the platform; "" if there is none."""
-
-
-def _export_of(platform: str, owners: names.Named) -> str:
-    """Return the metadata in an export of Gradescope, or ""."""
-    if platform != "gradescope":
-        return ""
+def _read_metadata(
+    root: Path, platform: str, owners: names.Named
+) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
+    """Return what Gradescope says about each submission, by its `feedback_stem`."""
+    # A student may hand in a file with this name.
     exports = [
         name
         for name, owner in owners.items()
         if owner is None and name.endswith(names.EXPORT)
     ]
-    return min(exports, default="")
-
-
-def _read_metadata(
-    root: Path, named: _NamedFiles
-) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
-    """Return what the platform says about each submission, by its `feedback_stem`."""
-    if not named.metadata:
+    if platform != "gradescope" or not exports:
         return {}, []
+    export = min(exports)
     try:
-        data = read_file(root, named.metadata, names.LARGEST)
-        return names.read_export(data), []
+        return names.read_export(read_file(root, export, names.LARGEST)), []
     except (GyroError, ValueError) as error:
-        name = named.metadata.rpartition("/")[2]
-        note = Faults(root.name).message("metadata_unreadable", name=name, why=error)
+        name = export.rpartition("/")[2]
+        note = Diagnostic.named("metadata_unreadable", root.name, name=name, why=error)
         return {}, [note]
 
 
-def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
+def _files_of_no_student(
+    root: Path, platform: str, owners: names.Named
+) -> list[Diagnostic]:
     """Name the files whose names say no student."""
     expected = (names.EXPORT, "/", "index.html")
     left = sorted(
         shown(name)
-        for name, owner in named.owners.items()
+        for name, owner in owners.items()
         if owner is None and not name.endswith(expected)
     )
     if not left:
@@ -150,10 +127,10 @@ def _files_of_no_student(root: Path, named: _NamedFiles) -> list[Diagnostic]:
     values = {
         "count": "1 file is" if len(left) == 1 else f"{len(left)} files are",
         "names": listing(left, 5),
-        "lms": named.platform,
-        "sample": names.PLATFORMS[named.platform].sample,
+        "lms": platform,
+        "sample": names.PLATFORMS[platform].sample,
     }
-    return [Faults(root.name).message("files_of_no_student", **values)]
+    return [Diagnostic.named("files_of_no_student", root.name, **values)]
 
 
 def _by_student(
@@ -239,8 +216,9 @@ def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
 def _no_submission(root: Path, files: Listing, lms: str) -> GyroError:
     """Return the error of a class without a submission."""
     platform = "folder" if lms == "auto" else lms
-    return Faults(root.name).refuse(
+    return InputError.named(
         "no_submission" if files.names else "class_empty",
+        root.name,
         root=root.name,
         one=shown(next(iter(files.names), "")),
         lms="a platform" if lms == "auto" else lms,
@@ -273,8 +251,8 @@ def submission_of(
     parts = {"/": submission}
     for name, file in own.items():
         parts[name] = replace(submission, log_file=file)
-    made, choice = _choose(_joined(files.root, parts, "newest"))
-    notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
+    made, choice = choose(_joined(files.root, parts, "newest"))
+    notes = [Diagnostic.named("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
 
 
@@ -282,11 +260,11 @@ def _files_handed_in(paths: Sequence[Path]) -> tuple[Listing, dict[str, str]]:
     """List files, or those of one folder or zip, with the names to be shown."""
     is_whole = [path.is_dir() or path.suffix.lower() == ".zip" for path in paths]
     if any(is_whole) and len(paths) > 1:
-        raise Faults("").refuse("not_all_files", count=len(paths))
+        raise InputError.named("not_all_files", count=len(paths))
     for path in paths:
         if not path.exists():
             hint = "check its name and its folder"
-            raise Faults("").refuse("file_not_found", path=str(path), hint=hint)
+            raise InputError.named("file_not_found", path=str(path), hint=hint)
     if is_whole[0]:
         files = _without_reports(list_files(paths[0]))
         return files, {name: shown(name) for name in files.names}
@@ -304,8 +282,10 @@ def _without_reports(files: Listing) -> Listing:
     )
     if not reports:
         return files
-    note = Faults(files.root.name).message(
-        "report_left_aside", names=listing([shown(report) for report in reports], 5)
+    note = Diagnostic.named(
+        "report_left_aside",
+        files.root.name,
+        names=listing([shown(report) for report in reports], 5),
     )
     left = tuple(name for name in files.names if not name.startswith(reports))
     folders = tuple(
@@ -325,22 +305,12 @@ def _joined(
     return replace(made, parts=parts, attempts=attempts)
 
 
-def choose(item: Submission) -> tuple[Submission, list[Diagnostic]]:
+def choose(item: Submission) -> tuple[Submission, str]:
     """Open the files of a listed submission and choose the log among them.
 
-    Also return a note on the choice.
-
-    A log that is given already, such as one that a person corrected, is kept.
+    Also return how it was chosen among several files, or "". A log that is given
+    already, such as one that a person corrected, is kept.
     """
-    made, choice = _choose(item)
-    note = Faults(item.source.name).message
-    return made, [
-        note("one_of_logs", choice=f"{made.name}: {choice}")
-    ] if choice else []
-
-
-def _choose(item: Submission) -> tuple[Submission, str]:
-    """Do the work of `choose`; the note is a text, or ""."""
     if not item.parts:
         return item, ""
     own, damage = _with_inner_files(item)
@@ -405,4 +375,6 @@ def unread(item: Submission, why: str) -> Submission:
     """Return a listed submission whose files cannot be opened, with the reason."""
     members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
     digest = hashlib.sha256(repr(members).encode("utf-8", "replace")).hexdigest()
-    return replace(item, parts={}, members=members, problem=why, known_digest=digest)
+    return replace(
+        item, parts={}, members=members, problem=why, lost=why, known_digest=digest
+    )

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import PurePosixPath
+from typing import Final
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -17,17 +18,14 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.base.errors import Diagnostic
 from gyrodata.grading.submissions import visible
-from gyrodata.grading.submissions.archives import PDF, ending
+from gyrodata.grading.submissions.archives import PDF, TABLES, ending
 from gyrodata.grading.submissions.candidates import (
-    MOST_BELOW,
     Candidate,
     Rank,
     find_candidates,
     version_in,
-    with_u,
 )
 from gyrodata.grading.submissions.documents import (
-    LONGEST_LINE,
     MOST_LINES,
     NO_TEXT,
     SAYS,
@@ -36,8 +34,7 @@ from gyrodata.grading.submissions.documents import (
     read_document,
     without_marks,
 )
-from gyrodata.readings import Faults, Reported
-from gyrodata.readings.roles import is_key
+from gyrodata.readings import Reported
 
 _MOST_NAMES, _LONGEST_NAMES = 100, 1000
 
@@ -61,89 +58,112 @@ def read_answers(
     `reports` are the other texts, or their names and bytes. Never raises: a value that
     cannot be read has a fault.
     """
-    documents = [
+    documents = _documents(reports)
+    if log is not None:
+        documents.append(Document(log.name, _lines_of(log)))
+    texts = [find_candidates(document) for document in documents]
+    cuts = tuple(text.cut for text in texts if text.cut)
+    values = [*chain.from_iterable(text.values for text in texts)]
+    named = [candidate for candidate in values if not candidate.compared]
+    stated = _stated_in(log, named)
+    chosen = stated or _best_beside(log, named)
+    unread = _unread(documents, has_answer=chosen is not None)
+    if chosen is None:
+        return Answers(questions=cuts, unread=unread)
+    notes = []
+    if stated is None:
+        place = {"place": chosen.place, "text": chosen.read.text}
+        notes.append(Diagnostic.named("answer_elsewhere", **place))
+    doubts = [*_doubts(chosen, named), *_lost_powers(chosen)]
+    questions = *cuts, *doubts, *_disagreements(chosen, values)
+    return Answers(chosen.read, tuple(notes), chosen.file, questions, unread)
+
+
+def _documents(reports: Iterable[Document | tuple[str, bytes]]) -> list[Document]:
+    """Read the texts that are not read yet."""
+    return [
         report if isinstance(report, Document) else read_document(*report)
         for report in reports
     ]
-    if log is not None and "inertia" not in log.reported:
-        log = None
-    remarks = [Document(log.name, _remarks(log))] if log is not None else []
-    texts = [find_candidates(document) for document in (*remarks, *documents)]
-    cuts = tuple(filter(None, (text.cut for text in texts)))
-    values = [*chain.from_iterable(text.values for text in texts)]
-    named = [candidate for candidate in values if not candidate.compared]
-    unread = _unread(documents, has_answer=bool(log or named))
-    if log is not None:
-        chosen = Candidate(Rank(True, True, True), log.name, _in_log(log))
-        answers = Answers(chosen.read, (), log.name)
-    elif named:
-        chosen, answers = _best(named)
-    else:
-        return Answers(questions=cuts, unread=unread)
-    questions = [*cuts, _doubt(chosen, named), _lost_power(answers)]
-    if answers.inertia and answers.inertia.fault != "given twice":
-        # A word of a comparison does not make another answer harmless.
-        questions.append(_disagrees(chosen, answers.file, values))
-    return replace(
-        answers,
-        questions=tuple(filter(None, questions)),
-        unread=unread,
-    )
+
+
+def _lines_of(log: readings.Readings) -> list[str]:
+    """Return the lines of a log that contain words, as a person sees them."""
+    lines = in_cells(readings.lablog.split_lines(log.source_text))
+    seen = [without_marks(visible.line_seen(line)) for line in lines]
+    return [line.strip('#%" ') if re.search(_WORD, line) else "" for line in seen]
+
+
+_WORD = r"[^\W\d_]{2}"
+
+
+def _stated_in(
+    log: readings.Readings | None, values: Iterable[Candidate]
+) -> Candidate | None:
+    """Return the value that a log reports, with what the lines below it say of it."""
+    if log is None or "inertia" not in log.reported:
+        return None
+    read = log.reported["inertia"]
+    rank = Rank(True, True, True)
+    if read.u is None or read.fault:
+        for value in values:
+            is_same = (value.file, value.read.line) == (log.name, read.line)
+            if is_same and value.read.value == read.value:
+                return replace(value, rank=rank)
+    return Candidate(rank, f"{log.name}, line {read.line}", read)
 
 
 def _unread(documents: Iterable[Document], has_answer: bool) -> tuple[Diagnostic, ...]:
     """Name the files that cannot be read; a PDF of pictures may be a plot."""
     return tuple(
-        Faults(document.name)
-        .refuse("file_of_class_unreadable", name=document.name, why=document.problem)
-        .diagnostics[0]
+        Diagnostic.named(
+            "file_of_class_unreadable",
+            document.name,
+            name=document.name,
+            why=document.problem,
+        )
         for document in documents
         if document.problem and not (has_answer and document.problem == NO_TEXT)
     )
 
 
-def _in_log(log: readings.Readings) -> Reported:
-    """Return the value that a log reports, with what the lines below it say of it."""
-    read = log.reported["inertia"]
-    # Its line and those below it may say more, such as "I_zz = 4.4 g m^2,
-    # u = 0.1 g m^2" in several cells.
-    top = max(0, (read.line or 0) - 1)
-    part = slice(top, top + MOST_BELOW)
-    lines = in_cells(readings.lablog.split_lines(log.source_text), part)
-    if read.u is None or read.fault:
-        for candidate in find_candidates(Document("", lines)).values:
-            if candidate.read.u is not None and candidate.read.value == read.value:
-                return replace(candidate.read, line=read.line)
-    return replace(with_u(read, "".join(lines[1:2])), line=read.line)
+def _best_beside(
+    log: readings.Readings | None, candidates: Sequence[Candidate]
+) -> Candidate | None:
+    """Return the best candidate; one in the log only if no other text has one."""
+    beside = [each for each in candidates if log is None or each.file != log.name]
+    if not candidates:
+        return None
+    return _best(beside or candidates)
 
 
-def _best(candidates: Sequence[Candidate]) -> tuple[Candidate, Answers]:
-    """Return the candidate that is the answer; None if two are equally good."""
-    # A draft is an answer only if it is the only one.
-    final = [
-        candidate
-        for candidate in candidates
-        if candidate.rank.is_named and not _is_draft(candidate)
-    ]
-    best = max(candidate.rank for candidate in final or candidates)
-    equal = _of_latest_file(
-        [candidate for candidate in final or candidates if candidate.rank == best]
-    )
+def _best(candidates: Sequence[Candidate]) -> Candidate:
+    """Return the best candidate; without its value if another is equally good."""
+    best = max(map(_goodness, candidates))
+    equal = _of_latest_file([each for each in candidates if _goodness(each) == best])
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda candidate: candidate.read.step or 0.0)
+    rivals = [each for each in equal if not _agree(chosen.read, each.read)]
+    return _given_twice(chosen, rivals[0]) if rivals else chosen
+
+
+def _goodness(candidate: Candidate) -> tuple[bool, Rank]:
+    """Return what decides; a draft is an answer only if there is no other one."""
+    return candidate.rank.is_named and not _is_draft(candidate), candidate.rank
+
+
+GIVEN_TWICE: Final = "given twice"
+
+
+def _given_twice(chosen: Candidate, rival: Candidate) -> Candidate:
+    """Return a candidate without its value, because there is another one."""
     read = chosen.read
-    others = [candidate for candidate in equal if not _agree(read, candidate.read)]
-    if others:
-        first, second = (
-            f'"{candidate.read.text}" in {candidate.place}'
-            for candidate in (chosen, others[0])
-        )
-        problem = f"two values are found: {first} and {second}"
-        read = Reported(
-            "inertia", read.text, fault="given twice", problem=problem, line=read.line
-        )
-    note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
-    return chosen, Answers(read, (note,), chosen.file)
+    first, second = (f'"{each.read.text}" in {each.place}' for each in (chosen, rival))
+    problem = f"two values are found: {first} and {second}"
+    read = Reported(
+        "inertia", read.text, fault=GIVEN_TWICE, problem=problem, line=read.line
+    )
+    return replace(chosen, read=read)
 
 
 def _of_latest_file(equal: list[Candidate]) -> list[Candidate]:
@@ -160,66 +180,36 @@ def _is_draft(candidate: Candidate) -> bool:
     return rank < 0
 
 
-def _doubt(chosen: Candidate, candidates: Iterable[Candidate]) -> str:
+def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
     """Ask about an answer that a person may not see, unless it is elsewhere too."""
-    if not chosen.doubt or any(
-        candidate.rank.is_named
-        and not candidate.doubt
-        and _agree(chosen.read, candidate.read)
-        for candidate in candidates
-    ):
-        return ""
-    where = f'the answer "{chosen.read.text}" in {chosen.place}'
-    return f"{where} may be hidden; look whether the file shows it"
+    seen = [each.read for each in candidates if each.rank.is_named and not each.doubt]
+    if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
+        where = f'the answer "{chosen.read.text}" in {chosen.place}'
+        yield f"{where} may be hidden; look whether the file shows it"
 
 
-def _lost_power(answers: Answers) -> str:
+def _lost_powers(chosen: Candidate) -> Iterator[str]:
     """Ask about a unit in a PDF that may have lost its superscript: "kg cm"."""
-    read = answers.inertia
-    if read is None or read.fault != "wrong unit" or ending(answers.file) != PDF:
-        return ""
-    return f'"{read.text}" in {answers.file} may have lost a superscript; look into it'
+    if chosen.read.fault == "wrong unit" and ending(chosen.file) == PDF:
+        words = f'"{chosen.read.text}" in {chosen.file} may have lost a superscript'
+        yield f"{words}; look into it"
 
 
-def _remarks(log: readings.Readings) -> list[str]:
-    """Return the lines of a log that are remarks.
-
-    All other lines are empty: lines that are not remarks, and lines that the reader
-    reads.
-    """
-    remarks: list[str] = []
-    for line in readings.lablog.split_lines(log.source_text):
-        remark = without_marks(visible.line_seen(line)).strip('#%," \t')
-        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
-            re.split("[:=]", remark)[0].strip()
-        )
-        remarks.append(remark if is_remark else "")
-    return remarks if any(re.search(r"\d", remark) for remark in remarks) else []
-
-
-def _disagrees(chosen: Candidate, file: str, candidates: Sequence[Candidate]) -> str:
+def _disagreements(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
     """Describe another named value that differs by more than both uncertainties."""
+    read = chosen.read
     for candidate in candidates:
-        if candidate.file == file:
+        if candidate.file == chosen.file:
             # The text may call it an earlier one, and the answer a later one.
             is_earlier = candidate.rank.version < 0 < chosen.rank.version
         else:
             # A draft or an earlier log may have another answer.
-            is_earlier = _is_draft(candidate) or candidate.file.endswith(
-                (".csv", ".tsv")
-            )
-        if (
-            candidate.rank.is_named
-            and not is_earlier
-            and _differ(chosen.read, candidate.read)
-        ):
-            return _two_answers(chosen.read, file, candidate)
-    return ""
-
-
-def _two_answers(read: Reported, file: str, other: Candidate) -> str:
-    used = f'two answers: "{read.text}" in {file} is used'
-    return f'{used}, and "{other.read.text}" is in {other.place}'
+            is_earlier = _is_draft(candidate) or ending(candidate.file) in TABLES
+        is_rival = candidate.rank.is_named and not is_earlier
+        if is_rival and read.fault != GIVEN_TWICE and _differ(read, candidate.read):
+            used = f'two answers: "{read.text}" in {chosen.file} is used'
+            yield f'{used}, and "{candidate.read.text}" is in {candidate.place}'
+            return
 
 
 # the uncertainty of another value that is reported without one, as a share of it
@@ -273,33 +263,24 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 def partners_in(
     log: readings.Readings | None, reports: Iterable[Document | tuple[str, bytes]]
 ) -> str:
-    """Return the partners that lines of the log name, or of the reports without a log.
+    """Return the partners that lines of the log or of the reports name.
 
     Behind ``~`` are all words of any text that may be a name.
     """
-    documents = [
-        report if isinstance(report, Document) else read_document(*report)
-        for report in reports
+    texts = ["\n".join(document.lines[:MOST_LINES]) for document in _documents(reports)]
+    if log is not None:
+        texts.insert(0, log.source_text)
+    names = [
+        match[1].strip()
+        for text in texts
+        for match in islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
     ]
-    texts = [
-        "\n".join(line[:LONGEST_LINE] for line in document.lines[:MOST_LINES])
-        for document in documents
-    ]
-    # A report says who worked with a student whose log is of others.
-    with_lines = texts if log is None else [log.source_text]
-    names = []
-    for text in with_lines:
-        lines = islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
-        names += [match[1].strip() for match in lines]
-    named = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
-    called = dict.fromkeys(
-        chain.from_iterable(
-            islice(_called_in(text), _MOST_NAMES)
-            for text in (texts if log is None else [log.source_text, *texts])
-        )
+    lines = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
+    called = chain.from_iterable(
+        islice(_called_in(text), _MOST_NAMES) for text in texts
     )
-    words = " & ".join(islice(called, _MOST_NAMES))
-    return named + (f" ~ {words}" if words else "")
+    words = " & ".join([*dict.fromkeys(called)][:_MOST_NAMES])
+    return f"{lines} ~ {words}" if words else lines
 
 
 def _called_in(text: str) -> Iterator[str]:

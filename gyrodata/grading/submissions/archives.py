@@ -25,7 +25,7 @@ from typing import IO
 from msgspec import Struct
 
 from gyrodata.base.errors import Diagnostic, InputError, shown
-from gyrodata.readings import MAX_BYTES, Faults
+from gyrodata.readings import MAX_BYTES
 
 MOST_FILES = (
     100_000  # files in one class: a thousand students with a hundred files each
@@ -91,7 +91,7 @@ def ending(name: str) -> str:
 
 
 def _refusal(root: Path, message: str, **values: str) -> InputError:
-    return Faults(root.name).refuse(message, root=root.name, **values)
+    return InputError.named(message, root.name, root=root.name, **values)
 
 
 def list_files(root: Path) -> Listing:
@@ -139,7 +139,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     ) as error:
         why = f"it is damaged in the zip ({error})"
     name = name.rpartition("//")[2].rpartition("/")[2]
-    raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
+    raise InputError.named("file_of_class_unreadable", name, name=name, why=why)
 
 
 def open_file(root: Path, name: str) -> IO[bytes]:
@@ -165,7 +165,6 @@ def _list_folder(root: Path) -> Listing:
     folders: list[str] = []
     left_out: list[Diagnostic] = []
     errors: list[OSError] = []
-    faults = Faults(root.name)
     for path, inner, files in os.walk(root, onerror=errors.append):
         below = os.path.relpath(path, root).replace(os.sep, "/") + "/"
         below = below.removeprefix("./")
@@ -175,7 +174,7 @@ def _list_folder(root: Path) -> Listing:
             state = os.lstat(root / name)
             if stat.S_ISLNK(state.st_mode):
                 # It may lead to the files of another student, or of the grader.
-                left_out.append(faults.message("link_left_out", name=name))
+                left_out.append(Diagnostic.named("link_left_out", root.name, name=name))
             elif stat.S_ISREG(state.st_mode) and not _STREWN.search(name):
                 paths.append(name)
         if len(folders) + len(paths) > MOST_FILES:
@@ -185,7 +184,9 @@ def _list_folder(root: Path) -> Listing:
             raise error
         folder = Path(error.filename).relative_to(root).as_posix()
         left_out.append(
-            faults.message("folder_left_out", name=folder, why=error.strerror)
+            Diagnostic.named(
+                "folder_left_out", root.name, name=folder, why=error.strerror
+            )
         )
     notes = sorted(left_out, key=lambda note: note.message)
     return Listing(root, tuple(sorted(paths)), tuple(sorted(folders)[1:]), tuple(notes))
@@ -244,7 +245,7 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
             twice |= {inner} & files.keys()
             files[inner] = info
     notes = [
-        Faults(root.name).message("file_twice_in_zip", name=inner)
+        Diagnostic.named("file_twice_in_zip", root.name, name=inner)
         for inner in sorted(twice)
     ]
     return (

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from itertools import islice
 from typing import NamedTuple
 
 from msgspec import Struct
 
-from gyrodata.fitting import K_95
 from gyrodata.grading.submissions.documents import (
     LONGEST_LINE,
     MOST_LINES,
@@ -25,7 +23,6 @@ from gyrodata.grading.submissions.documents import (
     Document,
 )
 from gyrodata.grading.submissions.visible import HAS_UNIT
-from gyrodata.quantities.numerals import to_float
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.names import UNSURE_WORDS, name_roles, squeezed_words
@@ -114,18 +111,14 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of tables as lines of text, below the titles of each table."""
     titles = list[str]()
-    is_run = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
-    for at, line in enumerate(lines):
+    for line in lines:
         cells = [cell.strip(" *") for cell in re.sub(_OUTER_BARS, "", line).split("|")]
         is_table = len(cells) > 1
         has_number = any(map(_is_number, cells))
         if not has_number and not set(line) <= set("-: |"):
             titles = cells * is_table
         if has_number and is_table:
-            own = titles if is_run[at + 1] else _with_title_of_u(titles, cells)
-            # A column of I_zz with a value for each run is not the answer.
-            is_alone = is_run[at : at + 3] == [False, True, False]
-            line = _row_as_prose(own, cells, is_alone)
+            line = _row_as_prose(_with_title_of_u(titles, cells), cells)
         yield line
 
 
@@ -179,40 +172,44 @@ def _sign_of(key: str, name: str, line: str) -> str | None:
 
 
 def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[str]:
-    """Add a title to the second of two numbers if it may be the uncertainty."""
-    numbers = [cell for cell in cells if _is_number(cell)]
-    if len(numbers) != 2 or any(map(_is_unsure, titles)):
+    """Add a title to the second of two numbers if it may be the uncertainty.
+
+    A row of runs begins with a number.
+    """
+    numbers = [at for at, cell in enumerate(cells) if _is_number(cell)]
+    if len(numbers) != 2 or 0 in numbers or any(map(_is_unsure, titles)):
         return titles
-    both = read_reported("inertia", f"{' ± '.join(numbers)} kg m^2")
-    if both.fault is not None or not 0 < (both.u or 0) < 0.2 * abs(both.value or 0):
+    if not _may_be_u(*[cells[at] for at in numbers]):
         return titles
-    at = cells.index(numbers[1])
     missing = [""] * (len(cells) - len(titles))
     whole = [*missing, *titles]
-    return [*whole[:at], f"± {whole[at]}", *whole[at + 1 :]]
+    whole[numbers[1]] = f"± {whole[numbers[1]]}"
+    return whole
 
 
-def _row_as_prose(titles: Sequence[str], cells: Sequence[str], is_alone: bool) -> str:
-    """Write the cells with the sign ± and with units.
+def _may_be_u(value: str, number: str) -> bool:
+    """Return whether a number may be the uncertainty of a value, by its size."""
+    both = read_reported("inertia", f"{value} ± {number} kg m^2")
+    return both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
 
-    `is_alone`: Whether the row is the only one of its table, which has titles.
-    """
+
+def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:
+    """Write the cells with the sign ± and with units."""
     # Titles are aligned on the right: the names of rows may have none.
     missing = [""] * (len(cells) - len(titles))
-    columns = list(zip([*missing, *titles], cells, strict=False))
-    if "inertia" in kinds_of(cells[0]):
-        columns = [*columns[1:], columns[0]]
     line = ""
-    for title, cell in columns:
+    for title, cell in zip([*missing, *titles], cells, strict=False):
         text = _with_unit(title, cell)
         if line and _is_number(cell) and _is_unsure(title):
             line += f" ± {text}{' %' * ('%' in title)}"
         elif _is_blank_or_unit(text) and not _is_number(cell):
             line += f" {text}"
-        elif is_alone or re.search(SAYS["other"], title):
-            line += f" | {title} = {text}"
         else:
-            line += f" | {text}"
+            line += (
+                f" | {title}: {text}"
+                if re.search(SAYS["other"], title)
+                else f" | {text}"
+            )
     return line
 
 
@@ -307,9 +304,8 @@ def _candidates(
         end = 0
         for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
-            candidate = _candidate(quantity, heading, document)
-            if candidate is not None:
-                yield candidate
+            if not quantity.is_denied:
+                yield from _candidate(quantity, heading, document)
             heading = f"{heading} | {quantity.before}"
         # A heading is above all values below it; titles of a table are in its rows
         # already.
@@ -354,20 +350,21 @@ def _quantities(
 
 def _candidate(
     quantity: _Quantity, heading: str, document: Document
-) -> Candidate | None:
-    """Return a quantity as an answer; None if the words around say that it is none."""
+) -> Iterator[Candidate]:
+    """Give a quantity as an answer, unless the words around say that it is none."""
     read, before, _, after, _ = quantity
-    if quantity.is_denied:
-        return None
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
     # Without its own u, a value behind a word of u is an uncertainty.
     if not has_u and (quantity.is_unsure or not is_named):
-        return None
-    compared = _is_other(f"{before}\n{after}")
-    if compared and not _is_compared(f"{before}\n{after}", is_named and has_u):
-        return None
+        return
+    around = f"{before}\n{after}"
+    compared = re.search(SAYS["other"], around) is not None
+    if compared:
+        around = re.sub(SAYS["comparison"], " ", around)
+        if not (is_named and has_u) or re.search(SAYS["other"], around):
+            return
     rank = Rank(
         is_named,
         has_u and read.fault != "wrong unit",
@@ -375,20 +372,7 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    return Candidate(rank, place, read, document.doubt, compared)
-
-
-def _is_other(around: str) -> bool:
-    """Return whether words say that a value is not the answer."""
-    return re.search(SAYS["other"], around) is not None
-
-
-def _is_compared(around: str, is_complete: bool) -> bool:
-    """Return whether only words of a comparison say that a value is not the answer.
-
-    `is_complete`: whether the value has a name and an uncertainty.
-    """
-    return is_complete and not _is_other(re.sub(SAYS["comparison"], " ", around))
+    yield Candidate(rank, place, read, document.doubt, compared)
 
 
 # --- versions: a draft, a corrected and a final value ---
@@ -524,55 +508,19 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 
 # --- the uncertainty of a quantity ---
 
-_INTERVAL = (
-    rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}"
-    rf"\s*(\d[^\s)\]]*)"
-)
-
 
 def with_u(read: Reported, behind: str) -> Reported:
     """Add the uncertainty that follows an answer in words.
 
     An example is "with an error of 0.1e-3 kg m^2".
     """
-    parts = [behind]
-    if not re.match(_INTERVAL, behind):
-        # The total uncertainty goes before its parts, and that of the mean before that
-        # of one run.
-        for better in ("of_mean", "total"):
-            skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
-            is_there = skipped and skipped != behind
-            if is_there and not re.search(SAYS["other"], skipped):
-                parts.insert(0, behind[len(skipped) :])
-    for part in parts:
-        interval = re.match(_INTERVAL, part)
-        if interval:
-            read = _with_interval(read, *interval.groups())
-        elif read.u is None:
-            read = _with_next_number(read, part)
-    return read
-
-
-def _with_interval(read: Reported, percent: str, low: str, high: str) -> Reported:
-    """Add half of a confidence interval, if it is a possible uncertainty."""
-    with suppress(ValueError):
-        half = (to_float(high) - to_float(low)) / 2
-        u = half if percent == "68" else half / K_95
-        both = read_reported("inertia", f"{read.text} ± {u:.2g}", read.line)
-        if both.fault == read.fault and 0 < u < abs(read.value or 0):
-            return both
-    return read
-
-
-def _with_next_number(read: Reported, behind: str) -> Reported:
-    """Add the number that follows words about an uncertainty."""
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     start = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
     gap = re.match(
         rf"((?:[^\d±]|{_COUNT}){{1,80}}?±?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{start}",
         behind,
     )
-    if gap is None:
+    if gap is None or read.u is not None:
         return read
     number = behind[gap.end() :][:_LONGEST_VALUE]
     words = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])

@@ -17,7 +17,6 @@ from gyrodata.grading.submissions.archives import (
     REPORTS,
     SHEETS,
     TABLES,
-    TEXTS,
     WORKBOOKS,
     ending,
     place_of,
@@ -48,32 +47,33 @@ def choose_log(
     attempts : {"newest", "oldest"}
         Which of several versions of a file is the log.
     """
-    candidates = _with_endings(files, TABLES)
-    chosen = _latest(candidates, attempts)
-    how = f"the {attempts}"
-    rivals = candidates
+    rivals = _with_endings(files, TABLES)
+    chosen, how = _latest(rivals, attempts), f"the {attempts}"
     if not chosen:
-        candidates = candidates or _with_endings(files, (*LOGS, *REPORTS))
+        candidates = rivals or _with_endings(files, (*LOGS, *REPORTS))
         with_columns = _read_as_logs(candidates, read)
         chosen, how = _choose_by_content(with_columns, files, attempts)
-        others = {
-            name: own for name, own in candidates.items() if ending(own) not in TEXTS
-        }
-        rivals = others | {
-            name: files[name] for name in with_columns if with_columns[name]
-        }
+        rivals = {name: files[name] for name in with_columns}
     if not chosen:
         return "", how
-    with suppress(GyroError):
-        file = files[chosen].rpartition("/")[2]
-        data = read(chosen)
-        if not data:
-            return "", f"{file} is empty"
-        if ending(file) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
-            return "", f"{file} {_CUT}; hand it in again"
+    damage = _damage_of(chosen, files[chosen], read)
+    if damage:
+        return "", damage
     aside = sorted({*rivals.values()} - {files[chosen]})
     words = f"{files[chosen]} is {how}; left aside: {readings.listing(aside)}"
-    return chosen, words * bool(aside)
+    return chosen, words if aside else ""
+
+
+def _damage_of(name: str, own: str, read: Callable[[str], bytes]) -> str:
+    """Say why a file that can be opened is no log; "" if it may be one."""
+    file = own.rpartition("/")[2]
+    with suppress(GyroError):
+        data = read(name)
+        if not data:
+            return f"{file} is empty"
+        if ending(file) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
+            return f"{file} {_CUT}; hand it in again"
+    return ""
 
 
 def _with_endings(files: Mapping[str, str], endings: Sequence[str]) -> dict[str, str]:
@@ -114,10 +114,8 @@ def _choose_by_content(
         (like, "most like a log", several),
         (sheets, "most like a log", several),
     ):
-        if len(pool) == 1:
-            return next(iter(pool)), how
         if latest := _latest(pool, attempts):
-            return latest, "the latest by its name"
+            return latest, how if len(pool) == 1 else "the latest by its name"
         if pool:
             return "", f"{why}: {readings.listing(sorted(pool.values()))}"
     if not files:
@@ -128,10 +126,9 @@ def _choose_by_content(
 
 def _latest(files: Mapping[str, str], attempts: Attempts) -> str:
     """Return the file that is called the latest version; "" without versions."""
-    versions = {name: version_of(own) for name, own in files.items()}
-    ranks = {name: rank for name, (rank, _) in versions.items()}
-    bases = {base for _, base in versions.values()}
-    if len(set(ranks.values())) < len(files) or len(bases) != 1:
+    versions = {version_of(own): name for name, own in files.items()}
+    bases = {base for _, base in versions}
+    if len(versions) < len(files) or len(bases) != 1:
         return ""
     last = min if attempts == "oldest" else max
-    return last(ranks, key=lambda name: ranks[name])
+    return versions[last(versions)]

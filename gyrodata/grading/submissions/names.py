@@ -78,6 +78,9 @@ _IDS = (
     "email",
 )
 
+_GROUPS = (*_IDS, "student", "name", "stem", "late", "stamp", "file")
+"""What a name may say; a pattern of a platform has some of these groups."""
+
 _NO_SUBMISSION = (
     ".md",
     ".json",
@@ -189,16 +192,16 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     """Read the groups of a match."""
     if match is None:
         return None
-    groups = {kind: text for kind, text in match.groupdict().items() if text}
-    ids = {kind: shown(groups[kind]) for kind in _IDS if kind in groups}
-    key = shown(groups.get("student", "")) or next(iter(ids.values()))
-    if "canvas_anonymous" in groups:
+    groups = dict.fromkeys(_GROUPS, "") | match.groupdict("")
+    ids = {kind: shown(groups[kind]) for kind in _IDS if groups[kind]}
+    key = shown(groups["student"]) or next(iter(ids.values()))
+    if groups["canvas_anonymous"]:
         key = f"anon_{key}"
-    person = shown(groups.get("name", "")) or key
+    person = shown(groups["name"]) or key
     if person == "Participant":
         # In anonymous submissions, Moodle calls everybody so.
         person = f"Participant {key}"
-    if "stem" in groups:
+    if groups["stem"]:
         ids["folder"] = shown(groups["stem"])
     file = match.string.rpartition("/")[2]
     # Without its ending, both of "lab.csv.gz".
@@ -208,10 +211,10 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
         person,
         ids,
         root,
-        late="late" in groups,
-        submitted=_time_of_stamp(groups.get("stamp", "")),
-        log_file=groups.get("file"),
-        feedback_stem=printable(groups.get("stem") or stem),
+        late=bool(groups["late"]),
+        submitted=_time_of_stamp(groups["stamp"]),
+        log_file=groups["file"] or None,
+        feedback_stem=printable(groups["stem"] or stem),
     )
 
 

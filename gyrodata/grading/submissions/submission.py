@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import fitting, readings
+from gyrodata import readings
 from gyrodata.base.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.base.workers import reads_file
 from gyrodata.grading.submissions.answers import (
@@ -28,16 +28,12 @@ from gyrodata.grading.submissions.documents import (
     read_document,
 )
 from gyrodata.grading.submissions.log_choice import Attempts
-from gyrodata.measurements import measure
 from gyrodata.readings.captions import statements_in
 from gyrodata.readings.conversion import workbook_text
 from gyrodata.readings.grid import Row
 from gyrodata.readings.notes import noted_origin
 
 _MOST_REPORT = 30_000_000  # bytes
-# largest relative distance of a reported I_zz from that of the log, if turns that are
-# not stated are one
-_NEAR = 0.1
 
 
 class Submission(Struct, frozen=True, dict=True):
@@ -71,6 +67,7 @@ class Submission(Struct, frozen=True, dict=True):
         str, ...
     ] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
+    lost: str = ""  # why this run could not open the files; "" if it could
     feedback_stem: str = (
         ""  # file (without ending) or folder under which the platform accepts feedback
     )
@@ -113,18 +110,14 @@ class Submission(Struct, frozen=True, dict=True):
         """Give the other texts that may contain the answer, with names to show."""
         for name in self.report_names:
             if isinstance(data := self.texts[name], bytes):
+                reads_file(place_of(name))
                 yield shown(name.rpartition("/")[2]), data
+        reads_file("")
 
     @cached_property
     def documents(self) -> tuple[Document, ...]:
         """The other texts that may contain the answer; each is read once."""
-        documents = []
-        for name in self.report_names:
-            if isinstance(data := self.texts[name], bytes):
-                reads_file(place_of(name))
-                documents.append(read_document(shown(name.rpartition("/")[2]), data))
-        reads_file("")
-        return tuple(documents)
+        return tuple(read_document(*report) for report in self.reports())
 
     def read(
         self, settings: Mapping[str, str] = {}
@@ -137,29 +130,20 @@ class Submission(Struct, frozen=True, dict=True):
         name = PurePosixPath(self.log_file or self.log_name or "").name
         data = self.log()
         log = readings.read_log(data, name=name, settings=settings)
-        notes = []
         completed = self._completed(data, log, settings) if log.columns else None
         reads_file(place_of(self.log_name or ""))
         if completed is not None:
-            data, log, note = completed
-            notes.append(note)
+            data, log = completed
         answers = self._answers(log, name, data)
-        if not log.ok and "time" in log.columns:
-            whole_turns = _with_turns_of_answer(data, name, settings, answers)
-            if whole_turns is not None:
-                log = whole_turns
-                notes.append(Diagnostic.named("turns_by_answer", name))
-        if notes:
-            log = replace(log, diagnostics=(*log.diagnostics, *notes))
         return log, answers
 
     def _completed(
         self, data: bytes, log: readings.Readings, settings: Mapping[str, str]
-    ) -> tuple[bytes, readings.Readings, Diagnostic] | None:
+    ) -> tuple[bytes, readings.Readings] | None:
         """Read the log again with what another text says about it.
 
         Such a text is "all times are for 1/3 turn", or "from the surface of the ball".
-        The result is None if no text helps; else it contains a note with the texts.
+        The result is None if no text helps; else the log contains a note with the texts.
         """
         remarks = []
         for document in self.documents:
@@ -175,7 +159,8 @@ class Submission(Struct, frozen=True, dict=True):
         if not log.ok and not again.ok and _errors(again) >= _errors(log):
             return None
         quoted = readings.listing(remarks, 4)
-        return more, again, Diagnostic.named("read_elsewhere", log.name, said=quoted)
+        note = Diagnostic.named("read_elsewhere", log.name, said=quoted)
+        return more, replace(again, diagnostics=(*again.diagnostics, note))
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:
         """Return the reported value, and which texts cannot be read."""
@@ -195,16 +180,10 @@ class Submission(Struct, frozen=True, dict=True):
         self, log: readings.Readings, name: str, data: bytes
     ) -> Answers:
         """Return the value that the log or another text reports."""
-        rows = name, self.log()
         if hides_cells(name, data):
             # A text leaves out whatever nobody sees.
-            return read_answers(None, [*self.documents, rows])
-        answers = read_answers(log, self.documents)
-        if answers.inertia is not None:
-            return answers
-        in_rows = read_answers(None, [rows])
-        questions = (*answers.questions, *in_rows.questions)
-        return replace(in_rows, unread=answers.unread, questions=questions)
+            return read_answers(None, [*self.documents, (name, self.log())])
+        return read_answers(log, self.documents)
 
     @property
     def beside_log(self) -> list[str]:
@@ -268,17 +247,3 @@ def _is_about_log(line: str, complete: bool) -> bool:
 
 def _errors(log: readings.Readings) -> int:
     return sum(diagnostic.severity == "error" for diagnostic in log.diagnostics)
-
-
-def _with_turns_of_answer(
-    data: bytes, name: str, settings: Mapping[str, str], answers: Answers
-) -> readings.Readings | None:
-    """Read a log with one turn for each time, if the reported I_zz confirms this."""
-    inertia = answers.inertia
-    if inertia is None or not inertia.value:
-        return None
-    log = readings.read_log(data, name=name, settings={**settings, "turns": "1"})
-    if not log.ok:
-        return None
-    of_log = fitting.rough_inertia(measure(log))
-    return log if abs(of_log / inertia.value - 1) < _NEAR else None

@@ -7,6 +7,7 @@ compares the time with that of the other runs.
 from __future__ import annotations
 
 import math
+import string
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
 from itertools import pairwise
@@ -33,6 +34,8 @@ COMMON: Mapping[str, float] = {
     "point": 2e-3,
     "two places": 5e-4,
     "digits": 2e-3,
+    "doubled digit": 2e-3,
+    "missing digit": 3e-4,
     "minutes and seconds": 2e-3,
     "minute": 5e-4,
     "unit": 3e-4,
@@ -341,6 +344,10 @@ def _guesses(
     digits = as_read(float(number), step) if step and text.isdigit() else text
     for new in exchanged_digits(digits):
         yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
+    for new in without_doubled_digit(digits):
+        yield "doubled digit", Decimal(new.replace(",", ".")), "is a digit doubled?"
+    for new in with_missing_digit(text):
+        yield "missing digit", Decimal(new.replace(",", ".")), "is a digit missing?"
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
     if column.role == "time" and column.unit == "s":
@@ -370,6 +377,26 @@ def exchanged_digits(number: str) -> Iterator[str]:
         signs[second] = number[first]
         if signs[digits[0]] != "0" and signs != [*number]:
             yield "".join(signs)
+
+
+def without_doubled_digit(number: str) -> Iterator[str]:
+    """List the numbers that result if one of two equal neighbouring digits is removed."""
+    for at, (sign, following) in enumerate(pairwise(number)):
+        if sign == following and sign.isdigit():
+            yield number[:at] + number[at + 1 :]
+
+
+def with_missing_digit(number: str) -> Iterator[str]:
+    """List the numbers with one more digit before the decimal point.
+
+    A digit behind a whole number is a misplaced point, and is left out.
+    """
+    for at, sign in enumerate(number):
+        if sign.isdigit() or sign in ".,":
+            for digit in string.digits:
+                yield number[:at] + digit + number[at:]
+        if sign in ".,":
+            return
 
 
 # --- how well a corrected run agrees with the others ---
@@ -416,12 +443,15 @@ class Prediction:
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             predicted = float(self.ratio[run] * self._steady_time(changed)[run])
-            time = float(changed.time[run]) - self.others.timing_bias.value
-            u = self._relative_u(changed, run)
-        if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
+        time = float(changed.time[run]) - self.others.timing_bias.value
+        if not (time > 0 and 0 < predicted < math.inf):
             return -math.inf
-        off = (time / predicted - 1) / u
-        if abs(off) > FITS:
+        # A time that is much too small is not as uncertain as its own size says.
+        times = changed.time.copy()
+        times[run] = predicted
+        u = self._relative_u(replace(changed, time=times), run)
+        off = (time / predicted - 1) / u if u else math.inf
+        if not abs(off) <= FITS:
             return -math.inf
         return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
 

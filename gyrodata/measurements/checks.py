@@ -77,33 +77,53 @@ def _compare(
     """Compare a column with the value that follows from the readings."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         meant = np.abs(DERIVED[column.role](measured))
-    runs = _runs_that_disagree(column, meant)
-    if not runs:
+    ratios = _ratios_of_cells(column, meant)
+    if not ratios:
         return
-    first = runs[0]
+    first = next(iter(ratios))
+    names = _row_names(readings, column, ratios)
     yield readings.say(
         "derived_column_disagrees",
         column.cell(first),
         header=column.header,
-        ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=measured.run_words(runs),
+        ratio=ratios[first],
+        runs=f"run{'s' * (len(names) > 1)} {listing(names)}",
         role=column.role,
     )
 
 
-def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
-    """List the runs that deviate by more than 5 % and two last digits.
+def _ratios_of_cells(column: Column, meant: Floats) -> dict[int, float]:
+    """Compare each cell with the mean of `meant` over its runs, such as repeats.
 
-    A reading that is used for several runs is compared once.
+    Returns
+    -------
+    dict of int to float
+        For the cells that deviate by more than 5 % and two last digits: their first
+        run, and the cell over the mean.
     """
-    with np.errstate(invalid="ignore"):
-        gap = np.abs(np.abs(values_of(column)) - meant)
-        wrong = gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))
-    compared = np.flatnonzero(np.isfinite(gap))
-    _, first = np.unique(np.array(column.spots)[compared], return_index=True)
-    once = np.sort(compared[first])
-    runs: list[int] = once[wrong[once] & (meant[once] > 0)].tolist()
-    return runs
+    values = np.abs(values_of(column))
+    compared = np.flatnonzero(np.isfinite(meant) & (meant > 0) & ~np.isnan(values))
+    spots = np.array(column.spots)[compared]
+    _, first, cells = np.unique(spots, return_index=True, return_inverse=True)
+    mean = np.bincount(cells, meant[compared]) / np.bincount(cells)
+    runs = compared[first]
+    step = np.array(column.steps)[runs]
+    wrong = np.abs(values[runs] - mean) > np.maximum(0.05 * mean, 2 * step)
+    ratios = values[runs] / mean
+    return dict(sorted(zip(runs[wrong].tolist(), ratios[wrong].tolist(), strict=True)))
+
+
+def _row_names(
+    readings: Readings, column: Column, runs: Iterable[int]
+) -> list[str]:
+    """Name runs; of repeats that share a cell, their row: "10" for 10.1 and 10.2."""
+    rows = Counter(zip(column.spots, readings.lines, strict=True))
+    names = []
+    for run in runs:
+        name = readings.runs[run]
+        is_shared = rows[column.spots[run], readings.lines[run]] > 1
+        names.append(name.rpartition(".")[0] if is_shared else name)
+    return names
 
 
 def _find_fast_precession(
@@ -256,9 +276,26 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
     """Name the lines of identical rows."""
     copied = [lines for lines in groups if len(lines) > 1]
-    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied]
+    shown = [_line_words(readings, lines) for lines in copied[:MOST_COPIES]]
+    if len(copied) > MOST_COPIES:
+        shown.append(f"{len(copied) - MOST_COPIES} more groups of lines")
     place = Place(copied[0][1], 1)
-    return readings.say("rows_identical", place, lines=listing(shown))
+    return readings.say("rows_identical", place, lines="; ".join(shown))
+
+
+MOST_COPIES = 12
+"""Largest number of groups of identical rows that are shown."""
+
+
+def _line_words(readings: Readings, lines: list[int]) -> str:
+    """Name some lines; if several logs were joined, those of their own files."""
+    if not readings.files:
+        return f"lines {' and '.join(map(str, lines))}"
+    words = []
+    for line in lines:
+        start, log = readings.files[readings.file_of(line)]
+        words.append(f"{log.name} line {line - start}")
+    return " and ".join(words)
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:

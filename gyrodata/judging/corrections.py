@@ -10,7 +10,7 @@ import math
 import string
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from msgspec import Struct
@@ -342,12 +342,8 @@ def _guesses(
     step = column.steps[0] / unit_size(column)
     # A spreadsheet writes 43 for 43.0.
     digits = as_read(float(number), step) if step and text.isdigit() else text
-    for new in exchanged_digits(digits):
-        yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
-    for new in without_doubled_digit(digits):
-        yield "doubled digit", Decimal(new.replace(",", ".")), "is a digit doubled?"
-    for new in with_missing_digit(text):
-        yield "missing digit", Decimal(new.replace(",", ".")), "is a digit missing?"
+    for kind, new, why in _other_digits(digits.replace(",", ".")):
+        yield kind, Decimal(new), why
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
     if column.role == "time" and column.unit == "s":
@@ -365,38 +361,27 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
     yield "minute", number - 60, "is it a minute less?"
 
 
-def exchanged_digits(number: str) -> Iterator[str]:
-    """List the numbers that result if two neighbouring digits are exchanged.
+def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
+    """List the numbers whose digits may be mistyped like this, as `_guesses`.
 
-    Numbers that begin with 0 are left out.
+    Exchanged digits that begin with 0 are left out.
     """
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for first, second in pairwise(digits):
         signs = [*number]
         signs[first] = number[second]
         signs[second] = number[first]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)
-
-
-def without_doubled_digit(number: str) -> Iterator[str]:
-    """List the numbers that result if one of two equal neighbouring digits is removed."""
-    for at, (sign, following) in enumerate(pairwise(number)):
-        if sign == following and sign.isdigit():
-            yield number[:at] + number[at + 1 :]
-
-
-def with_missing_digit(number: str) -> Iterator[str]:
-    """List the numbers with one more digit before the decimal point.
-
-    A digit behind a whole number is a misplaced point, and is left out.
-    """
-    for at, sign in enumerate(number):
-        if sign.isdigit() or sign in ".,":
-            for digit in string.digits:
-                yield number[:at] + digit + number[at:]
-        if sign in ".,":
-            return
+        if signs == [*number]:
+            single = number[:first] + number[second:]
+            yield "doubled digit", single, "is a digit doubled?"
+        elif signs[digits[0]] != "0":
+            yield "digits", "".join(signs), "are two digits exchanged?"
+    whole, point, _ = number.partition(".")
+    # A digit missing behind a whole number is a misplaced point.
+    ends = len(whole + point) if whole.isdigit() else 0
+    for at, digit in product(range(ends), string.digits):
+        new = number[:at] + digit + number[at:]
+        yield "missing digit", new, "is a digit missing?"
 
 
 # --- how well a corrected run agrees with the others ---

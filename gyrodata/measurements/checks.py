@@ -18,10 +18,10 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, without_loads
 from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
-from gyrodata.physics import RPM, Floats
+from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.quantities.units import Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
-from gyrodata.readings.lablog import listing
+from gyrodata.readings.lablog import Faults, listing
 
 
 def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -77,53 +77,31 @@ def _compare(
     """Compare a column with the value that follows from the readings."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         meant = np.abs(DERIVED[column.role](measured))
-    ratios = _ratios_of_cells(column, meant)
-    if not ratios:
+    first, mean = _means_of_cells(column, meant)
+    values = np.abs(values_of(column))[first]
+    limit = np.maximum(0.05 * mean, 2 * np.array(column.steps)[first])
+    wrong = np.flatnonzero(np.abs(values - mean) > limit)
+    if not len(wrong):
         return
-    first = next(iter(ratios))
-    names = _row_names(readings, column, ratios)
     yield readings.say(
         "derived_column_disagrees",
-        column.cell(first),
+        column.cell(int(first[wrong[0]])),
         header=column.header,
-        ratio=ratios[first],
-        runs=f"run{'s' * (len(names) > 1)} {listing(names)}",
+        ratio=(values / mean)[wrong[0]],
+        lines=[measured.lines[run] for run in first[wrong]],
         role=column.role,
     )
 
 
-def _ratios_of_cells(column: Column, meant: Floats) -> dict[int, float]:
-    """Compare each cell with the mean of `meant` over its runs, such as repeats.
+def _means_of_cells(column: Column, meant: Floats) -> tuple[Integers, Floats]:
+    """Return the first run of each cell, and the mean of `meant` over all its runs.
 
-    Returns
-    -------
-    dict of int to float
-        For the cells that deviate by more than 5 % and two last digits: their first
-        run, and the cell over the mean.
+    A cell has several runs if a row has repeats: the mean of t1, t2 and t3.
     """
-    values = np.abs(values_of(column))
-    compared = np.flatnonzero(np.isfinite(meant) & (meant > 0) & ~np.isnan(values))
+    compared = np.flatnonzero(np.isfinite(meant) & (meant > 0))
     spots = np.array(column.spots)[compared]
     _, first, cells = np.unique(spots, return_index=True, return_inverse=True)
-    mean = np.bincount(cells, meant[compared]) / np.bincount(cells)
-    runs = compared[first]
-    step = np.array(column.steps)[runs]
-    wrong = np.abs(values[runs] - mean) > np.maximum(0.05 * mean, 2 * step)
-    ratios = values[runs] / mean
-    return dict(sorted(zip(runs[wrong].tolist(), ratios[wrong].tolist(), strict=True)))
-
-
-def _row_names(
-    readings: Readings, column: Column, runs: Iterable[int]
-) -> list[str]:
-    """Name runs; of repeats that share a cell, their row: "10" for 10.1 and 10.2."""
-    rows = Counter(zip(column.spots, readings.lines, strict=True))
-    names = []
-    for run in runs:
-        name = readings.runs[run]
-        is_shared = rows[column.spots[run], readings.lines[run]] > 1
-        names.append(name.rpartition(".")[0] if is_shared else name)
-    return names
+    return compared[first], np.bincount(cells, meant[compared]) / np.bincount(cells)
 
 
 def _find_fast_precession(
@@ -276,26 +254,11 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
     """Name the lines of identical rows."""
     copied = [lines for lines in groups if len(lines) > 1]
-    shown = [_line_words(readings, lines) for lines in copied[:MOST_COPIES]]
-    if len(copied) > MOST_COPIES:
-        shown.append(f"{len(copied) - MOST_COPIES} more groups of lines")
+    # Of joined logs, it names each line in its own file.
+    where = Faults(readings.name, sheets=readings.sheets)
+    shown = [where.span(lines).replace(", ", " and ") for lines in copied]
     place = Place(copied[0][1], 1)
-    return readings.say("rows_identical", place, lines="; ".join(shown))
-
-
-MOST_COPIES = 12
-"""Largest number of groups of identical rows that are shown."""
-
-
-def _line_words(readings: Readings, lines: list[int]) -> str:
-    """Name some lines; if several logs were joined, those of their own files."""
-    if not readings.files:
-        return f"lines {' and '.join(map(str, lines))}"
-    words = []
-    for line in lines:
-        start, log = readings.files[readings.file_of(line)]
-        words.append(f"{log.name} line {line - start}")
-    return " and ".join(words)
+    return readings.say("rows_identical", place, lines=listing(shown))
 
 
 def _chance_of_equal_times(measured: Measurements, timing: Column) -> float:

@@ -371,7 +371,7 @@ def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
         signs = [*number]
         signs[first] = number[second]
         signs[second] = number[first]
-        if signs == [*number]:
+        if number[first] == number[first + 1]:
             single = number[:first] + number[second:]
             yield "doubled digit", single, "is a digit doubled?"
         elif signs[digits[0]] != "0":
@@ -426,17 +426,17 @@ class Prediction:
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.
         """
+        times = changed.time.copy()
         with np.errstate(divide="ignore", invalid="ignore"):
             predicted = float(self.ratio[run] * self._steady_time(changed)[run])
+            # A time that is much too small is not as uncertain as its own size says.
+            times[run] = predicted
+            u = self._relative_u(replace(changed, time=times), run)
         time = float(changed.time[run]) - self.others.timing_bias.value
-        if not (time > 0 and 0 < predicted < math.inf):
+        if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
             return -math.inf
-        # A time that is much too small is not as uncertain as its own size says.
-        times = changed.time.copy()
-        times[run] = predicted
-        u = self._relative_u(replace(changed, time=times), run)
-        off = (time / predicted - 1) / u if u else math.inf
-        if not abs(off) <= FITS:
+        off = (time / predicted - 1) / u
+        if abs(off) > FITS:
             return -math.inf
         return -0.5 * off**2 - math.log(u) - HALF_LOG_2PI
 

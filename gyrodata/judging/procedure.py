@@ -148,7 +148,7 @@ def rows_to_add(
         for column in (*readings.columns.values(), timing)
         if column.header in headers and _derived_role(column) in DERIVED
     }
-    first = lines[readings.lines[0] - 1].split(mark)
+    first = "".join(lines[readings.lines[0] - 1 : readings.lines[0]]).split(mark)
     there = {"position", *[column.role for column in columns.values()]}
     if missing_roles(there, there, loaded=True) or len(first) != len({*headers}):
         return mark, []
@@ -156,7 +156,8 @@ def rows_to_add(
     for run in runs:
         cells = dict.fromkeys(headers, "")
         for header, column in columns.items():
-            value = DERIVED[_derived_role(column)](measured)[run]
+            with np.errstate(invalid="ignore"):
+                value = DERIVED[_derived_role(column)](measured)[run]
             cells[header] = _cell_text(column, np.nan_to_num(value))
         rows.append([*cells.values()])
     return mark, rows

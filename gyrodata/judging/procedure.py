@@ -17,7 +17,7 @@ from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import DERIVED, unit_size
 from gyrodata.measurements.sources import timing_column
-from gyrodata.physics import RPM
+from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.numerals import PLAIN
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import split_lines
@@ -138,17 +138,16 @@ def rows_to_add(
         The cells of the header, of the first run as typed, and of `runs`; empty if a run
         is not one line of the log, or has readings that do not follow from `measured`.
     """
-    lines = split_lines(readings.source_text)
     timing = timing_column(readings.columns)
-    header = next((line for line in lines if timing.header in line), "")
-    mark = max(";\t,", key=header.count)
-    headers = [cell.strip(' "') for cell in header.split(mark)]
-    columns = {
-        column.header: column
-        for column in (*readings.columns.values(), timing)
-        if column.header in headers and _derived_role(column) in DERIVED
-    }
-    first = "".join(lines[readings.lines[0] - 1 : readings.lines[0]]).split(mark)
+    mark, headers, first = _first_rows(readings, timing.header)
+    columns: dict[str, Column] = {}
+    values: dict[str, Floats] = {}
+    for column in (*readings.columns.values(), timing):
+        role = column.role.removesuffix("_start").removesuffix("_end")
+        if column.header in headers and role in DERIVED:
+            columns[column.header] = column
+            with np.errstate(invalid="ignore"):
+                values[column.header] = np.nan_to_num(DERIVED[role](measured))
     there = {"position", *[column.role for column in columns.values()]}
     if missing_roles(there, there, loaded=True) or len(first) != len({*headers}):
         return mark, []
@@ -156,16 +155,21 @@ def rows_to_add(
     for run in runs:
         cells = dict.fromkeys(headers, "")
         for header, column in columns.items():
-            with np.errstate(invalid="ignore"):
-                value = DERIVED[_derived_role(column)](measured)[run]
-            cells[header] = _cell_text(column, np.nan_to_num(value))
+            cells[header] = _cell_text(column, values[header][run])
         rows.append([*cells.values()])
     return mark, rows
 
 
-def _derived_role(column: Column) -> str:
-    """Return the role of a column, without the start or the end of a run."""
-    return column.role.removesuffix("_start").removesuffix("_end")
+def _first_rows(readings: Readings, title: str) -> tuple[str, list[str], list[str]]:
+    """Return the sign between the cells of a log, its header, and its first run.
+
+    The header is the first line that contains `title`.
+    """
+    lines = split_lines(readings.source_text)
+    header = next((line for line in lines if title in line), "")
+    mark = max(";\t,", key=header.count)
+    first = "".join(lines[readings.lines[0] - 1 : readings.lines[0]])
+    return mark, [cell.strip(' "') for cell in header.split(mark)], first.split(mark)
 
 
 def _cell_text(column: Column, value: float) -> str:

@@ -77,7 +77,7 @@ def _compare(
     """Compare a column with the value that follows from the readings."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         meant = np.abs(DERIVED[column.role](measured))
-    first, mean = _means_of_cells(column, meant)
+    first, mean = _means_of_cells(column, measured, meant)
     values = np.abs(values_of(column))[first]
     limit = np.maximum(0.05 * mean, 2 * np.array(column.steps)[first])
     wrong = np.flatnonzero(np.abs(values - mean) > limit)
@@ -93,14 +93,17 @@ def _compare(
     )
 
 
-def _means_of_cells(column: Column, meant: Floats) -> tuple[Integers, Floats]:
-    """Return the first run of each cell, and the mean of `meant` over all its runs.
+def _means_of_cells(
+    column: Column, measured: Measurements, meant: Floats
+) -> tuple[Integers, Floats]:
+    """Return the first run of each cell in each row, and the mean of `meant` there.
 
-    A cell has several runs if a row has repeats: the mean of t1, t2 and t3.
+    A cell has several runs in a row with repeats: the mean of t1, t2 and t3.
     """
     compared = np.flatnonzero(np.isfinite(meant) & (meant > 0))
-    spots = np.array(column.spots)[compared]
-    _, first, cells = np.unique(spots, return_index=True, return_inverse=True)
+    places = np.array([column.spots, measured.lines])[:, compared]
+    _, first, cells = np.unique(places, axis=1, return_index=True, return_inverse=True)
+    cells = cells.ravel()
     return compared[first], np.bincount(cells, meant[compared]) / np.bincount(cells)
 
 

@@ -127,16 +127,24 @@ def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]
         ([*spins, timing, *counts], "the weights", "exchanged runs"),
     ):
         columns = [readings.columns[role] for role in roles]
-        if min([column.spots[run] for column in columns for run in runs]) < 0:
-            continue
-        changed = {}
-        for column in columns:
-            changed[column.role, first] = column.readings[second]
-            changed[column.role, second] = column.readings[first]
-        if any(column.values[first] != column.values[second] for column in columns):
+        if changed := _exchanged_cells(columns, first, second):
             text = f"are {words} of {names} exchanged? Then both would fit"
             after = measure(_with_readings(readings, changed))
             yield Correction(runs, text, COMMON[kind], after, is_certain=True)
+
+
+def _exchanged_cells(
+    columns: Sequence[Column], first: int, second: int
+) -> dict[tuple[str, int], Reading]:
+    """Exchange cells of two runs; none if they are equal or hold for the whole log."""
+    changed = {}
+    for column in columns:
+        if min(column.spots[first], column.spots[second]) < 0:
+            return {}
+        changed[column.role, first] = column.readings[second]
+        changed[column.role, second] = column.readings[first]
+    differ = [column.values[first] != column.values[second] for column in columns]
+    return changed if any(differ) else {}
 
 
 def load_roles(readings: Readings) -> list[str]:

@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -231,13 +231,7 @@ def diagnose(
     Diagnosis
     """
     log = Log(readings, measured, tilted)
-    tried = list(_as_written(log, base))
-    if len(measured.runs) <= MOST_RUNS:
-        tried += _wrong_runs(log, outliers)
-        tried += _wrong_weights(log)
-        tried += _wrong_counts(log)
-        tried += _shared_errors(log)
-    tried.sort(key=lambda each: each.log_probability, reverse=True)
+    tried = _hypotheses(log, base, outliers)
     likely = _comparable(tried)
     if not likely or "none" in [each.kind for each in likely]:
         of_runs = [each.outliers for each in likely if each.kind == "runs"]
@@ -251,6 +245,19 @@ def diagnose(
     ]
     shown = () if likely[0].kind == "weight" and not wrong else likely[0].outliers
     return Diagnosis(tuple(explained), shown, tuple(sorted(wrong)))
+
+
+def _hypotheses(
+    log: Log, base: FitResult | None, outliers: Sequence[Outlier]
+) -> list[Hypothesis]:
+    """List what may be wrong in a log, the most probable first."""
+    tried = list(_as_written(log, base))
+    if len(log.measured.runs) <= MOST_RUNS:
+        tried += _wrong_runs(log, outliers)
+        tried += _wrong_weights(log)
+        tried += _wrong_counts(log)
+        tried += _shared_errors(log)
+    return sorted(tried, key=attrgetter("log_probability"), reverse=True)
 
 
 def _explanation(log: Log, each: Hypothesis, probability: float) -> Explanation:
@@ -379,24 +386,32 @@ def _exchanges(
     log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
 ) -> list[tuple[str, dict[int, float]]]:
     """Find runs whose cells are exchanged: words, and the score of each run."""
-    gains: list[tuple[float, Correction, dict[int, float]]] = []
+    gains = [*_gains_of_exchanges(log, prediction, of_run)]
+    used: set[int] = set()
+    exchanges = []
+    for _, correction, scores in sorted(gains, key=itemgetter(0), reverse=True):
+        if not used.intersection(correction.runs):
+            used.update(correction.runs)
+            exchanges.append((correction.words, scores))
+    return exchanges
+
+
+def _gains_of_exchanges(
+    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
+) -> Iterator[tuple[float, Correction, dict[int, float]]]:
+    """Yield the exchanges that are more probable than other errors of the outliers.
+
+    Each is a gain of the log of the probability, the correction, and the scores.
+    """
     for first, second in combinations(range(len(log.measured.runs)), 2):
-        if not (first in of_run or second in of_run):
+        if first not in of_run and second not in of_run:
             continue
         for correction in corrections.of_pair(log.readings, first, second):
             scores = _scores_of_pair(log, prediction, of_run, correction)
             before = [_log_sum(of_run[run]) for run in scores if run in of_run]
             gain = sum(scores.values()) - sum(before)
             if math.isfinite(gain) and gain > 0:
-                gains.append((gain, correction, scores))
-    gains.sort(key=itemgetter(0), reverse=True)
-    used: set[int] = set()
-    exchanges = []
-    for _, correction, scores in gains:
-        if not used.intersection(correction.runs):
-            used.update(correction.runs)
-            exchanges.append((correction.words, scores))
-    return exchanges
+                yield gain, correction, scores
 
 
 def _scores_of_pair(
@@ -669,6 +684,15 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
             yield Hypothesis("turns", "; ".join(words), evidence, tuple(wrong), fit)
 
 
+def _with_one_count(measured: Measurements) -> dict[int, list[int]]:
+    """Return the runs of each torque that were timed for the same turns, by number."""
+    return {
+        number: runs
+        for number, runs in enumerate(measured.by_torque)
+        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
+    }
+
+
 def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
     """List turns, by the number of a torque, with which the torques agree.
 
@@ -676,11 +700,7 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
     the nearest count. Only the counts that change the fewest torques are listed; none
     if the torques agree as written.
     """
-    groups = {
-        number: runs
-        for number, runs in enumerate(measured.by_torque)
-        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
-    }
+    groups = _with_one_count(measured)
     own = measured.single_inertia
     single = np.array([fitting.median(own[runs]) for runs in groups.values()])
     written = np.array([measured.turns[runs[0]] for runs in groups.values()])
@@ -692,12 +712,9 @@ def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
     for supposed in inertia.reshape(-1):
         off = np.abs(np.log(inertia / supposed))
         nearest = counts[range(len(counts)), off.argmin(axis=1)]
-        pairs = zip(groups, nearest.tolist(), written, strict=True)
-        answer = {
-            number: count
-            for number, count, old in pairs
-            if not math.isclose(count, old, rel_tol=0.01)
-        }
+        is_other = ~np.isclose(nearest, written, rtol=0.01)
+        numbers = np.array([*groups])[is_other].tolist()
+        answer = dict(zip(numbers, nearest[is_other].tolist(), strict=True))
         if off.min(axis=1).max() < SAME_COUNT and answer not in answers:
             answers.append(answer)
     fewest = min(map(len, answers), default=0)

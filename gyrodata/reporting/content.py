@@ -196,12 +196,13 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
         yield from _on_balance(n)
     inertia = n.value("inertia.value", n.inertia)
     if is_wide(analysis.inertia):
-        yield say(SENTENCES["median"], inertia)
+        yield say(SENTENCES["median"], inertia=inertia)
     elif analysis.inertia.interval_95 is not None:
         interval = n.interval("inertia.interval_95", n.inertia)
         m0 = n.value("residual_torque.value", n.torque)
         of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
-        yield say(SENTENCES["interval_and_m0"], interval, m0, of_m0)
+        words = "95 % interval: {}; torque without a weight M0 = {} ({})"
+        yield say(words, interval, m0, of_m0)
     if analysis.blocks:
         names = listing([block.name for block in analysis.blocks])
         yield say("{}: each has its own M0. {}", names, _days_agree(n))
@@ -219,9 +220,11 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     for i in odd[:FEW]:
         place = _run_place(n, i)
         fate = _fate(n.analysis, i)
-        yield say(SENTENCES["outlier"], place, fate, runs[i].reason)
+        words = "Suspected outlier: {}, {}: {}. Check it, or repeat the run."
+        yield say(words, place, fate, runs[i].reason)
     if len(odd) > FEW:
-        yield say(SENTENCES["more_outliers"], str(len(odd) - FEW))
+        more = str(len(odd) - FEW)
+        yield say("{} more suspected outliers are marked in the table of runs.", more)
     if far:
         yield _worth_repeating(n, far)
     if not odd and not far:
@@ -230,9 +233,13 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
 
 
 def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
-    named = join_sentences([_run_place(n, i) for i in far[:FEW]], ", ")
-    them = "it is" if len(far) == 1 else "they are"
-    return say(SENTENCES["far"], named, them, f"{FAR:g}")
+    places = [_run_place(n, i) for i in far[:FEW]]
+    return say(
+        SENTENCES["worth_repeating"],
+        runs=join_sentences(places, ", "),
+        they_are="it is" if len(far) == 1 else "they are",
+        distance=f"{FAR:g}",
+    )
 
 
 def _is_far(run: Run) -> bool:
@@ -261,7 +268,8 @@ def _agreement(n: Numbers) -> Sentence:
     if analysis.p is None:
         return say(SENTENCES["no_freedom"])
     if analysis.runs_disagree:
-        return say(SENTENCES["runs_disagree"], runs)
+        words = "{} do not agree with one straight line within the stated uncertainties"
+        return say(words, runs)
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
         return say("{} agree with one straight line{}", runs, better)
@@ -272,7 +280,8 @@ def _agreement(n: Numbers) -> Sentence:
         stated = n.value("goodness.time_u", values.SECOND)
     scatter = n.scatter("goodness.scatter")
     in_u = scatter_in_u(analysis.constancy, analysis.measurements)
-    return say(SENTENCES["scatter"], runs, scatter, stated, in_u)
+    words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
+    return say(words, runs, scatter, stated, in_u)
 
 
 def _largest_part(n: Numbers) -> Sentence:
@@ -283,7 +292,12 @@ def _largest_part(n: Numbers) -> Sentence:
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
-            sentence = say(SENTENCES["unseen_balance"], sentence, largest, part)
+            sentence = say(
+                SENTENCES["unseen_balance"],
+                before=sentence,
+                largest=largest,
+                share=part,
+            )
         elif i == 0:
             sentence = _largest(n, part)
     return sentence
@@ -297,7 +311,7 @@ def _largest(n: Numbers, part: elements.Number) -> Sentence:
     if source in of_hand and of_hand <= shares.keys():
         # The scatter above the stated uncertainties is most likely that of the hand.
         both = shares["time"] + shares["unexplained_scatter"]
-        return say(SENTENCES["hand_and_scatter"], f"{100 * both:.0f}")
+        return say(SENTENCES["hand_and_scatter"], percent=f"{100 * both:.0f}")
     # In a sentence, a clause needs its pronoun.
     name = source_words(source).replace(", differs", ", which differs")
     the = "" if name == "g" or name.startswith("each") else "the "
@@ -311,19 +325,21 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     if tested or measured.balanced or measured.torque_unseen is not None:
         by = "the balance test" if tested else "the ball being balanced"
         return (say("All torques are equal, so the answer depends on {}.", by),)
-    return (say(SENTENCES["usual_imbalance"], Styled("# balanced: yes", "code")),)
+    balanced = Styled("# balanced: yes", "code")
+    return (say(SENTENCES["usual_imbalance"], balanced=balanced),)
 
 
 def _fit_quality(n: Numbers) -> Sentence:
     if n.analysis.p is None:
         return say(SENTENCES["no_quality"])
     chi2 = n.analysis.fit.chi2
+    digits = f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"
     return say(
         SENTENCES["quality"],
-        n.p("goodness.p"),
-        n.number("goodness.chi2", f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"),
-        n.count("goodness.dof", "degree"),
-        n.scatter("goodness.scatter"),
+        p=n.p("goodness.p"),
+        chi2=n.number("goodness.chi2", digits),
+        dof=n.count("goodness.dof", "degree"),
+        scatter=n.scatter("goodness.scatter"),
     )
 
 
@@ -596,11 +612,18 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     left_out = ""
     if any(run.left_out for run in n.analysis.run_table):
         left_out = ", without those marked as left out,"
-    runs = n.count("/input.rows", "run")
-    fitted = say(SENTENCES["method"], runs, left_out, n.analysis.model.words)
-    version = n.number("/tool.version")
-    to_cite = Styled("To cite: ", "strong")
-    cite = say(SENTENCES["cite"], to_cite, version, n.number("/input.name"))
+    fitted = say(
+        SENTENCES["method"],
+        runs=n.count("/input.rows", "run"),
+        left_out=left_out,
+        model=n.analysis.model.words,
+    )
+    cite = say(
+        SENTENCES["cite"],
+        start=Styled("To cite: ", "strong"),
+        version=n.number("/tool.version"),
+        log=n.number("/input.name"),
+    )
     statistics = Styled("gyro explain statistics", "code")
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
+from string import Formatter
 from typing import Any
 
 from msgspec import Struct
@@ -85,15 +86,20 @@ Cell = Number | Sentence | None
 """What a column contains in one row; None if it has nothing to say."""
 
 
-def say(words: str, *parts: Part | Sentence) -> Sentence:
-    """Return a sentence with the parts in the places of "{}".
+def say(words: str, *parts: Part | Sentence, **named: Part | Sentence) -> Sentence:
+    """Return a sentence with the parts in the places of "{}" or "{name}".
 
     A text from a log is always a part.
     """
-    first, *others = words.split("{}")
-    sentence: list[Part] = [first]
-    for part, text in zip(parts, others, strict=True):
-        sentence += [*(part if isinstance(part, tuple) else (part,)), text]
+    unnamed = list(parts)
+    sentence: list[Part] = []
+    for text, name, _, _ in Formatter().parse(words):
+        sentence.append(text)
+        # There is no name after the last placeholder.
+        if name is not None:
+            part = named[name] if name else unnamed.pop(0)
+            sentence += part if isinstance(part, tuple) else (part,)
+    assert not unnamed, words
     return tuple(part for part in sentence if part != "")
 
 
@@ -215,9 +221,11 @@ class Text(Struct, frozen=True):
         return self.kind in ("list", "numbered")
 
 
-def paragraph(words: str, *parts: Part | Sentence, kind: str = "") -> Text:
+def paragraph(
+    words: str, *parts: Part | Sentence, kind: str = "", **named: Part | Sentence
+) -> Text:
     """Return a paragraph of one sentence; see `say`."""
-    return Text((say(words, *parts),), kind)
+    return Text((say(words, *parts, **named),), kind)
 
 
 class Picture(Struct, frozen=True):

@@ -111,7 +111,8 @@ def others(n: Numbers) -> Section:
             command += f" --log {log}"
         title = asked + _number(n, number)
         items.append(say("{}: {}", title, Styled(command, "code")))
-    blocks = paragraph(ANSWERS["others"], more), Text(tuple(items), "list")
+    intro = paragraph(ANSWERS["others"], more=more)
+    blocks = intro, Text(tuple(items), "list")
     return Section("The other questions", blocks, "others", True)
 
 
@@ -149,7 +150,7 @@ def _slope(
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
-    relation = say(ANSWERS["linear"], _balance(n))
+    relation = say(ANSWERS["linear"], balance=_balance(n))
     if n.analysis.runs_disagree:
         relation = say(ANSWERS["not_linear"])
     yield conclude(n, "balance", relation)
@@ -162,8 +163,8 @@ def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
     m0 = n.value("residual_torque.value", n.torque)
     yield say("The residual torque M0 is {}.", m0)
     if analysis.centre_of_mass is not None:
-        centre = n.value("centre_of_mass.value", values.MICROMETRE)
-        yield say(ANSWERS["centre_of_mass"], centre)
+        distance = n.value("centre_of_mass.value", values.MICROMETRE)
+        yield say(ANSWERS["centre_of_mass"], distance=distance)
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
         slope = n.value("fits.1.inertia.value", n.inertia)
@@ -218,11 +219,11 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     )
     caption = "Exponent of each torque, and one for all"
     yield table(heads, rows, caption, main=len(rows) - 1)
-    agrees = _agrees(whole.deviation)
-    words = ANSWERS["exponent_agrees" if agrees else "exponent_differs"]
-    away = n.shift("exponent.deviation")
+    case = "exponent_agrees" if _agrees(whole.deviation) else "exponent_differs"
+    deviation = n.shift("exponent.deviation")
+    verdict = say(ANSWERS[case], deviation=deviation)
     reason = say(ANSWERS["exponent_reason"])
-    yield conclude(n, "exponent", say(words, away), reason)
+    yield conclude(n, "exponent", verdict, reason)
 
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
@@ -232,12 +233,14 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph(ANSWERS["product_unknown"])
     else:
         is_constant = constancy.p >= UNLIKELY
-        words = ANSWERS["product_constant" if is_constant else "product_varies"]
-        yield conclude(n, "product", say(words))
-        scatter = n.percent("constancy.scatter", sign=False)
-        expected = n.percent("constancy.expected", sign=False)
-        p = n.p("constancy.p")
-        yield paragraph(ANSWERS["product_scatter"], scatter, expected, p)
+        case = "product_constant" if is_constant else "product_varies"
+        yield conclude(n, "product", say(ANSWERS[case]))
+        yield paragraph(
+            ANSWERS["product_scatter"],
+            scatter=n.percent("constancy.scatter", sign=False),
+            expected=n.percent("constancy.expected", sign=False),
+            p=n.p("constancy.p"),
+        )
     yield Picture("product", FIGURES["product"].caption)
     rows = []
     for i in range(len(n.analysis.torques)):
@@ -275,7 +278,8 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
     if ball is None:
         mass = Styled("# ball_mass: 4.10 ± 0.01 kg", "code")
         diameter = Styled("# ball_diameter: 10.16 ± 0.01 cm", "code")
-        yield paragraph(ANSWERS["no_ball"], mass, diameter, kind="small")
+        words = ANSWERS["no_ball"]
+        yield paragraph(words, mass=mass, diameter=diameter, kind="small")
         return
     yield Text((_described(n, ball),))
     yield conclude(n, "ball", compare_with_ball(n))
@@ -309,12 +313,12 @@ def compare_with_ball(n: Numbers) -> Sentence:
     ball = n.analysis.ball
     assert ball is not None
     body = "disk" if ball.mass is None else "ball"
-    relative = n.percent("ball.relative")
+    difference = n.percent("ball.relative")
     if ball.deviation is None:
-        return say(ANSWERS["ball_without_u"], body, relative)
+        return say(ANSWERS["ball_without_u"], body=body, difference=difference)
     if ball.relative > 1:
         factor = n.number("ball.relative", f"{ball.relative:.3g}")
-        return say(ANSWERS["ball_far"], body, factor, body)
+        return say(ANSWERS["ball_far"], body=body, factor=factor)
     close = _agrees(ball.deviation)
     is_solid = ball.mass is not None and not ball.bore
     bore = ""
@@ -323,12 +327,12 @@ def compare_with_ball(n: Numbers) -> Sentence:
     of_ball = values.inertia_scale(ball.inertia, None)
     return say(
         ANSWERS["ball"],
-        "agrees" if close else "does not agree",
-        body,
-        n.value("ball.inertia", of_ball, u=False),
-        relative,
-        n.shift("ball.deviation"),
-        bore,
+        agrees="agrees" if close else "does not agree",
+        body=body,
+        inertia=n.value("ball.inertia", of_ball, u=False),
+        difference=difference,
+        deviation=n.shift("ball.deviation"),
+        bore=bore,
     )
 
 
@@ -363,7 +367,8 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     )
     yield Text(steps, "list")
     fitted = n.value("inertia.value", n.inertia)
-    yield paragraph(ANSWERS["single_run"], n.analysis.model.words, fitted)
+    method = n.analysis.model.words
+    yield paragraph(ANSWERS["single_run"], method=method, inertia=fitted)
 
 
 def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:

@@ -170,9 +170,9 @@ def insist_on_lines(
     vertical = rate * np.sin(measured.pitch)
     transverse = adjustment.transverse_inertia(measured)
     total_spin = measured.spin + vertical
-    levelled = measured.torque + transverse * rate * vertical
+    of_tilt = transverse * rate * vertical
     product = np.delete(rate * total_spin, [*left_out])
-    torque = np.delete(levelled, [*left_out])
+    torque = np.delete(measured.torque + of_tilt, [*left_out])
     slopes = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:

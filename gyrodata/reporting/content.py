@@ -45,9 +45,8 @@ UNSEEN_BALANCE = 0.3
 
 FIT_NAMES = questions.WORDS["fits"]
 SENTENCES = questions.WORDS["sentences"]
-SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
-    "sources"
-]
+OF_READINGS = {key: source.words for key, source in SOURCES.items()}
+SOURCE_NAMES = OF_READINGS | questions.WORDS["sources"]
 
 
 def source_words(name: str) -> str:
@@ -135,22 +134,21 @@ def _read_as(n: Numbers) -> Sentence:
     at = f"runs.{i}"
     torque = n.value(f"{at}.torque", n.torque)
     load = say("a torque of {}", torque)
-    if run.mass is not None and run.position is not None:
-        load = say("{} from the centre", n.hung(i, at))
+    follows: Sentence = ()
+    if run.mass is not None:
+        follows = say(": {}", torque)
+        if run.position is not None:
+            load = say("{} from the centre", n.hung(i, at))
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         digits, noun = turn_words(run.turns).split(" ")
         turns = n.number(f"{at}.turns", digits)
         timed = say(", {} {} in {}", turns, noun, n.reading(i, "time", values.SECOND))
-    return say(
-        "Read as: run {}: {}, {}{}{}, one turn in {}.",
-        n.number(f"{at}.run"),
-        load,
-        n.reading(i, "spin", values.RPM),
-        timed,
-        say(": {}", torque) if run.mass is not None else (),
-        n.value(f"{at}.period", values.SECOND),
-    )
+    number = n.number(f"{at}.run")
+    spin = n.reading(i, "spin", values.RPM)
+    period = n.value(f"{at}.period", values.SECOND)
+    words = "Read as: run {}: {}, {}{}{}, one turn in {}."
+    return say(words, number, load, spin, timed, follows, period)
 
 
 def _doubts(n: Numbers) -> Iterator[Sentence]:
@@ -180,10 +178,11 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
+    inertia = analysis.inertia
     # If the interval is wide, it is the answer itself.
-    if analysis.inertia.interval_95 is not None and not is_wide(analysis.inertia):
+    if inertia.interval_95 is not None and not is_wide(inertia):
         interval = n.interval("inertia.interval_95", n.inertia)
-        k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
+        k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
 
@@ -244,7 +243,8 @@ def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
 
 def _is_far(run: Run) -> bool:
     """Return whether an ordinary run is far from the prediction of the others."""
-    return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
+    residual = run.studentized_residual or 0.0
+    return not run.flagged and abs(residual) > FAR
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
@@ -261,9 +261,9 @@ def _fate(analysis: Analysis, i: int) -> str:
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
     analysis = n.analysis
-    runs = say("The {}", n.count("/input.rows", "run"))
+    count = n.count("/input.rows", "run")
+    runs = say("The {}", count)
     if any(run.left_out for run in analysis.run_table):
-        count = n.count("/input.rows", "run")
         runs = say("Of the {}, those that were kept", count)
     if analysis.p is None:
         return say(SENTENCES["no_freedom"])
@@ -271,7 +271,8 @@ def _agreement(n: Numbers) -> Sentence:
         words = "{} do not agree with one straight line within the stated uncertainties"
         return say(words, runs)
     if analysis.p >= UNLIKELY:
-        better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
+        is_better = analysis.p > 1 - UNLIKELY / 2
+        better = ", better than stated" if is_better else ""
         return say("{} agree with one straight line{}", runs, better)
     if analysis.fit.widths.scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
@@ -288,7 +289,8 @@ def _largest_part(n: Numbers) -> Sentence:
     """Name the largest uncertainty component, and an undetermined balance."""
     sentence: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
-        part = n.number(f"budget.{i}.share", f"{100 * share.share:.0f}", values.PERCENT)
+        percent = f"{100 * share.share:.0f}"
+        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
@@ -405,12 +407,14 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
     rows = []
     for i, share in enumerate(budget):
-        percent = f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1"
+        percent = f"{100 * share.share:.1f}"
+        if share.share < 5e-4:
+            percent = "< 0.1"
         part = n.number(f"budget.{i}.share", percent, values.PERCENT)
         u = n.scatter(f"budget.{i}.u_inertia", n.inertia)
         shared_by = share.shared_by if share.shared else "each run its own"
-        name = say("{}", source_words(share.source))
-        rows.append((name, part, u, say("{}", shared_by)))
+        name = source_words(share.source)
+        rows.append((say("{}", name), part, u, say("{}", shared_by)))
     heads = (
         Head("component", wrap=0.28),
         Head("share of the variance", values.PERCENT, bars=True),
@@ -423,18 +427,17 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph("The log states no uncertainty.")
     if assumed := defaults_used(n.analysis):
         yield paragraph(SENTENCES["defaults"])
-        yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
+        lines = [(Styled(line, "code"),) for line in assumed]
+        yield Text(tuple(lines), "list")
     if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
 
 def defaults_used(analysis: Analysis) -> list[str]:
     """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
-    used = [
-        f"u_{source.name} {source.usual}"
-        for source in analysis.measurements.sources
-        if source.default and source.usual != "0"
-    ]
+    sources = analysis.measurements.sources
+    assumed = [source for source in sources if source.default and source.usual != "0"]
+    used = [f"u_{source.name} {source.usual}" for source in assumed]
     states_bias = "u_time_bias" in analysis.readings.uncertainties
     if analysis.measurements.timed and not states_bias:
         used.append(f"u_time_bias {SOURCES['time_bias'].usual}")
@@ -457,9 +460,9 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
         at = f"blocks.{i}"
         alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
         m0 = n.value(f"{at}.residual_torque.value", n.torque)
-        name = say("{}", block.name)
         runs = n.number(f"{at}.runs")
-        rows.append((name, runs, alone or say("not determined"), m0))
+        inertia = alone or say("not determined")
+        rows.append((say("{}", block.name), runs, inertia, m0))
     heads = (
         Head("day or group"),
         Head("runs", values.NUMBER),
@@ -504,8 +507,9 @@ def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     for i, case in enumerate(cases):
         at = f"sensitivity.{i}"
         value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        inertia = value or say("no answer")
         shift = n.cell(n.shift, f"{at}.deviation")
-        rows.append((say("{}", case.words), value or say("no answer"), shift))
+        rows.append((say("{}", case.words), inertia, shift))
     heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u"
     return (table(heads, rows, caption, main=0),)
@@ -526,7 +530,8 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         if fit.deviation is not None:
             shift = n.shift(f"{at}.deviation")
             away = say("{} ({})", shift, n.percent(f"{at}.difference"))
-        rows.append((say("{}", name), value or say("not possible"), intercept, away))
+        inertia = value or say("not possible")
+        rows.append((say("{}", name), inertia, intercept, away))
         notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
     heads = (
         Head("fit"),
@@ -571,7 +576,9 @@ def _size_text(size: float) -> str:
     """Write the size of an effect [u]."""
     if 0 < size < 0.005:
         return "< 0.01"
-    return f"{size:.2f}" if size < 10 else f"{size:.0f}"
+    if size < 10:
+        return f"{size:.2f}"
+    return f"{size:.0f}"
 
 
 def _verdict(effect: changes.Effect) -> str:
@@ -604,7 +611,9 @@ def _place(n: Numbers, i: int) -> Sentence:
     at = f"/diagnostics.{i}"
     if not finding.line:
         return ()
-    column = say(", column {}", n.number(f"{at}.column")) if finding.column else ()
+    column: Sentence = ()
+    if finding.column:
+        column = say(", column {}", n.number(f"{at}.column"))
     return say(" (line {}{})", n.number(f"{at}.line"), column)
 
 
@@ -650,7 +659,8 @@ def _provenance(n: Numbers) -> Text:
     }
     for key, option in asdict(analysis.options).items():
         if isinstance(option, Mapping):
-            option = ", ".join(f"{name} = {text}" for name, text in option.items())
+            pairs = [f"{name} = {text}" for name, text in option.items()]
+            option = ", ".join(pairs)
         if option:
             facts[f"option {key}"] = "yes" if option is True else option
     for key, value in n.find("constants").items():
@@ -663,5 +673,8 @@ def _provenance(n: Numbers) -> Text:
 
 
 def _pairs(facts: Mapping[str, elements.Part]) -> Text:
-    lines = [say("{}: {}", key.replace("_", " "), fact) for key, fact in facts.items()]
+    lines = []
+    for key, fact in facts.items():
+        name = key.replace("_", " ")
+        lines.append(say("{}: {}", name, fact))
     return Text(tuple(lines), "list")

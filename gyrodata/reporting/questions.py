@@ -37,9 +37,8 @@ BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this
 [1]."""
 
-WORDS = tomllib.loads(
-    Path(__file__).with_name("words.toml").read_text(encoding="utf-8")
-)
+_FILE = Path(__file__).with_name("words.toml")
+WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 """Names, questions and answers in the report, by section and key."""
 
 ANSWERS = WORDS["answers"]
@@ -49,9 +48,8 @@ PER_SPIN = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.
 
 def is_worksheet(analysis: Analysis) -> bool:
     """Return whether the report asks questions in the place of conclusions."""
-    return analysis.options.worksheet or (
-        analysis.readings.metadata.get("worksheet") == "yes"
-    )
+    of_log = analysis.readings.metadata.get("worksheet")
+    return analysis.options.worksheet or of_log == "yes"
 
 
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
@@ -263,8 +261,8 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
 def _meaning(n: Numbers) -> Iterator[elements.Block]:
     """Answer (e): what the slope is, and what the dimensions of the ball give."""
     yield conclude(n, "meaning", say(ANSWERS["meaning"]))
-    runs = n.analysis.run_table
-    fastest = max(range(len(runs)), key=lambda i: runs[i].spin)
+    spins = [run.spin for run in n.analysis.run_table]
+    fastest = spins.index(max(spins))
     momentum = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM)
     spin = n.reading(fastest, "spin", values.RPM)
     words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
@@ -286,7 +284,8 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
     parts = []
     for key, name in WORDS["parts_of_ball"].items():
         if n.find(f"ball.{key}"):
-            parts.append(say("{}: {}", name, n.value(f"ball.{key}", n.inertia)))
+            inertia = n.value(f"ball.{key}", n.inertia)
+            parts.append(say("{}: {}", name, inertia))
     if len(parts) > 1:
         yield Text(tuple(parts), "list")
 
@@ -296,14 +295,15 @@ def _described(n: Numbers, ball: Ball) -> Sentence:
     exact = ""
     if ball.inertia_u is None:
         exact = " (assumed exact: the log gives no uncertainty)"
-    whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
+    scale = values.inertia_scale(ball.inertia, ball.inertia_u)
+    whole = n.value("ball.inertia", scale)
     if ball.mass is None:
         return say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
     parts = {"its bore": ball.bore, "its rod": ball.rod, "the disk": ball.disk}
-    added = " and ".join([name for name, part in parts.items() if part])
+    names = [name for name, part in parts.items() if part]
+    added = f" with {' and '.join(names)}" if names else ""
     mass = n.value("ball.mass", values.mass_scale(ball.mass))
     diameter = n.value("ball.diameter", values.CENTIMETRE)
-    added = f" with {added}" if added else ""
     words = "A ball of {} and {} has 2/5 m r²{} = {}{}."
     return say(words, mass, diameter, added, whole, exact)
 
@@ -356,8 +356,9 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     read = n.reading(i, "spin", values.RPM)
     is_mean = n.analysis.measurements.spin_readings > 1
     mean = ", the mean of what was read" if is_mean else ""
-    first = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
-    yield paragraph(first, n.number(f"{at}.run"), n.number(f"{at}.line"))
+    words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
+    number = n.number(f"{at}.run")
+    yield paragraph(words, number, n.number(f"{at}.line"))
     steps = (
         _torque_by_hand(n, i, torque),
         _rate_by_hand(n, i, rate),
@@ -378,8 +379,10 @@ def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
         return say("M = {}, as the log gives it", torque)
     measured = n.analysis.measurements
     at = f"runs.{i}"
-    mass = n.value(f"{at}.mass", values.KILOGRAM, step=measured.mass_step[i])
-    arm = n.value(f"{at}.position", values.METRE, step=measured.position_step[i])
+    step_of_mass = measured.mass_step[i]
+    step_of_arm = measured.position_step[i]
+    mass = n.value(f"{at}.mass", values.KILOGRAM, step=step_of_mass)
+    arm = n.value(f"{at}.position", values.METRE, step=step_of_arm)
     g = n.value("constants.g", values.FREE_FALL)
     return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
 
@@ -390,7 +393,8 @@ def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
         return say("φ̇ = {}, as the log gives it", rate)
     run = n.analysis.run_table[i]
     turns = turn_words(run.turns).split(" ")[0]
-    factor = say("({})" if "/" in turns else "{}", n.number(f"runs.{i}.turns", turns))
+    number = n.number(f"runs.{i}.turns", turns)
+    factor = say("({})", number) if "/" in turns else say("{}", number)
     time = n.reading(i, "time", values.SECOND)
     # The rod turns the other way if the weight is on the other side.
     sign = "−" if run.precession_rate < 0 else ""

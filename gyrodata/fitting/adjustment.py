@@ -556,19 +556,8 @@ def adjust(
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
         _fill(rows, plain, weight, at.misclosure, unknowns)
-        # The triangular factor with the target as last column contains Qᵀ·target: Q is
-        # not needed.
-        reduced = cast(Floats, np.linalg.qr(rows, mode="r"))
-        whole = reduced[:width]
-        triangle = whole[:, :-1]
-        if not triangle.diagonal().all():
-            raise NoFit("these runs do not determine the unknowns separately")
-        step = np.linalg.solve(triangle, whole[:, -1])
-        # One step at most halves or doubles I_zz.
-        largest = 0.5 * abs(unknowns[0])
-        step *= min(1.0, largest / abs(step[0]))
-        # Full steps can oscillate if errors are as large as the readings.
-        step *= 0.5 ** (turn // FULL_STEPS)
+        triangle, step = _least_squares_step(rows)
+        step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # The prediction for a run that is left out is also linear only on its
@@ -640,6 +629,34 @@ def _fill(
     np.multiply(plain, weight[:, None], out=rows[:count, :-1])
     rows[:count, -1] = -misclosure * weight
     rows[count:, -1] = -unknowns[1:]
+
+
+def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
+    """Return the triangular factor R of the rows, and the step of the unknowns.
+
+    Raises
+    ------
+    NoFit
+        If the rows do not determine all unknowns.
+    """
+    # The triangular factor with the target as last column contains Qᵀ·target: Q is not
+    # needed.
+    whole = cast(Floats, np.linalg.qr(rows, mode="r"))
+    unknowns = rows.shape[1] - 1
+    triangle = whole[:unknowns, :-1]
+    if not triangle.diagonal().all():
+        raise NoFit("these runs do not determine the unknowns separately")
+    step = np.linalg.solve(triangle, whole[:unknowns, -1])
+    return triangle, cast(Floats, step)
+
+
+def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
+    """Limit a step from an I_zz in its unit; `turn` counts the steps before it."""
+    # One step at most halves or doubles I_zz.
+    largest = 0.5 * abs(inertia)
+    limited = step * min(1.0, largest / abs(step[0]))
+    # Full steps can oscillate if errors are as large as the readings.
+    return cast(Floats, limited * 0.5 ** (turn // FULL_STEPS))
 
 
 def _onto_conditions(at: Linear, inertia: float) -> Floats:

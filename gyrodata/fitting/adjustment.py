@@ -53,7 +53,12 @@ a log has masses, forces (then g counts as 1) or torques (then the position does
 The balance is the difference of a weight's M0 from that of the log [N*m]; nobody reads
 it, so it is zero."""
 
-TIME, SPIN, TURNS, LOAD, POSITION, G, PITCH, TRANSVERSE, ADDED, BALANCE = range(10)
+QUANTITIES = 10
+"""Number of rows."""
+
+TIME, SPIN, TURNS, LOAD, POSITION, G, PITCH, TRANSVERSE, ADDED, BALANCE = range(
+    QUANTITIES
+)
 
 MAD_TO_SD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation [1].
@@ -125,15 +130,16 @@ class Problem:
         ]
         if not tilted:
             sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
+        # Exact readings have no errors.
         sources = [s for s in sources if s.absolute.any() or s.relative.any()]
         self.sources = sources
         shape = len(sources), count
         self.absolute = np.reshape([s.absolute for s in sources], shape)
         self.relative = np.reshape([s.relative for s in sources], shape)
         self.quantity = np.array([ROWS[s.quantity] for s in sources], int)
-        self.onto = (np.arange(len(self.observed))[:, None] == self.quantity).astype(
-            float
-        )
+        # Sums the errors of the sources of each quantity, shape (10, S).
+        is_of_quantity = np.arange(QUANTITIES)[:, None] == self.quantity
+        self.onto = is_of_quantity.astype(float)
         self._number_shared_errors()
 
     def _number_shared_errors(self) -> None:
@@ -144,7 +150,8 @@ class Problem:
         # One bin for each group of each source.
         width = int(groups.max(initial=0)) + 1
         touched = groups >= 0
-        bins = groups + width * np.arange(len(groups))[:, None]
+        first_bin = width * np.arange(len(groups))
+        bins = groups + first_bin[:, None]
         sizes = np.bincount(bins[touched], minlength=width * len(groups))
         # A weight with a single run has a balance too, which does not scatter with the
         # run's own errors.
@@ -152,10 +159,11 @@ class Problem:
         sizes[bins[touched & of_balance]] = self.count
         size = np.where(touched, sizes[bins], 0)
         self.independent = (size == 1).astype(float)
+        is_shared = size > 1
         column = np.cumsum(sizes > 1) - 1
         self.shared_count = int(np.sum(sizes > 1))
-        self.member = np.where(size > 1, column[bins], -1)
-        self.from_source, self.from_run = (size > 1).nonzero()
+        self.member = np.where(is_shared, column[bins], -1)
+        self.from_source, self.from_run = is_shared.nonzero()
         self.to_column = self.member[self.from_source, self.from_run]
         # The source of each shared error.
         self.owners = np.zeros(self.shared_count, dtype=int)
@@ -170,7 +178,8 @@ class Problem:
         """Return the shift of readings by the shared errors of a source, shape (n,)."""
         shift = np.zeros(self.count)
         for number in np.flatnonzero(self.owned_by(name)).tolist():
-            shift += shared[number] * self.absolute[self.owners[number]]
+            size = self.absolute[self.owners[number]]
+            shift += shared[number] * size
         return shift
 
     def with_scatter(self, factor: float) -> Problem:
@@ -189,14 +198,16 @@ class Problem:
         Extrapolate the errors of single runs to zero.
         """
         # An error is either in `single` or in `shared`; the other one is zero.
-        errors = single + np.concatenate((shared, (0.0,)))[self.member]
+        of_column = np.concatenate((shared, (0.0,)))
+        errors = single + of_column[self.member]
         # Relative errors multiply. If they were added, a shared factor that makes all
         # true values smaller would also make each run's own error smaller: a gain that
         # grows with the number of runs.
         factors = 1 + self.relative * errors
         scale = np.ones_like(self.observed)
         np.multiply.at(scale, self.quantity, factors)
-        values = (self.observed - self.onto @ (self.absolute * errors)) / scale
+        shift = self.onto @ (self.absolute * errors)
+        values = (self.observed - shift) / scale
         inertia, residual_torque, bias = unknowns
         time = values[TIME] - bias
         spin = values[SPIN]
@@ -225,14 +236,15 @@ class Problem:
             misclosure += _add_tilt(to, values, whole, time, sense)
         # A larger I_zz is like an inertia of the weight, and b shortens the time.
         to_unknowns = np.array([to[ADDED], signed, -to[TIME]]).T
-        by_error = (
-            self.relative * values[self.quantity] / factors
-            + self.absolute / scale[self.quantity]
-        )
+        # Derivative of a reading's true value with respect to each error.
+        by_relative = self.relative * values[self.quantity] / factors
+        by_absolute = self.absolute / scale[self.quantity]
+        by_error = by_relative + by_absolute
         slopes = -by_error * to[self.quantity]
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
-        variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * spin_term) ** 2
+        floor = (NEGLIGIBLE * spin_term) ** 2
+        variance = np.add.reduce(independent**2, axis=0) + floor
         misclosure -= np.add.reduce(independent * single, axis=0)
         return Linear(
             values, torque, misclosure, to_unknowns, slopes, independent, variance
@@ -258,7 +270,7 @@ def _add_tilt(
 
 def _observed(measured: Measurements, tilted: bool) -> Floats:
     """Return the readings, shape (10, n)."""
-    observed = np.zeros((max(ROWS.values()) + 1, len(measured.runs)))
+    observed = np.zeros((QUANTITIES, len(measured.runs)))
     # The angle that steady precession would have swept in the same time.
     observed[TIME] = measured.time
     observed[TURNS] = measured.turns * measured.slowing
@@ -281,7 +293,8 @@ def torques_differ(torque: Floats) -> bool:
     """
     most = np.maximum.reduce(torque)
     least = np.minimum.reduce(torque)
-    return bool(most - least > 0.02 * max(most, -least))
+    largest = max(most, -least)
+    return bool(most - least > 0.02 * largest)
 
 
 def transverse_inertia(measured: Measurements) -> Floats:
@@ -294,7 +307,8 @@ def transverse_inertia(measured: Measurements) -> Floats:
     load = np.nan_to_num(measured.mass * measured.position**2)
     if measured.nutation_ratio is not None:
         inertia = measured.nutation_ratio * rough_inertia(measured)
-        return np.where(np.isnan(inertia), np.nanmedian(inertia - load) + load, inertia)
+        of_others = np.nanmedian(inertia - load) + load
+        return np.where(np.isnan(inertia), of_others, inertia)
     return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
 
 
@@ -312,7 +326,8 @@ def median(values: Floats) -> float:
     """
     ordered = np.sort(values)
     half = len(ordered) // 2
-    return float(ordered[-1 - half] + ordered[half]) / 2
+    below = ordered[-1 - half]
+    return float(below + ordered[half]) / 2
 
 
 # --- the start ---
@@ -350,11 +365,11 @@ def sample(measured: Measurements, kept: Floats) -> Any:
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
         return index
-    mixed = index[np.argsort(np.arange(len(index)) * _GOLDEN % 1.0)]
+    keys = np.arange(len(index)) * _GOLDEN % 1.0
+    mixed = index[np.argsort(keys)]
     by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
-    return np.sort(
-        by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)]
-    )
+    places = np.linspace(0, len(index) - 1, _SAMPLE)
+    return np.sort(by_torque[places.round().astype(int)])
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -373,20 +388,24 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     apart = product[second] - product[first]
     inertia = (torque[second] - torque[first]) / apart
     imbalance = inertia * product[first] - torque[first]
-    usable = np.abs(apart) > 1e-3 * np.abs(product[second])
-    usable &= (inertia > 0) & (np.abs(imbalance) < 3 * np.abs(torque).max())
+    is_apart = np.abs(apart) > 1e-3 * np.abs(product[second])
+    largest = np.abs(torque).max()
+    usable = is_apart & (inertia > 0) & (np.abs(imbalance) < 3 * largest)
     if not usable.any():
         return rough
     lines = Start(inertia[usable, None], imbalance[usable, None])
     off = misfits(measured, lines, index)
     # All outliers count the same, so that the pair with the fewest outliers wins; of
     # equal pairs the smaller M0 wins.
-    middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
-    scatter = max(1.0, MAD_TO_SD * float(middle.min()))
-    cost = np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1)
+    half = len(index) // 2
+    medians = np.partition(off, half, axis=1)[:, half]
+    scatter = max(1.0, MAD_TO_SD * float(medians.min()))
+    limited = np.minimum(off / scatter, _ODD)
+    cost = np.sum(limited**2, axis=1)
     cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
     best = cost.argmin()
-    return Start(float(lines.inertia[best, 0]), float(lines.residual_torque[best, 0]))
+    m0 = float(lines.residual_torque[best, 0])
+    return Start(float(lines.inertia[best, 0]), m0)
 
 
 def _pairs(count: int) -> tuple[Any, Any]:
@@ -398,7 +417,8 @@ def _pairs(count: int) -> tuple[Any, Any]:
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
-    sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
+    loaded = (kept > 0) & (measured.torque != 0)
+    sizes = np.abs(measured.torque[loaded])
     if len(sizes):
         return float(sizes.min())
     return float(np.abs(measured.torque).max())
@@ -408,7 +428,8 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
     """Compare times with those of a start, in their uncertainty and 1 %."""
     time = measured.time[index]
     with np.errstate(divide="ignore"):
-        product = (measured.torque[index] + start.residual_torque) / start.inertia
+        net_torque = measured.torque[index] + start.residual_torque
+        product = net_torque / start.inertia
         predicted = time * np.abs(measured.product[index] / product)
     predicted = np.where(np.isfinite(predicted), predicted, time)
     u = np.zeros(len(measured.time))
@@ -416,7 +437,8 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
         if source.quantity == "time":
             u = source.absolute + source.relative * measured.time
             break
-    return cast(Floats, np.abs(time - predicted) / np.hypot(u[index], 0.01 * predicted))
+    size = np.hypot(u[index], 0.01 * predicted)
+    return cast(Floats, np.abs(time - predicted) / size)
 
 
 # --- the adjustment ---
@@ -518,8 +540,9 @@ def adjust(
     width = len(unknowns)
     # n runs, and one row for the prior of each unknown except I_zz; the last column is
     # the target.
-    rows = np.zeros((count + width - 1, width + 1))
-    rows[count:, 1:width] = np.eye(width - 1)
+    priors = width - 1
+    rows = np.zeros((count + priors, width + 1))
+    rows[count:, 1:width] = np.eye(priors)
     plain = np.zeros((count, width))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -533,18 +556,8 @@ def adjust(
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
         _fill(rows, plain, weight, at.misclosure, unknowns)
-        # The triangular factor with the target as last column contains Qᵀ·target: Q is
-        # not needed.
-        reduced = cast(Floats, np.linalg.qr(rows, mode="r"))
-        whole = reduced[:width]
-        triangle = whole[:, :-1]
-        if not triangle.diagonal().all():
-            raise NoFit("these runs do not determine the unknowns separately")
-        step = np.linalg.solve(triangle, whole[:, -1])
-        # One step at most halves or doubles I_zz.
-        step *= min(1.0, 0.5 * abs(unknowns[0]) / abs(step[0]))
-        # Full steps can oscillate if errors are as large as the readings.
-        step *= 0.5 ** (turn // FULL_STEPS)
+        triangle, step = _least_squares_step(rows)
+        step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
         # The prediction for a run that is left out is also linear only on its
@@ -552,28 +565,34 @@ def adjust(
         single = -at.independent * (closed / at.independent_variance)
         weighted = weight * closed
         before = chi2
-        chi2 = float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
+        of_priors = unknowns[1:] @ unknowns[1:]
+        chi2 = float(weighted @ weighted + of_priors)
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last = moved
         moved = float(np.abs(step).max())
         jumped = float(np.abs(step[:2]).max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
-        is_small = moved < 1e-11 or (turn > 0 and moved**2 < 1e-8 * min(last, 1.0))
-        converged = is_small or (turn > 3 and abs(before - chi2) <= 1e-13 * chi2)
+        next_is_small = turn > 0 and moved**2 < 1e-8 * min(last, 1.0)
+        is_flat = turn > 3 and abs(before - chi2) <= 1e-13 * chi2
+        converged = moved < 1e-11 or next_is_small or is_flat
         if converged:
             break
     inverse = np.linalg.inv(triangle)
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
-    rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
-    outside = at.independent_variance + np.add.reduce((plain @ inverse) ** 2, axis=1)
+    leverage = np.add.reduce(q[:count] ** 2, axis=1)
+    rest = np.maximum(1 - leverage, NEGLIGIBLE)
+    of_prediction = np.add.reduce((plain @ inverse) ** 2, axis=1)
+    outside = at.independent_variance + of_prediction
+    variance = np.where(kept > 0, at.independent_variance * rest, outside)
     gain = q @ inverse[0] * scale[0]
+    covariance = inverse[:3] @ inverse[:3].T
     adjusted = Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
-        covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale),
+        covariance=covariance * np.outer(scale, scale),
         gain=gain,
         shared=unknowns[3:],
         slopes=at.slopes,
@@ -582,9 +601,7 @@ def adjust(
         kept=kept,
         weighted=weighted,
         independent_variance=at.independent_variance,
-        deviations=sense
-        * closed
-        / np.sqrt(np.where(kept > 0, at.independent_variance * rest, outside)),
+        deviations=sense * closed / np.sqrt(variance),
         influence=gain[:count] * weighted / rest,
         chi2=chi2,
         converged=bool(converged),
@@ -614,6 +631,34 @@ def _fill(
     rows[count:, -1] = -unknowns[1:]
 
 
+def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
+    """Return the triangular factor R of the rows, and the step of the unknowns.
+
+    Raises
+    ------
+    NoFit
+        If the rows do not determine all unknowns.
+    """
+    # The triangular factor with the target as last column contains Qᵀ·target: Q is not
+    # needed.
+    whole = cast(Floats, np.linalg.qr(rows, mode="r"))
+    unknowns = rows.shape[1] - 1
+    triangle = whole[:unknowns, :-1]
+    if not triangle.diagonal().all():
+        raise NoFit("these runs do not determine the unknowns separately")
+    step = np.linalg.solve(triangle, whole[:unknowns, -1])
+    return triangle, cast(Floats, step)
+
+
+def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
+    """Limit a step from an I_zz in its unit; `turn` counts the steps before it."""
+    # One step at most halves or doubles I_zz.
+    largest = 0.5 * abs(inertia)
+    limited = step * min(1.0, largest / abs(step[0]))
+    # Full steps can oscillate if errors are as large as the readings.
+    return cast(Floats, limited * 0.5 ** (turn // FULL_STEPS))
+
+
 def _onto_conditions(at: Linear, inertia: float) -> Floats:
     """Move the errors of single runs back onto their conditions after a large step.
 
@@ -621,8 +666,9 @@ def _onto_conditions(at: Linear, inertia: float) -> Floats:
     gains nothing. A run without a weight may be beyond the pole M0 = 0, and keeps its
     reading.
     """
-    close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * inertia)
-    return -at.independent * (close * at.misclosure / at.independent_variance)
+    inertia_term = np.abs(at.to_unknowns[:, 0] * inertia)
+    is_close = np.abs(at.misclosure) < 0.5 * inertia_term
+    return -at.independent * (is_close * at.misclosure / at.independent_variance)
 
 
 MOVED = 0.2
@@ -643,8 +689,8 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     readings.
     """
     inertia = float(adjusted.unknowns[0])
-    numbers = adjusted.covariance
-    if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(numbers).all()):
+    finite = np.isfinite(adjusted.unknowns).all()
+    if not (finite and np.isfinite(adjusted.covariance).all()):
         raise NoFit("the fit gives numbers that are not finite")
     if not adjusted.converged:
         raise NoFit("the fit does not converge")
@@ -664,12 +710,16 @@ def _insist_on_readings(adjusted: Adjusted) -> None:
     error = np.abs(adjusted.shared[problem.to_column])
     source = problem.from_source
     run = problem.from_run
-    read = np.abs(problem.observed[problem.quantity[source], run])
-    size = np.abs(problem.absolute[source, run]) + problem.relative[source, run] * read
-    far = np.isin(problem.quantity[source], MEASURED) & (adjusted.kept[run] > 0)
-    far &= (error > MOVED_U) & (error * size > MOVED * read)
+    quantity = problem.quantity[source]
+    read = np.abs(problem.observed[quantity, run])
+    absolute = np.abs(problem.absolute[source, run])
+    size = absolute + problem.relative[source, run] * read
+    is_measured = np.isin(quantity, MEASURED) & (adjusted.kept[run] > 0)
+    is_large = error * size > MOVED * read
+    far = is_measured & is_large & (error > MOVED_U)
     if far.any():
-        worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
+        relative = far * error * size / np.maximum(read, 1e-300)
+        worst = int(np.argmax(relative))
         moved = problem.sources[source[worst]].name.replace("_", " ")
         raise NoFit(
             f"the runs agree only if the {moved} is wrong by more than "

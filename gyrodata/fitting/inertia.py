@@ -226,12 +226,15 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
         values = self._linear.values
         torque = self._linear.torque + residual_torque
+        spin = self.sense * values[SPIN]
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
-        rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
-        late = bias + self.adjusted.problem.shift_of(DAY_BIAS, self.adjusted.shared)
+        rate = np.abs(physics.precession_rate(torque, spin, *top))
+        of_day = self.adjusted.problem.shift_of(DAY_BIAS, self.adjusted.shared)
+        late = bias + of_day
+        angle = 2 * np.pi * values[TURNS]
         with np.errstate(divide="ignore"):
-            return cast(Floats, 2 * np.pi * values[TURNS] / rate + late)
+            return cast(Floats, angle / rate + late)
 
     @cached_property
     def time_u(self) -> Floats:
@@ -240,13 +243,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         It comes from the errors of this run alone.
         """
         end = self.adjusted
+        net_torque = self._linear.torque + end.unknowns[1]
         with np.errstate(divide="ignore"):
-            # The condition is the time multiplied by the total torque.
-            return cast(
-                Floats,
-                np.sqrt(end.independent_variance)
-                / np.abs(self._linear.torque + end.unknowns[1]),
-            )
+            # The condition is the time multiplied by the net torque.
+            u = np.sqrt(end.independent_variance) / np.abs(net_torque)
+        return cast(Floats, u)
 
     def error_of(self, name: str) -> Floats:
         """Return the adjusted error of a source that runs share, in its u, shape (n,).
@@ -283,9 +284,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
-        return self.posterior.evidence - float(
-            np.log(self.time_u[kept] / self.widths.scatter).sum()
-        )
+        stated_u = self.time_u[kept] / self.widths.scatter
+        return self.posterior.evidence - float(np.log(stated_u).sum())
 
     @property
     def response(self) -> Floats:
@@ -295,13 +295,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
-        lever = 2 * np.pi * problem.observed[TURNS] * problem.observed[SPIN]
-        return cast(
-            Floats,
-            -self.adjusted.gain[: problem.count]
-            * lever
-            / np.sqrt(self.adjusted.independent_variance),
-        )
+        angle = 2 * np.pi * problem.observed[TURNS]
+        lever = angle * problem.observed[SPIN]
+        gain = self.adjusted.gain[: problem.count]
+        width = np.sqrt(self.adjusted.independent_variance)
+        return cast(Floats, -gain * lever / width)
 
     def __repr__(self) -> str:
         return (
@@ -361,7 +359,8 @@ def _fits_at_widths(
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
-    signs = (1.0,) if measured.sense[kept > 0].all() else (1.0, -1.0)
+    is_determined = measured.sense[kept > 0].all()
+    signs = (1.0,) if is_determined else (1.0, -1.0)
     begun: list[FitResult] = []
     for sign in signs:
         # A run without a weight turns in the direction of the residual torque.
@@ -395,10 +394,12 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         answers.append((answer.evidence, result, answer))
     answers.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = answers[0]
-    if len(answers) > 1 and answers[1][0] > evidence + math.log(ONE_SIGN):
-        # The other sign of M0 is possible too.
-        first = replace(first, two_signs=True)
-        answer = posterior.mixed([answer, answers[1][2]])
+    least = evidence + math.log(ONE_SIGN)
+    for other_evidence, _, other in answers[1:]:
+        if other_evidence > least:
+            # The other sign of M0 is possible too.
+            first = replace(first, two_signs=True)
+            answer = posterior.mixed([answer, other])
     stated = min(begun, key=attrgetter("chi2"))
     return replace(first, begun=stated, posterior=answer)
 
@@ -413,14 +414,17 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     answers = []
     for late, other in enumerate(fits):
         on_time = float(other.adjusted.kept.sum())
+        # The factor of a normal density, for each run.
         evidence = other.log_evidence - on_time * math.log(2 * math.pi) / 2
         if late:
-            evidence += math.log(LATE_LABS) + late * math.log(LATE_RUNS / LATEST)
+            of_late = late * math.log(LATE_RUNS / LATEST)
+            evidence += math.log(LATE_LABS) + of_late
             evidence += on_time * math.log(1 - LATE_RUNS)
         assert other.posterior is not None
         answers.append(replace(other.posterior, evidence=evidence))
-    likeliest = max(zip(answers, fits, strict=True), key=lambda pair: pair[0].evidence)
-    gone = result.adjusted.kept - likeliest[1].adjusted.kept
+    pairs = zip(answers, fits, strict=True)
+    _, likeliest = max(pairs, key=lambda pair: pair[0].evidence)
+    gone = result.adjusted.kept - likeliest.adjusted.kept
     result = replace(result, late=tuple(np.flatnonzero(gone).tolist()))
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
@@ -480,7 +484,8 @@ def _at_widths(
         adjusted = adjustment.adjust(scattered, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
-    prior = float(np.sum(adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)] ** 2))
+    of_days = adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)]
+    prior = float(np.sum(of_days**2))
     if _separates_balance(measured, kept):
         prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
     chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
@@ -507,10 +512,11 @@ def _result(
 def _separates_balance(measured: Measurements, kept: Floats) -> bool:
     """Return whether the torques of a day differ, so that they determine its M0."""
     used = kept > 0
-    return any(
-        adjustment.torques_differ(measured.torque[used & (measured.day == day)])
-        for day in {*measured.day[used].tolist()}
-    )
+    for day in {*measured.day[used].tolist()}:
+        of_day = used & (measured.day == day)
+        if adjustment.torques_differ(measured.torque[of_day]):
+            return True
+    return False
 
 
 def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
@@ -529,18 +535,23 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     rows = result.widths.scatter * adjusted.rows
     rows[:, 1] *= lightest / adjusted.scale[1]
     groups = measured.balance_groups
+    kept = adjusted.kept > 0
+    used = kept & (groups >= 0)
     # `np.unique` would import numpy.ma, which takes as long as the fit.
-    several = sorted({*groups[(adjusted.kept > 0) & (groups >= 0)].tolist()})
-    levels = rows[:, 1:2] * (groups[:, None] == np.array(several))
+    several = sorted({*groups[used].tolist()})
+    to_m0 = rows[:, 1:2]
+    levels = to_m0 * (groups[:, None] == np.array(several))
     problem = adjusted.problem
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
-    days = rows[:, 1:2] * contrasts(measured.day).T / share
+    days = to_m0 * contrasts(measured.day).T / share
+    to_shared = rows[:, 3:]
+    weighted = result.widths.scatter * adjusted.weighted
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
-        shared=rows[:, 3:][:, ~is_balance],
+        shared=to_shared[:, ~is_balance],
         levels=levels if len(several) > 1 else levels[:, :0],
         days=days,
-        left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
+        left=weighted - to_shared @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
         runs=float(adjusted.kept.sum()),
@@ -548,10 +559,12 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     )
     test = measured.balance_test if tested else None
     # The prior is that of the mean of all days.
-    width = None if test is None else share * test(inertia) / lightest
+    width = None
+    if test is not None:
+        width = share * test(inertia) / lightest
     scale = share * balance_scale(measured, inertia, lightest) / lightest
     untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
-    differ = adjustment.torques_differ(measured.torque[adjusted.kept > 0])
+    differ = adjustment.torques_differ(measured.torque[kept])
     tails = differ or not measured.balanced
     balance = posterior.balance_prior(scale, width, tails)
     return posterior.integrate(conditions, balance, times_stated(measured), untouched)
@@ -587,17 +600,21 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     problem = adjusted.problem
     gain = adjusted.gain
     count = adjusted.problem.count
-    variances = (adjusted.slopes * problem.independent) ** 2 @ (
-        gain[:count] ** 2 / adjusted.independent_variance
-    )
+    # Variances of I_zz [kg²*m⁴]: of each run's condition, then of the priors of M0, b
+    # and the shared errors.
+    of_runs = gain[:count] ** 2
+    of_priors = gain[count:] ** 2
+    independent = adjusted.slopes * problem.independent
+    variances = independent**2 @ (of_runs / adjusted.independent_variance)
     single = float(variances.sum())
     if single > adjustment.NEGLIGIBLE * u**2:
-        wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
+        shared_variance = float(np.sum(of_priors))
+        wider = max(0.0, u**2 - single - shared_variance)
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
     excess = max(0.0, float((variances - stated).sum()))
-    np.add.at(stated, problem.owners, gain[count + 2 :] ** 2)
-    of_m0, of_bias = np.square(gain[count : count + 2]).tolist()
+    of_m0, of_bias, *of_shared = of_priors.tolist()
+    np.add.at(stated, problem.owners, of_shared)
     by_bias = SOURCES["time_bias"].shared_by
     shared = {problem.sources[number].name for number in problem.owners}
     # The differences of M0 and of b between days are in the rows of M0 and b.
@@ -608,11 +625,12 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     rows[DAY_BIAS, True, by_bias] += of_bias
     rows["unexplained_scatter", False, ""] += excess
     total = math.fsum(rows.values())
-    return tuple(
-        Share(*row, u * math.sqrt(variance / total), variance / total)
-        for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True)
-        if variance
-    )
+    budget = []
+    for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True):
+        if variance:
+            share = variance / total
+            budget.append(Share(*row, u * math.sqrt(share), share))
+    return tuple(budget)
 
 
 # --- corrections for the model of the motion ---
@@ -651,10 +669,10 @@ def _transverse_u(measured: Measurements) -> float:
             return float(source.relative.max())
     # A log without a pitch and without the word "released" has no source for I, though
     # it may state I.
-    is_stated = (
-        measured.transverse_inertia is not None or measured.nutation_ratio is not None
-    )
-    return SOURCES["transverse_inertia"].default.relative if is_stated else TRANSVERSE_U
+    states_inertia = measured.transverse_inertia is not None
+    if states_inertia or measured.nutation_ratio is not None:
+        return SOURCES["transverse_inertia"].default.relative
+    return TRANSVERSE_U
 
 
 def _total_spin_read(measured: Measurements) -> Floats | None:
@@ -682,13 +700,14 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
         If these are not the numbers of a top.
     """
     # The fit can be that of other runs of the same days.
-    m0 = near.residual_torque.value
+    mean = near.residual_torque.value
     days = near.adjusted.problem.measured.day.tolist()
     m0_of_day = dict(zip(days, near.balances.tolist(), strict=True))
-    torque = measured.torque + [m0_of_day.get(day, m0) for day in measured.day.tolist()]
+    m0 = [m0_of_day.get(day, mean) for day in measured.day.tolist()]
     inertia = near.inertia.value + measured.added
+    transverse = adjustment.transverse_inertia(measured)
     try:
-        return Top(inertia, adjustment.transverse_inertia(measured), torque)
+        return Top(inertia, transverse, measured.torque + m0)
     except ValueError as error:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 

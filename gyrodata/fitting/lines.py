@@ -65,7 +65,8 @@ class LineFit(Struct, frozen=True, eq=False):
         line = f"y = ({ufloat(self.slope, self.u_slope):.2uP}) x"
         if self.u_intercept is not None:
             line += f" + ({ufloat(self.intercept, self.u_intercept):.2uP})"
-        return f"{line}, chi-square {self.chi2:.3g} with {self.dof} degrees of freedom"
+        quality = f"chi-square {self.chi2:.3g} with {self.dof} degrees of freedom"
+        return f"{line}, {quality}"
 
 
 def fit_line(
@@ -120,18 +121,21 @@ def fit_line(
     # Relative to the mean of x, slope and intercept are nearly independent, and no
     # digits are lost.
     middle = np.longdouble(xs.mean() if intercept else 0.0)
-    unknowns, step = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
+    extended_y = ys.astype(np.longdouble)
+    unknowns, step = _iterate(xs - middle, extended_y, factors, intercept)
     # Zeros for an intercept that is not fitted.
     spread = np.zeros((2, step.spread.shape[1]))
     spread[: len(step.spread)] = step.spread
     spread[1] -= float(middle) * spread[0]
     chi2 = float(np.sum(step.errors**2))
     dof = step.dof
-    covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
+    variance = 1.0 if stated else chi2 / dof
+    covariance = spread @ spread.T * variance
     u_slope, u_intercept = np.sqrt(np.diag(covariance)).tolist()
+    at_middle = unknowns[1:].sum()
     return LineFit(
         slope=float(unknowns[0]),
-        intercept=float(unknowns[1:].sum() - unknowns[0] * middle),
+        intercept=float(at_middle - unknowns[0] * middle),
         u_slope=u_slope,
         u_intercept=u_intercept if intercept else None,
         covariance=covariance,
@@ -158,7 +162,8 @@ def _insist_on_points(xs: Floats, ys: Floats, intercept: bool, stated: bool) -> 
             f"{xs.size} points do not determine a line; pass two or more, or one with "
             f"intercept=False"
         )
-    if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
+    rounding = 1e-13 * np.abs(xs).max()
+    if intercept and np.ptp(xs) <= rounding:
         raise ValueError(
             "all x are equal, so slope and intercept cannot be separated; pass "
             "intercept=False or other x"
@@ -204,9 +209,8 @@ def _iterate(
     to_x, to_y, by_row = factors
     design = np.ones((len(x), 1 + intercept))
     design[:, 0] = x
-    unknowns = np.linalg.lstsq(design, y.astype(float), rcond=None)[0].astype(
-        np.longdouble
-    )
+    start, *_ = np.linalg.lstsq(design, y.astype(float), rcond=None)
+    unknowns = start.astype(np.longdouble)
     last = math.inf
     for _turn in range(500):
         slope = unknowns[0]
@@ -217,14 +221,17 @@ def _iterate(
             # A row's condition contains one sum of its two errors.
             size = np.hypot(pull[:, 0], pull[:, 1])
             step = _solve(design, size, distance)
-            error = np.sum(to_x * pull, axis=1) / np.maximum(size, 1e-300) * step.errors
+            covariance = np.sum(to_x * pull, axis=1)
+            error = covariance / np.maximum(size, 1e-300) * step.errors
         else:
             step = _solve(design, pull, distance)
             error = to_x @ step.errors
         unknowns = unknowns + step.change
-        size = abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300
-        moved = float(abs(step.change[0]) / size)
-        if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
+        steepest = np.ptp(y) / np.abs(x).max()
+        moved = float(abs(step.change[0]) / (abs(unknowns[0]) + steepest + 1e-300))
+        # Rounding prevents smaller steps.
+        is_last = moved < 1e-13 and moved >= 0.5 * last
+        if is_last or moved < 1e-17:
             break
         last = moved
         # The next derivatives are computed at the adjusted x.
@@ -248,42 +255,37 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     least-squares problem. Otherwise the rest of the design's Q eliminates p.
     """
     count, unknowns = design.shape
-    if pull.ndim == 1 and (pull > 1e-9 * pull.max()).all():
+    no_zeros = (pull > 1e-9 * pull.max()).all()
+    if pull.ndim == 1 and no_zeros:
         design = design / pull[:, None]
         distance = distance / pull
         q, r = np.linalg.qr(design)
         change = np.linalg.solve(r, q.T @ distance)
-        return _Step(
-            change,
-            distance - design @ change,
-            np.linalg.solve(r, q.T),
-            count - unknowns,
-            0.0,
-        )
+        spread = np.linalg.solve(r, q.T)
+        errors = distance - design @ change
+        return _Step(change, errors, spread, dof=count - unknowns, off=0.0)
     pull = np.diag(pull) if pull.ndim == 1 else pull
     q, r = np.linalg.qr(design, mode="complete")
     along = q[:, :unknowns]
     across = q[:, unknowns:]
     left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
     # A smaller singular value is a rounded zero.
-    rank = int(np.sum(sizes > 1e-12 * np.linalg.norm(pull)))
+    rounding = 1e-12 * np.linalg.norm(pull)
+    rank = int(np.sum(sizes > rounding))
     left = left[:, :rank]
     sizes = sizes[:rank]
     right = right[:rank]
     distance_across = across.T @ distance
     parts = left.T @ distance_across
     errors = right.T @ (parts / sizes)
-    change = np.linalg.solve(r[:unknowns], along.T @ (distance - pull @ errors))
+    triangle = r[:unknowns]
+    change = np.linalg.solve(triangle, along.T @ (distance - pull @ errors))
     # The effect of errors on the answer, except of those that the fit removes.
     through = along.T @ pull
-    spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
-    return _Step(
-        change,
-        errors,
-        spread,
-        rank,
-        float(np.linalg.norm(distance_across - left @ parts)),
-    )
+    removed = (through @ right.T) @ right
+    spread = np.linalg.solve(triangle, through - removed)
+    off = float(np.linalg.norm(distance_across - left @ parts))
+    return _Step(change, errors, spread, rank, off)
 
 
 Factors = tuple[Floats, Floats, bool]
@@ -314,7 +316,7 @@ def _factorise(
     if by_row:
         root = _root(np.array([[x, xy], [xy, y]]).T)
         return root[:, 0], root[:, 1], by_row
-    x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in (x, y, xy))
+    x, y, xy = map(_as_matrix, (x, y, xy))
     root = _root(np.block([[x, xy], [xy.T, y]]))
     return root[:count], root[count:], by_row
 
@@ -334,13 +336,19 @@ def _covariance(name: str, value: ArrayLike | None, count: int) -> Floats:
     return part
 
 
+def _as_matrix(part: Floats) -> Floats:
+    """Return a covariance as a matrix; an array of shape (n,) is its diagonal."""
+    return part if part.ndim == 2 else np.diag(part)
+
+
 def _insist_on_variances(name: str, part: Floats) -> None:
     """Raise ValueError if a covariance of one variable is not a possible one."""
     variances = part if part.ndim == 1 else np.diag(part)
     if (variances < 0).any():
         raise ValueError(f"{name} contains a negative variance; pass variances u²")
     close = 1e-12 * variances.max()
-    if part.ndim == 2 and not np.allclose(part, part.T, rtol=1e-9, atol=close):
+    is_symmetric = np.allclose(part, part.T, rtol=1e-9, atol=close)
+    if not is_symmetric:
         raise ValueError(
             f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]"
         )
@@ -351,10 +359,14 @@ def _root(matrix: Floats) -> Floats:
 
     B is computed from the correlations, so that small variances keep their digits.
     """
-    scale = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
+    variances = np.diagonal(matrix, axis1=-2, axis2=-1)
+    scale = np.sqrt(variances)
     divisor = np.where(scale > 0, scale, 1.0)
-    symmetric = (matrix + np.swapaxes(matrix, -2, -1)) / 2
-    correlation = symmetric / (divisor[..., None] * divisor[..., None, :])
+    transposed = np.swapaxes(matrix, -2, -1)
+    symmetric = (matrix + transposed) / 2
+    rows = divisor[..., None]
+    columns = divisor[..., None, :]
+    correlation = symmetric / (rows * columns)
     if correlation[scale == 0].any():
         raise ValueError(
             "an error with variance 0 has a covariance with another; pass 0 for both"
@@ -368,6 +380,8 @@ def _root(matrix: Floats) -> Floats:
             "check the signs and sizes of the off-diagonal elements"
         )
     # A rounded zero must not become an uncertainty of 1e-8.
-    limit = 8 * values.shape[-1] * np.finfo(float).eps * largest
+    rounding = np.finfo(float).eps * largest
+    limit = 8 * values.shape[-1] * rounding
     sizes = np.sqrt(np.where(values > limit, values, 0.0))
-    return np.asarray(scale[..., None] * vectors * sizes[..., None, :])
+    scaled = scale[..., None] * vectors
+    return np.asarray(scaled * sizes[..., None, :])

@@ -196,7 +196,8 @@ def integrate(
         I_zz [kg*m^2], M0 [N*m] and b [s].
     """
     widths, prior = balance
-    levels, chance = level_prior(untouched if conditions.levels.shape[1] else 1.0)
+    has_weights = conditions.levels.shape[1] > 0
+    levels, chance = level_prior(untouched if has_weights else 1.0)
     prior = chance[:, None, None] + prior
     shared, rows, slope = _rotate(conditions, levels, widths)
     low, high = ENDS
@@ -227,19 +228,19 @@ def integrate(
     heavy = weight > LIGHT / weight.size
     mean, u = solution.of_unknowns(slope)
     unit = conditions.unit[:, None]
-    start = np.array([conditions.ended[0], conditions.ended[1], 0.0])[:, None]
-    factor, level, width = np.broadcast_arrays(
-        factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
-    )
+    inertia, m0, _ = conditions.ended
+    start = np.array([[inertia], [m0], [0.0]])
+    parts = factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
+    factors, level, width = np.broadcast_arrays(*parts)
     weight = weight[heavy]
     return Posterior(
-        weight / np.add.reduce(weight),
-        (start + mean[:, heavy]) * unit,
-        u[:, heavy] * unit,
-        factor[heavy],
-        width[heavy],
-        level[heavy],
-        float(top + math.log(total)),
+        weight=weight / np.add.reduce(weight),
+        mean=(start + mean[:, heavy]) * unit,
+        u=u[:, heavy] * unit,
+        factor=factors[heavy],
+        width=width[heavy],
+        level=level[heavy],
+        evidence=float(top + math.log(total)),
     )
 
 
@@ -265,9 +266,11 @@ class _Solution(Struct, frozen=True):
         ib, mb, bb, b_left = self.of_bias
         # b follows from its prior and the rows, for given I_zz and M0.
         bias = b_left - ib * self.both - mb * self.m0
-        b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+        b_alone = 1 - bb
+        b_var = b_alone + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        mean = np.array([self.both - slope * self.m0, self.m0, bias])
+        inertia = self.both - slope * self.m0
+        mean = np.array([inertia, self.m0, bias])
         return mean, np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
 
 
@@ -284,30 +287,32 @@ def _solve(
     `_rotate`. The page "statistics" derives the sums.
     """
     variance = factor[:, None] ** 2 + shared[:, :, None] ** 2
-    products = (rows[..., :, None] * rows[..., None, :]).reshape(*shared.shape, 16)
+    # All products of two of the four columns.
+    products = rows[..., :, None] * rows[..., None, :]
+    products = products.reshape(*shared.shape, 16)
     sums = ((1 / variance) @ products).swapaxes(1, 2)
-    (ii, im, ib, i_left), (_, mm, mb, m_left), (_, _, bb, b_left), (*_, chi2) = (
-        np.moveaxis(sums, 3, 0).reshape(4, 4, *sums.shape[:3])
-    )
+    normal = np.moveaxis(sums, 3, 0).reshape(4, 4, *sums.shape[:3])
+    (ii, im, ib, i_left), (_, mm, mb, m_left), (_, _, bb, b_left), (*_, chi2) = normal
     narrow = 1 / widths**2
     at = conditions.ended[1]
     mm = mm + narrow
     m_left = m_left - at * narrow
     # By rounding the difference can be zero or negative.
-    determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
+    rounding = 1e-15 * ii * mm
+    determinant = np.maximum(ii * mm - im**2, rounding)
     both = (mm * i_left - im * m_left) / determinant
     m0 = (ii * m_left - im * i_left) / determinant
-    misfit = chi2 + at**2 * narrow - both * i_left - m0 * m_left
+    of_start = chi2 + at**2 * narrow
+    misfit = of_start - both * i_left - m0 * m_left
     # Rows without information have the variance s².
     empty = conditions.runs - rows.shape[2]
-    ln_det = np.add.reduce(np.log(variance), axis=-1) + 2 * empty * np.log(factor)
-    return _Solution(
-        -0.5 * (ln_det.swapaxes(1, 2) + np.log(determinant / narrow) + misfit),
-        both,
-        m0,
-        (mm / determinant, -im / determinant, ii / determinant),
-        (ib, mb, bb, b_left),
-    )
+    of_empty = 2 * empty * np.log(factor)
+    ln_variance = np.add.reduce(np.log(variance), axis=-1) + of_empty
+    ln_unknowns = np.log(determinant / narrow)
+    log_likelihood = -0.5 * (ln_variance.swapaxes(1, 2) + ln_unknowns + misfit)
+    covariance = mm / determinant, -im / determinant, ii / determinant
+    of_bias = ib, mb, bb, b_left
+    return _Solution(log_likelihood, both, m0, covariance, of_bias)
 
 
 def _rotate(
@@ -337,34 +342,28 @@ def _rotate(
     count = known + conditions.shared.shape[1] + 1
     bias = conditions.unknowns[:, 2:]
     # Relative to b = 0, the centre of its prior.
-    target = bias * conditions.ended[2] - conditions.left[:, None]
-    rows: Floats = np.concatenate(
-        [
-            conditions.levels,
-            conditions.days,
-            conditions.shared,
-            bias,
-            conditions.unknowns,
-            target,
-        ],
-        axis=1,
-    )
+    of_bias = bias * conditions.ended[2]
+    target = of_bias - conditions.left[:, None]
+    of_errors = conditions.levels, conditions.days, conditions.shared, bias
+    rows: Floats = np.concatenate([*of_errors, conditions.unknowns, target], axis=1)
     if rows.shape[0] > rows.shape[1]:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
     each = widths if known > several else widths[:1]
-    errors = np.tile(rows[:, :count], (len(levels), len(each), 1, 1))
+    pairs = len(levels), len(each)
+    errors = np.tile(rows[:, :count], (*pairs, 1, 1))
     errors[..., :several] *= levels[:, None, None, None]
     errors[..., several:known] *= each[:, None, None]
     turn, values, _ = np.linalg.svd(errors)
-    size = np.zeros((len(levels), len(each), len(rows)))
+    size = np.zeros((*pairs, len(rows)))
     size[..., : values.shape[2]] = values
     rotated = turn.swapaxes(2, 3) @ rows[:, count:]
     weight = 1 / (conditions.scatter**2 + size**2)
-    own, with_m0 = np.einsum(
-        "vwm,vwm,vwmk->kvw", weight, rotated[..., 0], rotated[..., :2]
-    )
+    to_inertia = rotated[..., 0]
+    # Weighted sums of the derivatives to I_zz, times those to I_zz and to M0.
+    sums = "vwm,vwm,vwmk->kvw"
+    own, with_m0 = np.einsum(sums, weight, to_inertia, rotated[..., :2])
     slope = with_m0 / own
-    rotated[..., 1] -= slope[..., None] * rotated[..., 0]
+    rotated[..., 1] -= slope[..., None] * to_inertia
     return size, rotated, slope[:, None]
 
 
@@ -374,14 +373,21 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
     shares = zip(chance, posteriors, strict=True)
-    parts = [
-        [share * part.weight, part.mean, part.u, part.factor, part.width, part.level]
-        for share, part in shares
-    ]
-    weight, mean, u, factor, width, level = (
-        np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)
+    weights = [share * part.weight for share, part in shares]
+
+    def joined(name: str) -> Floats:
+        """Return the values of all parts of all posteriors."""
+        return np.concatenate([getattr(part, name) for part in posteriors], axis=-1)
+
+    return Posterior(
+        weight=np.concatenate(weights),
+        mean=joined("mean"),
+        u=joined("u"),
+        factor=joined("factor"),
+        width=joined("width"),
+        level=joined("level"),
+        evidence=evidence.max(),
     )
-    return Posterior(weight, mean, u, factor, width, level, evidence.max())
 
 
 def level_prior(untouched: float) -> tuple[Floats, Floats]:
@@ -395,7 +401,8 @@ def level_prior(untouched: float) -> tuple[Floats, Floats]:
         return np.zeros(1), np.zeros(1)
     # The density of ln v.
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
-    chance = np.append(untouched, (1 - untouched) * density / density.sum())
+    of_changes = (1 - untouched) * density / density.sum()
+    chance = np.append(untouched, of_changes)
     some = chance > 0
     return np.append(0.0, CHANGES)[some], np.log(chance[some])
 
@@ -415,7 +422,8 @@ def balance_prior(
         Whether M0 can be much larger than its scale.
     """
     if tested is not None:
-        return _tested_prior(scale * WIDTHS, max(tested, NEGLIGIBLE) * FALSE_WIDTHS)
+        test_width = max(tested, NEGLIGIBLE)
+        return _tested_prior(scale * WIDTHS, test_width * FALSE_WIDTHS)
     some = slice(None) if tails else WIDTHS < NOT_FALSE
     return scale * WIDTHS[some], CHANCES[some]
 
@@ -427,19 +435,26 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     product of two normal distributions is normal: all products are represented by fewer
     widths.
     """
-    bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
-    doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
+    factors, chance = TOO_BOLD
+    bold = np.log(FALSE_WIDTHS[:, None] / factors)
+    # Each factor gives a Cauchy distribution.
+    density = np.exp(-bold - 0.5 * np.exp(-2 * bold))
+    doubt = np.log(density @ chance)
     doubt -= math.log(np.exp(doubt).sum())
     prior = widths[:, None] ** 2
     test = tested**2
-    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(prior + test)
+    both = prior + test
+    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(both)
     mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
-    width = np.sqrt(prior * test / (prior + test)).reshape(-1)
+    width = np.sqrt(prior * test / both).reshape(-1)
     grid = widths[-1] * TESTED_WIDTHS
-    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, len(grid) - 1)
-    lower = np.minimum(place.astype(int), len(grid) - 2)
-    onto = np.bincount(lower, mass * (lower + 1 - place), len(grid))
-    onto += np.bincount(lower + 1, mass * (place - lower), len(grid))
+    count = len(grid)
+    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, count - 1)
+    # Each mass is divided between the two nearest widths.
+    lower = np.minimum(place.astype(int), count - 2)
+    upper = lower + 1
+    onto = np.bincount(lower, mass * (upper - place), count)
+    onto += np.bincount(upper, mass * (place - lower), count)
     with np.errstate(divide="ignore"):
         return grid, np.log(onto)
 
@@ -452,12 +467,10 @@ def doubt_of_widths(stated: bool) -> float:
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
     spread = SPREAD_STATED if stated else SPREAD_DEFAULT
-    near = (
-        (1 - SHARE_OF_TAIL)
-        * np.exp(-0.5 * (factor / spread) ** 2)
-        / (spread * math.sqrt(2 * math.pi))
-    )
-    far = SHARE_OF_TAIL / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
+    normal = np.exp(-0.5 * (factor / spread) ** 2)
+    near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(2 * math.pi))
+    cauchy = math.pi * TAIL * (1 + (factor / TAIL) ** 2)
+    far = SHARE_OF_TAIL / cauchy
     return cast(Floats, np.log(near + far))
 
 
@@ -480,7 +493,8 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     Newton's method with brackets; `weight`, `mean` and `u` have the shape (N,).
     """
     centre = mean @ weight
-    sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)
+    second_moments = u**2 + (mean - centre) ** 2
+    sd = np.sqrt(second_moments @ weight)
     tails = np.minimum(LEVELS, 1 - LEVELS)
     # Cantelli's inequality limits the distance of a quantile from the mean for every
     # distribution.
@@ -498,7 +512,8 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
         low = np.where(off < 0, point, low)
         high = np.where(off > 0, point, high)
         step = point - off / np.maximum(square @ steep, 1e-300)
-        inside = (step >= low) & (step <= high) | (np.abs(off) < ROUNDING)
+        is_exact = np.abs(off) < ROUNDING
+        inside = (step >= low) & (step <= high) | is_exact
         point = np.where(inside, step, 0.5 * (low + high))
         # The error after such a step is about the square of the step.
         if (inside & (np.abs(off) <= 1e-4 * tails)).all():
@@ -552,12 +567,13 @@ def chi2_tail(chi2: float, dof: int) -> float:
     # the sum.
     reach = 10 * math.sqrt(half) + 100
     last = (dof - odd) // 2 - 1
-    nearest = min(last, int(half))
-    for step in range(
-        max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1
-    ):
+    largest = min(last, int(half))
+    start = max(0, int(largest - reach))
+    end = min(last, int(largest + reach))
+    for step in range(start, end + 1):
         order = step + odd / 2
-        total += math.exp(order * math.log(half) - half - math.lgamma(order + 1))
+        ln_term = order * math.log(half) - half - math.lgamma(order + 1)
+        total += math.exp(ln_term)
     return min(total, 1.0)
 
 

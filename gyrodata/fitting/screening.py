@@ -54,8 +54,10 @@ def screen(measured: Measurements, tilted: bool = False) -> list[Outlier]:
     deviations[list(named)] = 0.0
     named.add(int(deviations.argmax()))
     more, without = _settle(measured, tilted, named)
-    is_masked = without is not None and named <= {outlier.index for outlier in more}
-    return more if is_masked else outliers
+    if without is None:
+        return outliers
+    named_again = {outlier.index for outlier in more}
+    return more if named <= named_again else outliers
 
 
 def _far_runs(measured: Measurements) -> set[int]:
@@ -78,18 +80,20 @@ def _settle(
     for _round in range(6):
         kept = np.ones(count, dtype=bool)
         kept[list(out)] = False
-        if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
+        has_torque = measured.torque[kept].any()
+        if len(out) > count / 3 or not has_torque:
             return [], None
         try:
             result = fit(measured, AS_STATED, tilted=tilted, left_out=out)
         except NoFit:
             return [], None
-        typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
-        outliers = [
-            Outlier(run, deviation, slip=abs(deviation) > GROSS * typical)
-            for run, deviation in enumerate(result.deviations.tolist())
-            if abs(deviation) > OUTLIER * typical
-        ]
+        sizes = np.abs(result.deviations)
+        typical = max(1.0, MAD_TO_SD * median(sizes[kept]))
+        outliers = []
+        for run in np.flatnonzero(sizes > OUTLIER * typical).tolist():
+            is_slip = bool(sizes[run] > GROSS * typical)
+            deviation = float(result.deviations[run])
+            outliers.append(Outlier(run, deviation, is_slip))
         far = {outlier.index for outlier in outliers}
         if far == out:
             return outliers, result
@@ -118,9 +122,11 @@ def ordinary_line(
         the last two have no meaning.
     """
     count = x.shape[-1]
+    x_sum = np.add.reduce(x, axis=-1, keepdims=True)
+    y_sum = np.add.reduce(y, axis=-1, keepdims=True)
     # Formulas relative to the means do not lose digits if the points are far from zero.
-    x_mean = intercept * np.add.reduce(x, axis=-1, keepdims=True) / count
-    y_mean = intercept * np.add.reduce(y, axis=-1, keepdims=True) / count
+    x_mean = intercept * x_sum / count
+    y_mean = intercept * y_sum / count
     away = x - x_mean
     size = np.sqrt(np.vecdot(x, x))
     spread = np.sqrt(np.vecdot(away, away))
@@ -131,12 +137,9 @@ def ordinary_line(
     sd = np.full_like(slope, np.nan)
     if freedom > 0:
         sd = np.sqrt(np.vecdot(left, left) / freedom)
-    return (
-        slope,
-        sd / spread,
-        y_mean[..., 0] - slope * x_mean[..., 0],
-        sd * size / (spread * math.sqrt(count)),
-    )
+    constant = y_mean[..., 0] - slope * x_mean[..., 0]
+    u_constant = sd * size / (spread * math.sqrt(count))
+    return slope, sd / spread, constant, u_constant
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -166,8 +169,10 @@ def insist_on_lines(
     rate = fit.sense * measured.precession_rate * measured.slowing
     vertical = rate * np.sin(measured.pitch)
     transverse = adjustment.transverse_inertia(measured)
-    product = np.delete(rate * (measured.spin + vertical), [*left_out])
-    torque = np.delete(measured.torque + transverse * rate * vertical, [*left_out])
+    total_spin = measured.spin + vertical
+    of_tilt = transverse * rate * vertical
+    product = np.delete(rate * total_spin, [*left_out])
+    torque = np.delete(measured.torque + of_tilt, [*left_out])
     slopes = []
     intercepts = [False, True] if adjustment.torques_differ(torque) else [False]
     for intercept in intercepts:
@@ -178,7 +183,5 @@ def insist_on_lines(
         if not math.isnan(slope):
             slopes.append(f"{slope:.2g} kg·m²")
     lines = " and ".join(slopes) or "no result"
-    raise NoFit(
-        f"the fit gives {fit.inertia.value:.2g} kg·m², "
-        f"but a straight line gives {lines}"
-    )
+    fitted = f"{fit.inertia.value:.2g} kg·m²"
+    raise NoFit(f"the fit gives {fitted}, but a straight line gives {lines}")

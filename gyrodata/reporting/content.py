@@ -45,9 +45,8 @@ UNSEEN_BALANCE = 0.3
 
 FIT_NAMES = questions.WORDS["fits"]
 SENTENCES = questions.WORDS["sentences"]
-SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
-    "sources"
-]
+OF_READINGS = {key: source.words for key, source in SOURCES.items()}
+SOURCE_NAMES = OF_READINGS | questions.WORDS["sources"]
 
 
 def source_words(name: str) -> str:
@@ -135,22 +134,21 @@ def _read_as(n: Numbers) -> Sentence:
     at = f"runs.{i}"
     torque = n.value(f"{at}.torque", n.torque)
     load = say("a torque of {}", torque)
-    if run.mass is not None and run.position is not None:
-        load = say("{} from the centre", n.hung(i, at))
+    follows: Sentence = ()
+    if run.mass is not None:
+        follows = say(": {}", torque)
+        if run.position is not None:
+            load = say("{} from the centre", n.hung(i, at))
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         digits, noun = turn_words(run.turns).split(" ")
         turns = n.number(f"{at}.turns", digits)
         timed = say(", {} {} in {}", turns, noun, n.reading(i, "time", values.SECOND))
-    return say(
-        "Read as: run {}: {}, {}{}{}, one turn in {}.",
-        n.number(f"{at}.run"),
-        load,
-        n.reading(i, "spin", values.RPM),
-        timed,
-        say(": {}", torque) if run.mass is not None else (),
-        n.value(f"{at}.period", values.SECOND),
-    )
+    number = n.number(f"{at}.run")
+    spin = n.reading(i, "spin", values.RPM)
+    period = n.value(f"{at}.period", values.SECOND)
+    words = "Read as: run {}: {}, {}{}{}, one turn in {}."
+    return say(words, number, load, spin, timed, follows, period)
 
 
 def _doubts(n: Numbers) -> Iterator[Sentence]:
@@ -180,10 +178,11 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
+    inertia = analysis.inertia
     # If the interval is wide, it is the answer itself.
-    if analysis.inertia.interval_95 is not None and not is_wide(analysis.inertia):
+    if inertia.interval_95 is not None and not is_wide(inertia):
         interval = n.interval("inertia.interval_95", n.inertia)
-        k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
+        k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
 
@@ -196,12 +195,13 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
         yield from _on_balance(n)
     inertia = n.value("inertia.value", n.inertia)
     if is_wide(analysis.inertia):
-        yield say(SENTENCES["median"], inertia)
+        yield say(SENTENCES["median"], inertia=inertia)
     elif analysis.inertia.interval_95 is not None:
         interval = n.interval("inertia.interval_95", n.inertia)
         m0 = n.value("residual_torque.value", n.torque)
         of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
-        yield say(SENTENCES["interval_and_m0"], interval, m0, of_m0)
+        words = "95 % interval: {}; torque without a weight M0 = {} ({})"
+        yield say(words, interval, m0, of_m0)
     if analysis.blocks:
         names = listing([block.name for block in analysis.blocks])
         yield say("{}: each has its own M0. {}", names, _days_agree(n))
@@ -219,9 +219,11 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     for i in odd[:FEW]:
         place = _run_place(n, i)
         fate = _fate(n.analysis, i)
-        yield say(SENTENCES["outlier"], place, fate, runs[i].reason)
+        words = "Suspected outlier: {}, {}: {}. Check it, or repeat the run."
+        yield say(words, place, fate, runs[i].reason)
     if len(odd) > FEW:
-        yield say(SENTENCES["more_outliers"], str(len(odd) - FEW))
+        more = str(len(odd) - FEW)
+        yield say("{} more suspected outliers are marked in the table of runs.", more)
     if far:
         yield _worth_repeating(n, far)
     if not odd and not far:
@@ -230,14 +232,19 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
 
 
 def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
-    named = join_sentences([_run_place(n, i) for i in far[:FEW]], ", ")
-    them = "it is" if len(far) == 1 else "they are"
-    return say(SENTENCES["far"], named, them, f"{FAR:g}")
+    places = [_run_place(n, i) for i in far[:FEW]]
+    return say(
+        SENTENCES["worth_repeating"],
+        runs=join_sentences(places, ", "),
+        they_are="it is" if len(far) == 1 else "they are",
+        distance=f"{FAR:g}",
+    )
 
 
 def _is_far(run: Run) -> bool:
     """Return whether an ordinary run is far from the prediction of the others."""
-    return not run.flagged and abs(run.studentized_residual or 0.0) > FAR
+    residual = run.studentized_residual or 0.0
+    return not run.flagged and abs(residual) > FAR
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
@@ -254,16 +261,18 @@ def _fate(analysis: Analysis, i: int) -> str:
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
     analysis = n.analysis
-    runs = say("The {}", n.count("/input.rows", "run"))
+    count = n.count("/input.rows", "run")
+    runs = say("The {}", count)
     if any(run.left_out for run in analysis.run_table):
-        count = n.count("/input.rows", "run")
         runs = say("Of the {}, those that were kept", count)
     if analysis.p is None:
         return say(SENTENCES["no_freedom"])
     if analysis.runs_disagree:
-        return say(SENTENCES["runs_disagree"], runs)
+        words = "{} do not agree with one straight line within the stated uncertainties"
+        return say(words, runs)
     if analysis.p >= UNLIKELY:
-        better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
+        is_better = analysis.p > 1 - UNLIKELY / 2
+        better = ", better than stated" if is_better else ""
         return say("{} agree with one straight line{}", runs, better)
     if analysis.fit.widths.scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
@@ -272,18 +281,25 @@ def _agreement(n: Numbers) -> Sentence:
         stated = n.value("goodness.time_u", values.SECOND)
     scatter = n.scatter("goodness.scatter")
     in_u = scatter_in_u(analysis.constancy, analysis.measurements)
-    return say(SENTENCES["scatter"], runs, scatter, stated, in_u)
+    words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
+    return say(words, runs, scatter, stated, in_u)
 
 
 def _largest_part(n: Numbers) -> Sentence:
     """Name the largest uncertainty component, and an undetermined balance."""
     sentence: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
-        part = n.number(f"budget.{i}.share", f"{100 * share.share:.0f}", values.PERCENT)
+        percent = f"{100 * share.share:.0f}"
+        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
-            sentence = say(SENTENCES["unseen_balance"], sentence, largest, part)
+            sentence = say(
+                SENTENCES["unseen_balance"],
+                before=sentence,
+                largest=largest,
+                share=part,
+            )
         elif i == 0:
             sentence = _largest(n, part)
     return sentence
@@ -297,7 +313,7 @@ def _largest(n: Numbers, part: elements.Number) -> Sentence:
     if source in of_hand and of_hand <= shares.keys():
         # The scatter above the stated uncertainties is most likely that of the hand.
         both = shares["time"] + shares["unexplained_scatter"]
-        return say(SENTENCES["hand_and_scatter"], f"{100 * both:.0f}")
+        return say(SENTENCES["hand_and_scatter"], percent=f"{100 * both:.0f}")
     # In a sentence, a clause needs its pronoun.
     name = source_words(source).replace(", differs", ", which differs")
     the = "" if name == "g" or name.startswith("each") else "the "
@@ -311,19 +327,21 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     if tested or measured.balanced or measured.torque_unseen is not None:
         by = "the balance test" if tested else "the ball being balanced"
         return (say("All torques are equal, so the answer depends on {}.", by),)
-    return (say(SENTENCES["usual_imbalance"], Styled("# balanced: yes", "code")),)
+    balanced = Styled("# balanced: yes", "code")
+    return (say(SENTENCES["usual_imbalance"], balanced=balanced),)
 
 
 def _fit_quality(n: Numbers) -> Sentence:
     if n.analysis.p is None:
         return say(SENTENCES["no_quality"])
     chi2 = n.analysis.fit.chi2
+    digits = f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"
     return say(
         SENTENCES["quality"],
-        n.p("goodness.p"),
-        n.number("goodness.chi2", f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"),
-        n.count("goodness.dof", "degree"),
-        n.scatter("goodness.scatter"),
+        p=n.p("goodness.p"),
+        chi2=n.number("goodness.chi2", digits),
+        dof=n.count("goodness.dof", "degree"),
+        scatter=n.scatter("goodness.scatter"),
     )
 
 
@@ -389,12 +407,14 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
     rows = []
     for i, share in enumerate(budget):
-        percent = f"{100 * share.share:.1f}" if share.share >= 5e-4 else "< 0.1"
+        percent = f"{100 * share.share:.1f}"
+        if share.share < 5e-4:
+            percent = "< 0.1"
         part = n.number(f"budget.{i}.share", percent, values.PERCENT)
         u = n.scatter(f"budget.{i}.u_inertia", n.inertia)
         shared_by = share.shared_by if share.shared else "each run its own"
-        name = say("{}", source_words(share.source))
-        rows.append((name, part, u, say("{}", shared_by)))
+        name = source_words(share.source)
+        rows.append((say("{}", name), part, u, say("{}", shared_by)))
     heads = (
         Head("component", wrap=0.28),
         Head("share of the variance", values.PERCENT, bars=True),
@@ -407,18 +427,17 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph("The log states no uncertainty.")
     if assumed := defaults_used(n.analysis):
         yield paragraph(SENTENCES["defaults"])
-        yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
+        lines = [(Styled(line, "code"),) for line in assumed]
+        yield Text(tuple(lines), "list")
     if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
 
 def defaults_used(analysis: Analysis) -> list[str]:
     """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
-    used = [
-        f"u_{source.name} {source.usual}"
-        for source in analysis.measurements.sources
-        if source.default and source.usual != "0"
-    ]
+    sources = analysis.measurements.sources
+    assumed = [source for source in sources if source.default and source.usual != "0"]
+    used = [f"u_{source.name} {source.usual}" for source in assumed]
     states_bias = "u_time_bias" in analysis.readings.uncertainties
     if analysis.measurements.timed and not states_bias:
         used.append(f"u_time_bias {SOURCES['time_bias'].usual}")
@@ -441,9 +460,9 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
         at = f"blocks.{i}"
         alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
         m0 = n.value(f"{at}.residual_torque.value", n.torque)
-        name = say("{}", block.name)
         runs = n.number(f"{at}.runs")
-        rows.append((name, runs, alone or say("not determined"), m0))
+        inertia = alone or say("not determined")
+        rows.append((say("{}", block.name), runs, inertia, m0))
     heads = (
         Head("day or group"),
         Head("runs", values.NUMBER),
@@ -488,8 +507,9 @@ def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     for i, case in enumerate(cases):
         at = f"sensitivity.{i}"
         value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
+        inertia = value or say("no answer")
         shift = n.cell(n.shift, f"{at}.deviation")
-        rows.append((say("{}", case.words), value or say("no answer"), shift))
+        rows.append((say("{}", case.words), inertia, shift))
     heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u"
     return (table(heads, rows, caption, main=0),)
@@ -510,7 +530,8 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         if fit.deviation is not None:
             shift = n.shift(f"{at}.deviation")
             away = say("{} ({})", shift, n.percent(f"{at}.difference"))
-        rows.append((say("{}", name), value or say("not possible"), intercept, away))
+        inertia = value or say("not possible")
+        rows.append((say("{}", name), inertia, intercept, away))
         notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
     heads = (
         Head("fit"),
@@ -555,7 +576,9 @@ def _size_text(size: float) -> str:
     """Write the size of an effect [u]."""
     if 0 < size < 0.005:
         return "< 0.01"
-    return f"{size:.2f}" if size < 10 else f"{size:.0f}"
+    if size < 10:
+        return f"{size:.2f}"
+    return f"{size:.0f}"
 
 
 def _verdict(effect: changes.Effect) -> str:
@@ -588,7 +611,9 @@ def _place(n: Numbers, i: int) -> Sentence:
     at = f"/diagnostics.{i}"
     if not finding.line:
         return ()
-    column = say(", column {}", n.number(f"{at}.column")) if finding.column else ()
+    column: Sentence = ()
+    if finding.column:
+        column = say(", column {}", n.number(f"{at}.column"))
     return say(" (line {}{})", n.number(f"{at}.line"), column)
 
 
@@ -596,11 +621,18 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     left_out = ""
     if any(run.left_out for run in n.analysis.run_table):
         left_out = ", without those marked as left out,"
-    runs = n.count("/input.rows", "run")
-    fitted = say(SENTENCES["method"], runs, left_out, n.analysis.model.words)
-    version = n.number("/tool.version")
-    to_cite = Styled("To cite: ", "strong")
-    cite = say(SENTENCES["cite"], to_cite, version, n.number("/input.name"))
+    fitted = say(
+        SENTENCES["method"],
+        runs=n.count("/input.rows", "run"),
+        left_out=left_out,
+        model=n.analysis.model.words,
+    )
+    cite = say(
+        SENTENCES["cite"],
+        start=Styled("To cite: ", "strong"),
+        version=n.number("/tool.version"),
+        log=n.number("/input.name"),
+    )
     statistics = Styled("gyro explain statistics", "code")
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)
@@ -627,7 +659,8 @@ def _provenance(n: Numbers) -> Text:
     }
     for key, option in asdict(analysis.options).items():
         if isinstance(option, Mapping):
-            option = ", ".join(f"{name} = {text}" for name, text in option.items())
+            pairs = [f"{name} = {text}" for name, text in option.items()]
+            option = ", ".join(pairs)
         if option:
             facts[f"option {key}"] = "yes" if option is True else option
     for key, value in n.find("constants").items():
@@ -640,5 +673,8 @@ def _provenance(n: Numbers) -> Text:
 
 
 def _pairs(facts: Mapping[str, elements.Part]) -> Text:
-    lines = [say("{}: {}", key.replace("_", " "), fact) for key, fact in facts.items()]
+    lines = []
+    for key, fact in facts.items():
+        name = key.replace("_", " ")
+        lines.append(say("{}: {}", name, fact))
     return Text(tuple(lines), "list")

@@ -7,6 +7,7 @@ import io
 import json
 import re
 from collections.abc import Iterable, Mapping
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,7 +81,8 @@ def table_header(table: str) -> str:
         return ",".join(_LOG_COLUMNS) + "\n"
     heads = ["log"]
     for name in Run.__struct_fields__:
-        heads.append(f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name)
+        unit = f" [{RUN_UNITS[name]}]" if name in RUN_UNITS else ""
+        heads.append(f"{name}{unit}")
         if name == "spin":
             heads.append("spin [rpm]")
     return ",".join([*heads, "note"]) + "\n"
@@ -106,7 +108,8 @@ def table_rows(analysis: Analysis, table: str) -> str:
         quantity = result[name] or {}
         low, high = quantity.get("interval_95") or (None, None)
         quantity = {**quantity, "interval_95_low": low, "interval_95_high": high}
-        row |= {f"{name}_{part}": quantity.get(part) for part in _PARTS}
+        for part in _PARTS:
+            row[f"{name}_{part}"] = quantity.get(part)
     return log_row(analysis.name, row, analysis.diagnostics)
 
 
@@ -125,7 +128,7 @@ _PARTS = ("value", "u", "unit", "interval_95_low", "interval_95_high")
 _LOG_COLUMNS = (
     "log",
     "rows",
-    *(f"{name}_{part}" for name in _QUANTITIES for part in _PARTS),
+    *[f"{name}_{part}" for name, part in product(_QUANTITIES, _PARTS)],
     "model",
     "chi2",
     "dof",

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
+from string import Formatter
 from typing import Any
 
 from msgspec import Struct
@@ -85,15 +86,20 @@ Cell = Number | Sentence | None
 """What a column contains in one row; None if it has nothing to say."""
 
 
-def say(words: str, *parts: Part | Sentence) -> Sentence:
-    """Return a sentence with the parts in the places of "{}".
+def say(words: str, *parts: Part | Sentence, **named: Part | Sentence) -> Sentence:
+    """Return a sentence with the parts in the places of "{}" or "{name}".
 
     A text from a log is always a part.
     """
-    first, *others = words.split("{}")
-    sentence: list[Part] = [first]
-    for part, text in zip(parts, others, strict=True):
-        sentence += [*(part if isinstance(part, tuple) else (part,)), text]
+    unnamed = list(parts)
+    sentence: list[Part] = []
+    for text, name, _, _ in Formatter().parse(words):
+        sentence.append(text)
+        # There is no name after the last placeholder.
+        if name is not None:
+            part = named[name] if name else unnamed.pop(0)
+            sentence += part if isinstance(part, tuple) else (part,)
+    assert not unnamed, words
     return tuple(part for part in sentence if part != "")
 
 
@@ -149,11 +155,8 @@ class Head(Struct, frozen=True):
     """True if the column is too wide for a terminal."""
 
     def __str__(self) -> str:
-        return (
-            f"{self.words} [{self.scale}]"
-            if self.scale and str(self.scale)
-            else self.words
-        )
+        unit = str(self.scale or "")
+        return f"{self.words} [{unit}]" if unit else self.words
 
 
 class Table(Struct, frozen=True):
@@ -179,26 +182,21 @@ def table(
 
     The head of a column contains the unit.
     """
-    columns = [
-        column
-        for column in zip(heads, *rows, strict=True)
-        if any(cell is not None for cell in column[1:])
-    ]
+    kept_heads = []
+    columns = []
+    for head, *cells in zip(heads, *rows, strict=True):
+        if cells.count(None) < len(cells):
+            kept_heads.append(head)
+            columns.append([_in_column(cell, head) for cell in cells])
+    kept_rows = zip(*columns, strict=True)
+    return Table(tuple(kept_heads), tuple(kept_rows), caption, main, tuple(odd))
 
-    def sentence(cell: Cell, head: Head) -> Sentence:
-        return (
-            (replace(cell, unit=False),)
-            if isinstance(cell, Number)
-            else cell or NOTHING * bool(head.scale)
-        )
 
-    cells = zip(
-        *([sentence(cell, head) for cell in column] for head, *column in columns),
-        strict=True,
-    )
-    return Table(
-        tuple(head for head, *_ in columns), tuple(cells), caption, main, tuple(odd)
-    )
+def _in_column(cell: Cell, head: Head) -> Sentence:
+    """Write a cell; the head of its column contains the unit."""
+    if isinstance(cell, Number):
+        return (replace(cell, unit=False),)
+    return cell or NOTHING * bool(head.scale)
 
 
 class Text(Struct, frozen=True):
@@ -215,9 +213,11 @@ class Text(Struct, frozen=True):
         return self.kind in ("list", "numbered")
 
 
-def paragraph(words: str, *parts: Part | Sentence, kind: str = "") -> Text:
+def paragraph(
+    words: str, *parts: Part | Sentence, kind: str = "", **named: Part | Sentence
+) -> Text:
     """Return a paragraph of one sentence; see `say`."""
-    return Text((say(words, *parts),), kind)
+    return Text((say(words, *parts, **named),), kind)
 
 
 class Picture(Struct, frozen=True):
@@ -279,9 +279,8 @@ class Numbers:
         self.document = analysis.to_dict()
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
-        self.torque = values.torque_scale(
-            max(abs(run.torque) for run in analysis.run_table)
-        )
+        largest = max(abs(run.torque) for run in analysis.run_table)
+        self.torque = values.torque_scale(largest)
 
     def find(self, place: str) -> Any:
         """Return what results.json contains at a place; "length" counts a list.
@@ -323,51 +322,43 @@ class Numbers:
         -------
         Number
         """
-        value, (above, _, last) = self.find(place), place.rpartition(".")
+        value = self.find(place)
+        above, _, last = place.rpartition(".")
         key = "u" if last in ("value", "exponent") else f"{last}_u"
         spread = self.find(above).get(key) if u and above else None
         if not spread:
-            return self.number(
-                place, values.reading_text(value, scale.size, step), scale
-            )
+            text = values.reading_text(value, scale.size, step)
+            return self.number(place, text, scale)
         *digits, exponent = values.rounded(value, spread, scale.size)
-        return Number(
-            tuple(digits),
-            (place, f"{above}.{key}"),
-            scale,
-            scale.size * 10.0**exponent,
-            exponent,
-        )
+        places = place, f"{above}.{key}"
+        size = scale.size * 10.0**exponent
+        return Number(tuple(digits), places, scale, size, exponent)
 
     def reading(self, run: int, role: str, scale: Scale) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
         place = f"runs.{run}.{role}"
         column = self.analysis.readings.columns.get(role)
-        # A mean of several readings has no digits of its own.
-        # The numbers of the JSON have 12 digits.
-        as_read = column is not None and math.isclose(
-            column.values[run] or 0.0, self.find(place), rel_tol=1e-11
-        )
-        return self.value(
-            place, scale, step=column.steps[run] if column and as_read else 0.0
-        )
+        step = 0.0
+        if column is not None:
+            cell = column.values[run] or 0.0
+            # A mean of several readings has no digits of its own.
+            # The numbers of the JSON have 12 digits.
+            if math.isclose(cell, self.find(place), rel_tol=1e-11):
+                step = column.steps[run]
+        return self.value(place, scale, step=step)
 
     def number(
         self, place: str, text: str | None = None, scale: Scale = NUMBER
     ) -> Number:
         """Show the number or name at a place as a text; as it is without a text."""
-        return Number(
-            (str(self.find(place)) if text is None else text,),
-            (place,),
-            scale,
-            scale.size,
-        )
+        if text is None:
+            text = str(self.find(place))
+        return Number((text,), (place,), scale, scale.size)
 
     def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
         """Show an uncertainty or a scatter, with two digits."""
-        return self.number(
-            place, values.uncertainty_text(self.find(place), scale.size), scale
-        )
+        text = values.uncertainty_text(self.find(place), scale.size)
+        return self.number(place, text, scale)
 
     def bound(self, place: str, scale: Scale) -> Number:
         """Show the size of an end of an interval, with two digits."""
@@ -379,33 +370,36 @@ class Numbers:
         """Show an interval: "4.32 to 4.56"."""
         low, high = self.find(place)
         ends = values.interval_ends(low, high, scale.size)
-        return Number(
-            ends, (f"{place}.0", f"{place}.1"), scale, scale.size, between=" to "
-        )
+        places = f"{place}.0", f"{place}.1"
+        return Number(ends, places, scale, scale.size, between=" to ")
 
     def count(self, place: str, noun: str) -> Sentence:
         """Show a count with its noun: "10 runs"."""
-        return say(
-            "{} {}", self.number(place), noun if self.find(place) == 1 else f"{noun}s"
-        )
+        nouns = noun if self.find(place) == 1 else f"{noun}s"
+        return say("{} {}", self.number(place), nouns)
 
     def percent(self, place: str, sign: bool = True) -> Number:
         """Show a relative size: "+0.03 %"."""
         text = values.percent_text(self.find(place)).removesuffix(" %")
-        return self.number(
-            place, text if sign else text.removeprefix("+"), values.PERCENT
-        )
+        if not sign:
+            text = text.removeprefix("+")
+        return self.number(place, text, values.PERCENT)
 
     def p(self, place: str) -> Sentence:
         """Show a probability: "p = 0.32"."""
-        text = values.p_text(self.find(place)).removeprefix("p ").removeprefix("= ")
-        return say("p {}" if text[0] == "<" else "p = {}", self.number(place, text))
+        text = values.p_text(self.find(place))
+        sign = "p = " if text.startswith("p = ") else "p "
+        number = self.number(place, text.removeprefix(sign))
+        return say("{}{}", sign, number)
 
     def shift(self, place: str) -> Number:
         """Show a difference in standard uncertainties: "-2.5 u"."""
         size = self.find(place)
         text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
-        return self.number(place, text[1:] if float(text) == 0 else text, values.IN_U)
+        if float(text) == 0:
+            # Zero has no sign.
+            text = text[1:]
+        return self.number(place, text, values.IN_U)
 
     def answer(self) -> Sentence:
         """Show I_zz ± u, or its 95 % interval if that is wide.
@@ -431,11 +425,11 @@ class Numbers:
         An example is "20.00 g at 15.0 cm".
         """
         measured = self.analysis.measurements
-        grams = values.mass_scale(self.find(f"{place}.mass"))
-        mass = self.value(f"{place}.mass", grams, step=measured.mass_step[run])
-        arm = self.value(
-            f"{place}.position", values.CENTIMETRE, step=measured.position_step[run]
-        )
+        at_mass = f"{place}.mass"
+        grams = values.mass_scale(self.find(at_mass))
+        mass = self.value(at_mass, grams, step=measured.mass_step[run])
+        step = measured.position_step[run]
+        arm = self.value(f"{place}.position", values.CENTIMETRE, step=step)
         return say("{} at {}", mass, arm)
 
     def load(self, group: int) -> Sentence:
@@ -451,10 +445,6 @@ class Numbers:
         if torque.torque == 0:
             return say("{}no weight{}", mark, behind)
         if torque.mass is None or torque.position is None:
-            return say(
-                "{}a torque of {}{}",
-                mark,
-                self.value(f"{place}.torque", self.torque),
-                behind,
-            )
+            size = self.value(f"{place}.torque", self.torque)
+            return say("{}a torque of {}{}", mark, size, behind)
         return say("{}{}{}", mark, self.hung(runs[0], place), behind)

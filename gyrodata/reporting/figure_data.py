@@ -99,7 +99,9 @@ def gather(analysis: Analysis) -> Scene:
     torque_u = np.abs(torque) * load_u
     product_u = np.abs(product) * np.hypot(time_u, spin_u)
     slope = analysis.inertia.value / unit_size
-    rest = torque + analysis.fit.balances / unit_size - slope * product
+    net_torque = torque + analysis.fit.balances / unit_size
+    rest = net_torque - slope * product
+    rest_u = np.hypot(torque_u, slope * product_u)
     left_out = np.array([run.left_out for run in runs])
     return Scene(
         analysis=analysis,
@@ -116,7 +118,7 @@ def gather(analysis: Analysis) -> Scene:
         unit=numbers.torque.unit,
         unit_size=unit_size,
         torque=Quantity(torque, torque_u),
-        rest=Quantity(rest, np.hypot(torque_u, slope * product_u)),
+        rest=Quantity(rest, rest_u),
     )
 
 
@@ -171,9 +173,8 @@ def _colours(count: int) -> Sequence[str]:
     from matplotlib.colors import to_hex
 
     # From dark blue to salmon, all with enough contrast to white (3 : 1).
-    return [
-        to_hex(shade) for shade in colormaps["plasma"](np.linspace(0.0, 0.66, count))
-    ]
+    shades = colormaps["plasma"](np.linspace(0.0, 0.66, count))
+    return list(map(to_hex, shades))
 
 
 # --- texts ---
@@ -186,8 +187,11 @@ def shown(sentence: Sentence) -> str:
 
 def short_name(name: str, most: int) -> str:
     """Shorten a name from the log to one line of at most `most` characters."""
-    text = " ".join("".join(c if c.isprintable() else " " for c in name).split())
-    return text if len(text) <= most else f"{text[: most - 1]}…"
+    letters = [letter if letter.isprintable() else " " for letter in name]
+    text = " ".join("".join(letters).split())
+    if len(text) <= most:
+        return text
+    return f"{text[: most - 1]}…"
 
 
 def run_name(name: str) -> str:

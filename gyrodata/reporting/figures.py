@@ -111,7 +111,8 @@ def draw_period(ax: Axes, scene: Scene) -> None:
 
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
-    ax.set(xlim=(0.0, _right_end(scene)), ylim=_limits(scene.product, ~scene.hollow))
+    limits = _limits(scene.product, ~scene.hollow)
+    ax.set(xlim=(0.0, _right_end(scene)), ylim=limits)
     ax.set(xlabel=SPIN_AXIS, ylabel="φ̇ψ̇ [rad²/s²]")
     labels = {}
     for group in scene.groups:
@@ -131,11 +132,12 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     """
     x, line, (down, up) = _line(scene)
     low, high = _limits(scene.torque, ~scene.hollow)
-    low = min(low, float(line.min()) - 0.02 * (high - low))
+    space = 0.02 * (high - low)
+    low = min(low, float(line.min()) - space)
     high = max(high, float(line.max()))
-    ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
+    ax.set(xlim=_ends(x), ylim=(low, high))
     ax.set(xlabel=PRODUCT_AXIS, ylabel=f"torque M [{scene.unit}]")
-    ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
+    _fill_band(ax, x, line - down, line + up)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, scene.product, scene.torque)
     ax.plot(x, line, color=INK, label="fitted line")
@@ -147,12 +149,14 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
     kept = ~scene.hollow | scene.hollow.all()
-    reach = float((np.abs(scene.rest.value) + scene.rest.u)[kept].max())
+    of_runs = np.abs(scene.rest.value) + scene.rest.u
+    reach = float(of_runs[kept].max())
     of_band = max(float(down.max()), float(up.max()))
-    limit = 1.1 * min(max(reach, of_band), 2 * reach) or 1.0
-    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit))
+    needed = min(max(reach, of_band), 2 * reach)
+    limit = 1.1 * needed or 1.0
+    ax.set(xlim=_ends(x), ylim=(-limit, limit))
     ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − fit [{scene.unit}]")
-    ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
+    _fill_band(ax, x, -down, up)
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
     _draw_runs(ax, scene, _without_u(scene.product.value), scene.rest)
@@ -164,11 +168,13 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     of_kept = np.abs(deviations[~scene.hollow])
     limit = max(3.5, 1.15 * float(of_kept.max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
-    ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
+    right = len(number) + 0.6
+    ax.set(xlim=(0.4, right), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
     # There is space for about 40 letters.
     step = 1 + len("  ".join(scene.names)) // 40
-    ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
+    every = slice(step - 1, None, step)
+    ax.set_xticks(number[every], scene.names[every])
     title = "Residuals: as many unknowns as runs"
     if scene.analysis.fit.dof > 0:
         in_fit = np.abs(deviations[~scene.left_out])
@@ -185,12 +191,15 @@ def draw_days(ax: Axes, scene: Scene) -> None:
     of_spin = scene.inertia * scene.product.value / scene.unit_size
     lacking = Quantity(scene.torque.value - of_spin, scene.rest.u)
     low, high = _limits(lacking, ~scene.hollow)
-    ax.set(xlim=_limits(scene.product, ~scene.hollow), ylim=(low, high))
+    ends = _limits(scene.product, ~scene.hollow)
+    ax.set(xlim=ends, ylim=(low, high))
     ax.set(xlabel=PRODUCT_AXIS, ylabel=f"M − I_zz φ̇ψ̇ [{scene.unit}]")
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     at = np.clip(lacking.value, low, high)
     for number, block in enumerate(scene.analysis.blocks):
         colour = COLOURS[number % len(COLOURS)]
+        marker = MARKERS[number % len(MARKERS)]
+        name = short_name(block.name, 30)
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
         _draw_band(ax, minus_m0, half, colour, 0.15)
@@ -201,10 +210,10 @@ def draw_days(ax: Axes, scene: Scene) -> None:
                 scene.product.value[runs],
                 at[runs],
                 lacking.u[runs],
-                fmt=MARKERS[number % len(MARKERS)],
+                fmt=marker,
                 color=colour,
                 markerfacecolor="white" if hollow else colour,
-                label="_" if hollow else short_name(block.name, 30),
+                label="_" if hollow else name,
             )
 
 
@@ -278,11 +287,25 @@ def _limits(quantity: Quantity, kept: NDArray[np.bool_]) -> tuple[float, float]:
     inside = kept if kept.any() else np.ones_like(kept)
     low = min(0.0, float((values - u)[inside].min()))
     high = max(0.0, float((values + u)[inside].max()))
-    span = high - low or 1.0
-    low = max(min(low, float(values.min())), low - span / 2)
-    high = min(max(high, float(values.max())), high + span / 2)
+    half = (high - low or 1.0) / 2
+    lowest = min(low, float(values.min()))
+    highest = max(high, float(values.max()))
+    low = max(lowest, low - half)
+    high = min(highest, high + half)
     space = 0.06 * (high - low)
-    return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
+    bottom = low - space if low < 0 else 0.0
+    top = high + space if high > 0 else 0.0
+    return bottom, top
+
+
+def _ends(x: Floats) -> tuple[float, float]:
+    """Return the first and the last value."""
+    return float(x[0]), float(x[-1])
+
+
+def _fill_band(ax: Axes, x: Floats, low: Floats, high: Floats) -> None:
+    """Draw the 95 % band of the fitted line."""
+    ax.fill_between(x, low, high, color=BAND, alpha=0.15, linewidth=0.0)
 
 
 def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
@@ -294,14 +317,17 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     not correlated; the height at this point has an independent error.
     """
     x = np.linspace(*_limits(scene.product, ~scene.hollow), 41)
-    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
+    covariance = scene.analysis.fit.covariance[:2, :2]
+    (v_inertia, cov), (_, v_imbalance) = covariance
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
     low = high = half
     if interval:
         low, high = (abs(end - scene.inertia) for end in interval)
-    height = 1.96 * np.sqrt(max(v_imbalance - cov * (cov / v_inertia), 0.0))
-    along = x - cov / v_inertia
+    centre = cov / v_inertia
+    v_height = max(v_imbalance - cov * centre, 0.0)
+    height = 1.96 * np.sqrt(v_height)
+    along = x - centre
     lower = along * np.where(along > 0, low, high)
     upper = along * np.where(along > 0, high, low)
     line = (x * scene.inertia - scene.imbalance) / scene.unit_size
@@ -438,12 +464,14 @@ def _name_runs(ax: Axes, points: Floats, names: Mapping[int, str]) -> None:
     for rank, (i, name) in enumerate(names.items()):
         x, y = points[:, i]
         is_left = x < middle_x
+        across = 5 if is_left else -5
         # Names of neighbours are at three heights.
         away = 10 + 11 * (rank % 3)
+        up = away if y < middle_y else -away
         ax.annotate(
             name,
             (x, y),
-            (5 if is_left else -5, away if y < middle_y else -away),
+            (across, up),
             textcoords="offset points",
             ha="left" if is_left else "right",
             va="center",
@@ -475,7 +503,9 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         drawn, labels = ax.get_legend_handles_labels()
         handles |= zip(labels, drawn, strict=True)
     step = _labelled(scene)
-    title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
+    title = None
+    if step > 1:
+        title = f"1 in {step} of {len(scene.groups)} torques"
     figure.legend(
         list(handles.values()),
         list(handles),
@@ -499,11 +529,9 @@ def _facts(scene: Scene) -> list[str]:
     if analysis.p is not None:
         per_dof = analysis.fit.chi2 / analysis.fit.dof
         quality = f"χ²/dof = {per_dof:.2g}, {p_text(analysis.p)}"
-    facts = [
-        f"{short_name(analysis.name, 50)}, {runs}",
-        shown(numbers.answer()),
-        f"M0 = {shown((m0,))}; {quality}",
-    ]
+    log = short_name(analysis.name, 50)
+    answer = shown(numbers.answer())
+    facts = [f"{log}, {runs}", answer, f"M0 = {shown((m0,))}; {quality}"]
     if analysis.doubts:
         reason = shorten(analysis.doubts[0].words, 150, placeholder=" …")
         facts.append(f"Do not rely on this answer: {reason}")
@@ -603,7 +631,8 @@ def render_all(
 
 def _reason(error: Exception) -> str:
     """Say in one line why a figure cannot be drawn."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+    reason = f"{type(error).__name__}: {error}"
+    return " ".join(reason.split())[:200]
 
 
 def _draw(
@@ -614,7 +643,8 @@ def _draw(
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     size = STYLES[style]
-    height = size.height + size.second_panel * (len(ALL_FIGURES[name].panels) - 1)
+    second_panels = len(ALL_FIGURES[name].panels) - 1
+    height = size.height + size.second_panel * second_panels
     figure = Figure((size.width, height), size.resolution)
     _fill(figure, scene, name)
     # A figure that has a layout engine is drawn twice for each file.
@@ -648,9 +678,9 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
     A PNG of level 9 is smaller than one of level 1, but slow.
     """
     file = io.BytesIO()
-    options: Any = (
-        {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
-    )
+    options: dict[str, Any] = {}
+    if form == "png":
+        options["pil_kwargs"] = {"compress_level": compress_level}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 
@@ -663,10 +693,10 @@ def alternatives(analysis: Analysis) -> dict[str, str]:
     """
     scene = gather(analysis)
     log, _, *quality = _facts(scene)
-    odd = [
-        run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
-        for i in np.flatnonzero(scene.hollow)
-    ]
+    odd = []
+    for i in np.flatnonzero(scene.hollow).tolist():
+        fate = ", left out" if scene.left_out[i] else ""
+        odd.append(f"{run_name(scene.names[i])}{fate}")
     hollow = f" Drawn hollow: {'; '.join(odd)}." if odd else ""
     facts = f"{log}; {'; '.join(quality)}.{hollow}"
     texts = {}

@@ -168,12 +168,14 @@ def escape(text: str) -> str:
     Symbols of quantities and mathematical signs become formulas: "φ̇ψ̇ ∝ M" is
     ``$\dot\varphi\dot\psi \propto M$``.
     """
-    text = "".join(" " if letter.isspace() else letter for letter in shown(text))
+    letters = [" " if letter.isspace() else letter for letter in shown(text)]
+    text = "".join(letters)
     done, end = "", 0
     for match in re.finditer(_FORMULA, text):
         formula = match[0]
         behind = text[match.end() : match.end() + 1]
-        closes_bracket = behind == ")" and formula.count("(") > formula.count(")")
+        is_open = formula.count("(") > formula.count(")")
+        closes_bracket = behind == ")" and is_open
         closes_bar = behind == "|" and formula.count("|") % 2
         if closes_bracket or closes_bar:
             formula += behind

@@ -37,9 +37,9 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png") -> str:
     """
     room = templates(Path(__file__).parent)
     room.filters |= {"sentence": _sentence, "text": escape}
-    page = room.get_template("report.md.jinja").render(
-        whole=report(analysis), figures=figures, alt=alternatives(analysis)
-    )
+    template = room.get_template("report.md.jinja")
+    alt = alternatives(analysis)
+    page = template.render(whole=report(analysis), figures=figures, alt=alt)
     return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
 
 
@@ -55,4 +55,6 @@ def _sentence(sentence: Sentence) -> str:
 
 def _code(part: Part) -> str | None:
     is_code = isinstance(part, Styled) and part.style == "code"
-    return f"`{part}`" if is_code and "`" not in str(part) else None
+    if is_code and "`" not in str(part):
+        return f"`{part}`"
+    return None

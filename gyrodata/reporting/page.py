@@ -80,8 +80,9 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         images[name] = f"data:image/svg+xml;base64,{in_letters}"
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
-    page = room.get_template("report.html.jinja")
-    return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
+    template = room.get_template("report.html.jinja")
+    page = template.render(whole=whole, images=images, alt=alt, title=title)
+    return page.lstrip() + "\n"
 
 
 DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
@@ -108,10 +109,9 @@ class _Writer:
                 shown = text.replace("-", "−")
                 texts.append(DATA.format(repr(value), place, size, shown))
         written = Markup(number.write(texts))
-        has_unit = number.unit and number.scale.unit
-        return (
-            Markup('<span class="q">{}</span>').format(written) if has_unit else written
-        )
+        if number.unit and number.scale.unit:
+            return Markup('<span class="q">{}</span>').format(written)
+        return written
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
@@ -191,7 +191,9 @@ class _Axis(NamedTuple):
         for value, u in filter(None, dots):
             ends += [value - u, value + u]
         reach = FARTHEST * (end - start) or math.inf
-        return cls(max(min(ends), start - reach), min(max(ends), end + reach))
+        low = max(min(ends), start - reach)
+        high = min(max(ends), end + reach)
+        return cls(low, high)
 
     def percent(self, value: float) -> float:
         """Return the place of a value on the axis [%]."""

@@ -37,9 +37,8 @@ BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this
 [1]."""
 
-WORDS = tomllib.loads(
-    Path(__file__).with_name("words.toml").read_text(encoding="utf-8")
-)
+_FILE = Path(__file__).with_name("words.toml")
+WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 """Names, questions and answers in the report, by section and key."""
 
 ANSWERS = WORDS["answers"]
@@ -49,9 +48,8 @@ PER_SPIN = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.
 
 def is_worksheet(analysis: Analysis) -> bool:
     """Return whether the report asks questions in the place of conclusions."""
-    return analysis.options.worksheet or (
-        analysis.readings.metadata.get("worksheet") == "yes"
-    )
+    of_log = analysis.readings.metadata.get("worksheet")
+    return analysis.options.worksheet or of_log == "yes"
 
 
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
@@ -111,7 +109,8 @@ def others(n: Numbers) -> Section:
             command += f" --log {log}"
         title = asked + _number(n, number)
         items.append(say("{}: {}", title, Styled(command, "code")))
-    blocks = paragraph(ANSWERS["others"], more), Text(tuple(items), "list")
+    intro = paragraph(ANSWERS["others"], more=more)
+    blocks = intro, Text(tuple(items), "list")
     return Section("The other questions", blocks, "others", True)
 
 
@@ -149,7 +148,7 @@ def _slope(
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
-    relation = say(ANSWERS["linear"], _balance(n))
+    relation = say(ANSWERS["linear"], balance=_balance(n))
     if n.analysis.runs_disagree:
         relation = say(ANSWERS["not_linear"])
     yield conclude(n, "balance", relation)
@@ -162,8 +161,8 @@ def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
     m0 = n.value("residual_torque.value", n.torque)
     yield say("The residual torque M0 is {}.", m0)
     if analysis.centre_of_mass is not None:
-        centre = n.value("centre_of_mass.value", values.MICROMETRE)
-        yield say(ANSWERS["centre_of_mass"], centre)
+        distance = n.value("centre_of_mass.value", values.MICROMETRE)
+        yield say(ANSWERS["centre_of_mass"], distance=distance)
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
         slope = n.value("fits.1.inertia.value", n.inertia)
@@ -218,11 +217,11 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     )
     caption = "Exponent of each torque, and one for all"
     yield table(heads, rows, caption, main=len(rows) - 1)
-    agrees = _agrees(whole.deviation)
-    words = ANSWERS["exponent_agrees" if agrees else "exponent_differs"]
-    away = n.shift("exponent.deviation")
+    case = "exponent_agrees" if _agrees(whole.deviation) else "exponent_differs"
+    deviation = n.shift("exponent.deviation")
+    verdict = say(ANSWERS[case], deviation=deviation)
     reason = say(ANSWERS["exponent_reason"])
-    yield conclude(n, "exponent", say(words, away), reason)
+    yield conclude(n, "exponent", verdict, reason)
 
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
@@ -232,12 +231,14 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         yield paragraph(ANSWERS["product_unknown"])
     else:
         is_constant = constancy.p >= UNLIKELY
-        words = ANSWERS["product_constant" if is_constant else "product_varies"]
-        yield conclude(n, "product", say(words))
-        scatter = n.percent("constancy.scatter", sign=False)
-        expected = n.percent("constancy.expected", sign=False)
-        p = n.p("constancy.p")
-        yield paragraph(ANSWERS["product_scatter"], scatter, expected, p)
+        case = "product_constant" if is_constant else "product_varies"
+        yield conclude(n, "product", say(ANSWERS[case]))
+        yield paragraph(
+            ANSWERS["product_scatter"],
+            scatter=n.percent("constancy.scatter", sign=False),
+            expected=n.percent("constancy.expected", sign=False),
+            p=n.p("constancy.p"),
+        )
     yield Picture("product", FIGURES["product"].caption)
     rows = []
     for i in range(len(n.analysis.torques)):
@@ -260,8 +261,8 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
 def _meaning(n: Numbers) -> Iterator[elements.Block]:
     """Answer (e): what the slope is, and what the dimensions of the ball give."""
     yield conclude(n, "meaning", say(ANSWERS["meaning"]))
-    runs = n.analysis.run_table
-    fastest = max(range(len(runs)), key=lambda i: runs[i].spin)
+    spins = [run.spin for run in n.analysis.run_table]
+    fastest = spins.index(max(spins))
     momentum = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM)
     spin = n.reading(fastest, "spin", values.RPM)
     words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
@@ -275,14 +276,16 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
     if ball is None:
         mass = Styled("# ball_mass: 4.10 ± 0.01 kg", "code")
         diameter = Styled("# ball_diameter: 10.16 ± 0.01 cm", "code")
-        yield paragraph(ANSWERS["no_ball"], mass, diameter, kind="small")
+        words = ANSWERS["no_ball"]
+        yield paragraph(words, mass=mass, diameter=diameter, kind="small")
         return
     yield Text((_described(n, ball),))
     yield conclude(n, "ball", compare_with_ball(n))
     parts = []
     for key, name in WORDS["parts_of_ball"].items():
         if n.find(f"ball.{key}"):
-            parts.append(say("{}: {}", name, n.value(f"ball.{key}", n.inertia)))
+            inertia = n.value(f"ball.{key}", n.inertia)
+            parts.append(say("{}: {}", name, inertia))
     if len(parts) > 1:
         yield Text(tuple(parts), "list")
 
@@ -292,14 +295,15 @@ def _described(n: Numbers, ball: Ball) -> Sentence:
     exact = ""
     if ball.inertia_u is None:
         exact = " (assumed exact: the log gives no uncertainty)"
-    whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
+    scale = values.inertia_scale(ball.inertia, ball.inertia_u)
+    whole = n.value("ball.inertia", scale)
     if ball.mass is None:
         return say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
     parts = {"its bore": ball.bore, "its rod": ball.rod, "the disk": ball.disk}
-    added = " and ".join([name for name, part in parts.items() if part])
+    names = [name for name, part in parts.items() if part]
+    added = f" with {' and '.join(names)}" if names else ""
     mass = n.value("ball.mass", values.mass_scale(ball.mass))
     diameter = n.value("ball.diameter", values.CENTIMETRE)
-    added = f" with {added}" if added else ""
     words = "A ball of {} and {} has 2/5 m r²{} = {}{}."
     return say(words, mass, diameter, added, whole, exact)
 
@@ -309,12 +313,12 @@ def compare_with_ball(n: Numbers) -> Sentence:
     ball = n.analysis.ball
     assert ball is not None
     body = "disk" if ball.mass is None else "ball"
-    relative = n.percent("ball.relative")
+    difference = n.percent("ball.relative")
     if ball.deviation is None:
-        return say(ANSWERS["ball_without_u"], body, relative)
+        return say(ANSWERS["ball_without_u"], body=body, difference=difference)
     if ball.relative > 1:
         factor = n.number("ball.relative", f"{ball.relative:.3g}")
-        return say(ANSWERS["ball_far"], body, factor, body)
+        return say(ANSWERS["ball_far"], body=body, factor=factor)
     close = _agrees(ball.deviation)
     is_solid = ball.mass is not None and not ball.bore
     bore = ""
@@ -323,12 +327,12 @@ def compare_with_ball(n: Numbers) -> Sentence:
     of_ball = values.inertia_scale(ball.inertia, None)
     return say(
         ANSWERS["ball"],
-        "agrees" if close else "does not agree",
-        body,
-        n.value("ball.inertia", of_ball, u=False),
-        relative,
-        n.shift("ball.deviation"),
-        bore,
+        agrees="agrees" if close else "does not agree",
+        body=body,
+        inertia=n.value("ball.inertia", of_ball, u=False),
+        difference=difference,
+        deviation=n.shift("ball.deviation"),
+        bore=bore,
     )
 
 
@@ -352,8 +356,9 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     read = n.reading(i, "spin", values.RPM)
     is_mean = n.analysis.measurements.spin_readings > 1
     mean = ", the mean of what was read" if is_mean else ""
-    first = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
-    yield paragraph(first, n.number(f"{at}.run"), n.number(f"{at}.line"))
+    words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
+    number = n.number(f"{at}.run")
+    yield paragraph(words, number, n.number(f"{at}.line"))
     steps = (
         _torque_by_hand(n, i, torque),
         _rate_by_hand(n, i, rate),
@@ -363,7 +368,8 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     )
     yield Text(steps, "list")
     fitted = n.value("inertia.value", n.inertia)
-    yield paragraph(ANSWERS["single_run"], n.analysis.model.words, fitted)
+    method = n.analysis.model.words
+    yield paragraph(ANSWERS["single_run"], method=method, inertia=fitted)
 
 
 def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
@@ -373,8 +379,10 @@ def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
         return say("M = {}, as the log gives it", torque)
     measured = n.analysis.measurements
     at = f"runs.{i}"
-    mass = n.value(f"{at}.mass", values.KILOGRAM, step=measured.mass_step[i])
-    arm = n.value(f"{at}.position", values.METRE, step=measured.position_step[i])
+    step_of_mass = measured.mass_step[i]
+    step_of_arm = measured.position_step[i]
+    mass = n.value(f"{at}.mass", values.KILOGRAM, step=step_of_mass)
+    arm = n.value(f"{at}.position", values.METRE, step=step_of_arm)
     g = n.value("constants.g", values.FREE_FALL)
     return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
 
@@ -385,7 +393,8 @@ def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
         return say("φ̇ = {}, as the log gives it", rate)
     run = n.analysis.run_table[i]
     turns = turn_words(run.turns).split(" ")[0]
-    factor = say("({})" if "/" in turns else "{}", n.number(f"runs.{i}.turns", turns))
+    number = n.number(f"runs.{i}.turns", turns)
+    factor = say("({})", number) if "/" in turns else say("{}", number)
     time = n.reading(i, "time", values.SECOND)
     # The rod turns the other way if the weight is on the other side.
     sign = "−" if run.precession_rate < 0 else ""

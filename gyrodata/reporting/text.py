@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from itertools import compress
 from textwrap import indent
 
 from gyrodata.base.diagnostics import explanations
@@ -51,7 +52,8 @@ def summary(
     """
     whole = report(analysis)
     meaning = "" if is_wide(analysis.inertia) else "   (± u, one standard uncertainty)"
-    top = [*map(plain, whole.doubts), f"{plain(whole.answer)}{meaning}"]
+    doubts = map(plain, whole.doubts)
+    top = [*doubts, f"{plain(whole.answer)}{meaning}"]
     if not verbose:
         lines = [*top, *map(plain, whole.brief), rest]
         return _joined([_first_lines(whole), _indented(lines)])
@@ -68,7 +70,10 @@ def summary(
 
 def _lines_of(blocks: Iterable[Block], columns: Columns) -> list[str]:
     """Write blocks as lines."""
-    return [line for block in blocks for line in _block(block, columns)]
+    lines = []
+    for block in blocks:
+        lines += _block(block, columns)
+    return lines
 
 
 def _indented(lines: Iterable[str]) -> list[str]:
@@ -83,11 +88,13 @@ def answer_line(analysis: Analysis) -> str:
 
 
 def _joined(blocks: Iterable[Iterable[str]]) -> str:
-    return "\n\n".join("\n".join(block) for block in blocks).translate(PICTURES) + "\n"
+    paragraphs = map("\n".join, blocks)
+    return "\n\n".join(paragraphs).translate(PICTURES) + "\n"
 
 
 def _first_lines(whole: Report) -> list[str]:
-    return [f"{whole.name}: {plain(whole.size)}", f"  {plain(whole.read_as)}"]
+    size = f"{whole.name}: {plain(whole.size)}"
+    return [size, f"  {plain(whole.read_as)}"]
 
 
 def _block(block: Block, columns: Columns) -> list[str]:
@@ -95,10 +102,11 @@ def _block(block: Block, columns: Columns) -> list[str]:
         return [plain(line) for line in block.sentences]
     if isinstance(block, Picture):
         return []
-    used = [i for i, head in enumerate(block.heads) if not head.page_only]
-    lines = [[str(block.heads[i]) for i in used]]
+    is_used = [not head.page_only for head in block.heads]
+    heads = map(str, compress(block.heads, is_used))
+    lines = [[*heads]]
     for row in block.rows:
-        cells = [row[i] for i in used]
+        cells = compress(row, is_used)
         lines.append(["-" if cell == NOTHING else plain(cell) for cell in cells])
     return list(columns(lines))
 
@@ -137,14 +145,13 @@ def check_text(
     if analysis is not None:
         lines = _lines_above(report(analysis), analysis)
         counts["doubt"] = len(analysis.doubts)
-    verdict = ", ".join(
-        values.count_text(counts[kind], kind)
-        for kind in ("doubt", "error", "warning", "note")
-        if counts[kind]
-    )
+    kinds = [kind for kind in ("doubt", "error", "warning", "note") if counts[kind]]
+    verdict = ", ".join([values.count_text(counts[kind], kind) for kind in kinds])
     if counts["note"] == counts.total():
         verdict = f"{well} ({verdict})" if verdict else well
-    read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
+    read = ""
+    if runs is not None:
+        read = f"{values.count_text(runs, 'run')}, "
     printed = [f"{name}: {line}" for line in lines]
     printed += map(str, diagnostics)
     printed.append(f"{name}: {read}{verdict}\n")

@@ -68,11 +68,9 @@ def torque_scale(largest: float) -> Scale:
 
 def inertia_scale(value: float, u: float | None) -> Scale:
     """Choose the power of ten for a moment of inertia and its uncertainty [kg*m^2]."""
-    return Scale(
-        "kg·m²",
-        r"\kilogram\metre\squared",
-        exponent=_exponent(max(value, u or 0.0, key=abs)),
-    )
+    larger = max(value, u or 0.0, key=abs)
+    siunitx = r"\kilogram\metre\squared"
+    return Scale("kg·m²", siunitx, exponent=_exponent(larger))
 
 
 def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
@@ -84,11 +82,8 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
     if u is None or u == 0 or not math.isfinite(u):
         return reading_text(value, factor)
     nominal, spread, exponent = rounded(value, u, factor)
-    return (
-        f"({nominal} ± {spread}) × {ten_to(exponent)}"
-        if exponent
-        else f"{nominal} ± {spread}"
-    )
+    digits = f"{nominal} ± {spread}"
+    return f"({digits}) × {ten_to(exponent)}" if exponent else digits
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -98,7 +93,9 @@ def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
     all digits before the point.
     """
     value /= factor
-    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else as_read(value, step / factor)
+    if 1e4 <= abs(value) < 1e9:
+        return f"{value:.0f}"
+    return as_read(value, step / factor)
 
 
 def uncertainty_text(u: float, factor: float = 1.0) -> str:
@@ -107,7 +104,9 @@ def uncertainty_text(u: float, factor: float = 1.0) -> str:
     The text contains two digits, and all digits before the point.
     """
     u /= factor
-    return f"{u:.0f}" if 100 <= abs(u) < 1e9 else f"{u:#.2g}".rstrip(".")
+    if 100 <= abs(u) < 1e9:
+        return f"{u:.0f}"
+    return f"{u:#.2g}".rstrip(".")
 
 
 @lru_cache(maxsize=1024)  # the pages of a class repeat their references
@@ -131,13 +130,15 @@ def _exponent(value: float) -> int:
     return math.floor(math.log10(abs(value))) if value else 0
 
 
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 def ten_to(exponent: int) -> str:
     """Write a power of ten: "10⁻³"; "" for 10⁰."""
-    return (
-        "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-        if exponent
-        else ""
-    )
+    if not exponent:
+        return ""
+    raised = str(exponent).translate(RAISED)
+    return f"10{raised}"
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
@@ -151,9 +152,11 @@ def power_of_ten(value: float) -> tuple[float, str]:
 
 def with_unit(number: str, scale: Scale) -> str:
     """Add the unit to a number: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
-    if scale.exponent:
-        return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
-    return f"{number} {scale}".rstrip()
+    if not scale.exponent:
+        return f"{number} {scale}".rstrip()
+    if "±" in number:
+        number = f"({number})"
+    return f"{number} × {scale}"
 
 
 def inertia_text(value: float, u: float | None) -> str:
@@ -166,8 +169,10 @@ def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, st
     """Round the ends of an interval to two digits of its half-width."""
     low = low / factor
     high = high / factor
-    width = (high - low) / 2
-    places = max(0, 1 - _exponent(width)) if width > 0 else 4
+    half = (high - low) / 2
+    places = 4
+    if half > 0:
+        places = max(0, 1 - _exponent(half))
     return f"{low:.{places}f}", f"{high:.{places}f}"
 
 
@@ -178,7 +183,9 @@ def percent_text(value: float) -> str:
         return "0 %"
     if abs(percent) < 0.001:
         return "< 0.001 %"
-    return f"{percent:+.2g} %" if abs(percent) < 100 else f"{percent:+.0f} %"
+    if abs(percent) < 100:
+        return f"{percent:+.2g} %"
+    return f"{percent:+.0f} %"
 
 
 def p_text(p: float) -> str:
@@ -193,7 +200,8 @@ def duration_text(seconds: float) -> str:
     days, rest = divmod(int(seconds), 86400)
     hours, rest = divmod(rest, 3600)
     minutes = rest // 60
-    parts = [(days, "day" if days == 1 else "days"), (hours, "h"), (minutes, "min")]
+    unit_of_days = "day" if days == 1 else "days"
+    parts = [(days, unit_of_days), (hours, "h"), (minutes, "min")]
     while parts[0][0] == 0:
         parts.pop(0)
     return " ".join(f"{count} {unit}" for count, unit in parts[:2] if count)
@@ -202,8 +210,8 @@ def duration_text(seconds: float) -> str:
 def inertia_range_text(low: float, high: float) -> str:
     """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
     factor, power = power_of_ten(high)
-    texts = [f"{end / factor:.2g}" for end in (low, high)]
-    numbers = texts[0] if texts[0] == texts[1] else f"({texts[0]} to {texts[1]})"
+    start, end = [f"{number / factor:.2g}" for number in (low, high)]
+    numbers = start if start == end else f"({start} to {end})"
     return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
 
 
@@ -211,14 +219,15 @@ def factor_text(factor: float) -> str:
     """Write a factor: "9.55 times", "1/9.55 of", "10⁷ times"."""
     sign = "−" if factor < 0 else ""
     size = abs(factor)
-    number = 1 / size if 0 < size < 1 else size
+    is_part = 0 < size < 1
+    number = 1 / size if is_part else size
     rounded = float(f"{number:.3g}")
     if rounded < 1e6:
         digits = f"{rounded:.3g}" if rounded < 1000 else f"{rounded:.0f}"
     else:
         ten, power = power_of_ten(rounded)
         digits = power if rounded == ten else f"{rounded / ten:.3g} × {power}"
-    return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
+    return f"{sign}1/{digits} of" if is_part else f"{sign}{digits} times"
 
 
 def in_columns(
@@ -230,14 +239,10 @@ def in_columns(
     """
     widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        blanks = [
-            " " * (width - display_width(cell))
-            for cell, width in zip(row, widths, strict=True)
-        ]
-        cells = (
-            f"{blanks[at]}{cell}" if at in right else f"{cell}{blanks[at]}"
-            for at, cell in enumerate(row)
-        )
+        cells = []
+        for at, (cell, width) in enumerate(zip(row, widths, strict=True)):
+            blanks = " " * (width - display_width(cell))
+            cells.append(f"{blanks}{cell}" if at in right else f"{cell}{blanks}")
         yield "  ".join(cells).rstrip()
 
 
@@ -245,7 +250,6 @@ def display_width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a combining mark."""
     if text.isascii():
         return len(text)
-    return sum(
-        1 + (east_asian_width(letter) in "WF") - (combining(letter) > 0)
-        for letter in text
-    )
+    wide = sum(east_asian_width(letter) in "WF" for letter in text)
+    combined = sum(combining(letter) > 0 for letter in text)
+    return len(text) + wide - combined

@@ -148,14 +148,16 @@ def plan_log(lab: Lab, limits: Limits) -> Plan:
 def plan_lab(limits: Limits) -> Plan:
     """Plan a lab before it begins, with a typical ball.
 
-    Each weight has a run at the middle spin first; without them u has no meaning.
+    Each weight has a run at the middle spin first, of the most turns; without them u has
+    no meaning.
     """
     usual = Design()
     masses = dict.fromkeys(limits.masses or usual.masses)
     positions = dict.fromkeys(limits.positions or usual.positions)
     spins = limits.spins or usual.spins
     middle = sorted(spins)[len(spins) // 2]
-    design = Design(tuple(masses), tuple(positions), (middle,), limits.turns[:1])
+    turns = max(limits.turns)
+    design = Design(tuple(masses), tuple(positions), (middle,), (turns,))
     log = simulate(Truth(), design, seed=None).log
     measured = measure(read_log(log.encode()))
     good = [run for run in range(len(measured.runs)) if not _fault(measured, run)]
@@ -164,7 +166,7 @@ def plan_lab(limits: Limits) -> Plan:
     measured = select(measured, good)
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
-    first = [_planned(measured, run, u) for run in range(len(measured.runs))]
+    first = [_planned(measured, run, u) for run in range(len(good))]
     left = limits.minutes - sum(run.minutes for run in first)
     return _plan(lab, replace(limits, minutes=left, spins=spins), None, tuple(first))
 

@@ -334,7 +334,7 @@ def test_labs_of_many_runs_are_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(maps, "fit_labs", lambda *words: [{"labs": len(words[-1])}])
     kind = MAPS["runs"]
     counts = [kind.fit(x, 2, range(200))[0]["labs"] for x in kind.x]
-    assert counts == [200, 200, 200, 10]
+    assert counts == [200, 200, 200, 6]
     assert max(kind.x) == 30_000
     jobs: Any = report.list_jobs(report.QUICK, 1, report.USUAL)
     assert max(job.args[0] for name, job in jobs if name == "runs") == 900

@@ -172,7 +172,9 @@ def test_runs_that_check_would_doubt_are_left_out() -> None:
         assert planned.mass <= 5
         assert planned.position <= 1
     assert plan_lab(Limits()).left_out == {}
-    # A longer part of a turn can be timed.
+    # More turns can be timed.
+    parts = plan_lab(Limits(turns=(1 / 12, 1.0)))
+    assert (parts.first[0].turns, [*parts.left_out]) == (1.0, ["time"])
     heavy = Limits(masses=(0.5,), positions=(0.3,), turns=(20.0,))
     assert plan_lab(heavy).first
 

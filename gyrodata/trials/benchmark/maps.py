@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 GYRO = "gyro"
 LEVEL = "eq. (9)"
 
-MOST_RUNS = 300_000
+MOST_RUNS = 200_000
 """Largest number of runs in all labs of a cell."""
 
 HALF = 0.5

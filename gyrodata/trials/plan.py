@@ -3,7 +3,8 @@
 A run that is not measured yet is added to the lab as it would be if the fit of the lab
 were true, with the errors that it shares with the others. The fit of the larger lab
 shows what u would be. The runs are chosen one after the other, each with the largest
-relative gain of u for each minute of lab time.
+relative gain of u for each minute of lab time. Runs that `gyro check` would doubt are
+left out.
 """
 
 from __future__ import annotations
@@ -18,13 +19,17 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting
+from gyrodata.base.errors import InputError
 from gyrodata.fitting import FitResult
 from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
+from gyrodata.judging.procedure import SHORT
+from gyrodata.judging.tables import load_words
 from gyrodata.measurements import (
     PLACED,
     Measurements,
     Source,
+    checks,
     measure,
     select,
 )
@@ -58,7 +63,7 @@ class Limits(Struct, frozen=True):
     masses: tuple[float, ...] = ()
     """Weights [kg]; empty: those of the log."""
     positions: tuple[float, ...] = ()
-    """Positions of these weights [m]; empty: those of the log."""
+    """Positions of the weights [m]; empty: those of the log."""
     spins: tuple[float, ...] = ()
     """[rad/s]; empty: slow, middle and fast, as in the log."""
     turns: tuple[float, ...] = (1.0,)
@@ -115,6 +120,11 @@ class Plan(Struct, frozen=True):
     """The largest source of uncertainty after the plan, in words."""
     goal: float | None
     """u of I_zz over I_zz that was asked for [1]."""
+    end: str
+    """Why the plan ends, in words."""
+    left_out: dict[str, str]
+    """An example of the runs that are left out, by the reading that `gyro check` would
+    doubt: {"time": "500 g at 30 cm at 200 rpm"}, which is too short for a hand."""
     schema: Literal["gyro.plan/1"] = "gyro.plan/1"
 
     @property
@@ -129,6 +139,8 @@ class Plan(Struct, frozen=True):
 
 def plan_log(lab: Lab, limits: Limits) -> Plan:
     """Plan the next runs of a lab that has begun."""
+    if (limits.masses or limits.positions) and np.isnan(lab.measured.mass).all():
+        raise InputError.named("plan_without_masses")
     now = fitting.relative_u(lab.fit.inertia)
     return _plan(lab, limits, now, ())
 
@@ -136,49 +148,71 @@ def plan_log(lab: Lab, limits: Limits) -> Plan:
 def plan_lab(limits: Limits) -> Plan:
     """Plan a lab before it begins, with a typical ball.
 
-    Each weight has a run at the middle spin first; without them u has no meaning.
+    Each weight has a run at the middle spin first, of the most turns; without them u has
+    no meaning.
     """
     usual = Design()
-    masses = limits.masses or usual.masses
-    positions = limits.positions or usual.positions
+    masses = dict.fromkeys(limits.masses or usual.masses)
+    positions = dict.fromkeys(limits.positions or usual.positions)
     spins = limits.spins or usual.spins
-    limits = replace(limits, masses=masses, positions=positions, spins=spins)
     middle = sorted(spins)[len(spins) // 2]
-    design = Design(masses, positions, (middle,), limits.turns[:1])
+    turns = max(limits.turns)
+    design = Design(tuple(masses), tuple(positions), (middle,), (turns,))
     log = simulate(Truth(), design, seed=None).log
     measured = measure(read_log(log.encode()))
+    good = [run for run in range(len(measured.runs)) if not _fault(measured, run)]
+    if not good:
+        raise InputError.named("plan_impossible")
+    measured = select(measured, good)
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
-    first = [_planned(measured, run, u) for run in range(len(measured.runs))]
+    first = [_planned(measured, run, u) for run in range(len(good))]
     left = limits.minutes - sum(run.minutes for run in first)
-    return _plan(lab, replace(limits, minutes=left), None, tuple(first))
+    return _plan(lab, replace(limits, minutes=left, spins=spins), None, tuple(first))
 
 
 def _plan(
     lab: Lab, limits: Limits, now: float | None, first: tuple[PlannedRun, ...]
 ) -> Plan:
-    """Choose runs until the time is over, the goal is reached or no run is worth it."""
+    """Choose runs, and say what remains."""
+    ranked = _rank(lab, limits)[:SHOWN]
+    if not ranked:
+        raise InputError.named("plan_impossible")
+    # The user sees the first choices with the u of their whole fits.
+    choices = tuple([run for run, _ in _fitted(lab, ranked)])
+    left_out = _left_out(lab, limits)
+    runs, lab, end = _choose(lab, limits)
+    u = fitting.relative_u(lab.fit.inertia)
+    limit = _limit(lab.fit)
+    others = _others(lab)
+    return Plan(now, first, choices, runs, others, u, limit, limits.goal, end, left_out)
+
+
+def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]:
+    """Choose runs; return them, the lab with them, and why there are no more."""
     u = fitting.relative_u(lab.fit.inertia)
     left = limits.minutes
-    choices: tuple[PlannedRun, ...] = ()
+    goal = limits.goal or 0.0
     runs: list[PlannedRun] = []
-    while len(runs) < MOST and not (limits.goal and u <= limits.goal):
-        ranked = _rank(lab, limits)
-        # The user sees the first choices with the u of their whole fits.
-        choices = choices or tuple([run for run, _ in _fitted(lab, ranked[:SHOWN])])
-        possible = [each for each in ranked if each[0].minutes <= left]
-        worth = (
-            each for each in _fitted(lab, possible[:SHOWN]) if each[0].u <= WORTH * u
-        )
-        step = next(worth, None)
+    end = f"a plan has at most {MOST} runs"
+    while len(runs) < MOST and u > goal:
+        ranked = _rank(lab, limits, left)
+        if not ranked:
+            end = "the time is over"
+            break
+        # On the way to a goal each gain counts.
+        least = u if goal else WORTH * u
+        step = next((s for s in _fitted(lab, ranked[:SHOWN]) if s[0].u < least), None)
         if step is None:
+            end = "no other run reduces u by more than 1 %"
             break
         run, lab = step
         u = run.u
         left -= run.minutes
         runs.append(run)
-    limit = _limit(lab.fit)
-    return Plan(now, first, choices, tuple(runs), _others(lab), u, limit, limits.goal)
+    if u <= goal:
+        end = "the goal is reached"
+    return tuple(runs), lab, end
 
 
 def _fitted(
@@ -191,19 +225,22 @@ def _fitted(
         yield replace(run, u=u), replace(lab, measured=measured, fit=fit)
 
 
-def _rank(lab: Lab, limits: Limits) -> list[tuple[PlannedRun, Measurements]]:
+def _rank(
+    lab: Lab, limits: Limits, minutes: float = math.inf
+) -> list[tuple[PlannedRun, Measurements]]:
     """List each run that can be added, with the lab that contains it, best first.
 
-    At the widths of the fit of the lab, u of I_zz is quick to compute, and its ratio to
-    that of the lab is right.
+    The runs fit into a time [min]. At the widths of the fit of the lab, u of I_zz is
+    quick to compute, and its ratio to that of the lab is right.
     """
     widths = lab.fit.widths
     now = fitting.relative_u(_fit(lab, lab.measured, widths).inertia)
     ranked = []
     for larger in _larger_labs(lab, limits):
-        u = fitting.relative_u(_fit(lab, larger, widths).inertia)
-        run = _planned(larger, len(larger.runs) - 1, u)
-        ranked.append((math.log(now / u) / run.minutes, run, larger))
+        run = _planned(larger, -1, now)
+        if run.minutes <= minutes and not _fault(larger):
+            u = fitting.relative_u(_fit(lab, larger, widths).inertia)
+            ranked.append((math.log(now / u) / run.minutes, run, larger))
     ranked.sort(key=lambda each: -each[0])
     return [(run, larger) for _, run, larger in ranked]
 
@@ -254,7 +291,7 @@ def _larger_labs(lab: Lab, limits: Limits) -> Iterator[Measurements]:
     rpm = np.quantile(np.abs(measured.spin) / RPM, [0.0, 0.5, 1.0]).round()
     spins = limits.spins or dict.fromkeys((RPM * rpm).tolist())
     settings = itertools.product(_loads(measured, limits), spins, limits.turns)
-    for load, spin, turns in settings:
+    for load, spin, turns in dict.fromkeys(settings):
         yield _with_run(measured, lab.fit, load, spin, turns)
     for change in changes.CHANGES["unloaded_run"](lab):
         assert change.measured is not None
@@ -267,12 +304,13 @@ def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     first = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
     last = {(measured.load[run], measured.position[run]): run for run in first}
     loaded = list(last.values())
-    if not limits.masses or np.isnan(measured.mass).all():
+    if not (limits.masses or limits.positions):
         yield from map(_Load, loaded)
         return
     known = np.array([measured.mass[loaded], np.abs(measured.position[loaded])])
-    positions = limits.positions or (float(known[1, 0]),)
-    for size in itertools.product(limits.masses, positions):
+    masses = limits.masses or known[0].tolist()
+    positions = limits.positions or known[1].tolist()
+    for size in itertools.product(masses, positions):
         ratios = np.array(size)[:, None] / known
         nearest = int(np.abs(np.log(ratios)).sum(axis=0).argmin())
         ratio = ratios[:, nearest]
@@ -330,6 +368,30 @@ def _group_of_last_run(source: Source, new: Sequence[str]) -> int:
     if not source.shared_by or source.quantity in new or source.name in new:
         return int(source.groups.max()) + 1
     return group
+
+
+RANGES = {size.role: size.possible for size in checks.SIZES}
+RANGES["time"] = SHORT, checks.TIME.possible[1]
+"""The readings that `gyro check` does not doubt [SI unit]."""
+
+
+def _fault(measured: Measurements, run: int = -1) -> str:
+    """Name the reading of a run that `gyro check` would doubt; "" if there is none."""
+    for role, (low, high) in RANGES.items():
+        size = abs(getattr(measured, role)[run])
+        if 0 < size < low or size > high:
+            return role
+    return ""
+
+
+def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
+    """Return an example of the runs that are left out for each doubted reading."""
+    labs = {_fault(larger): larger for larger in _larger_labs(lab, limits)}
+    return {
+        role: f"{load_words(larger, -1)} at {larger.spin[-1] / RPM:.0f} rpm"
+        for role, larger in labs.items()
+        if role
+    }
 
 
 # --- what remains ---

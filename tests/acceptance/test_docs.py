@@ -21,12 +21,12 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import physics
+from gyrodata import fitting, physics
 from gyrodata.base.diagnostics import explanations
 from gyrodata.cli import app, documentation
 from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.submissions.names import PLATFORMS
-from gyrodata.judging import changes, findings
+from gyrodata.judging import changes
 from gyrodata.measurements import (
     DEFAULT_TRANSVERSE_RATIO,
     SOURCES,
@@ -416,7 +416,7 @@ CLAIMS: list[Claim] = [
         "I = {} I_zz + m x² with {:.0f} %",
         lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U),
     ),
-    ("first-timer", "Below {}, look for the cause", lambda: findings.NO_ACCIDENT),
+    ("first-timer", "Below {}, look for the cause", lambda: fitting.UNLIKELY),
 ]
 """What a page says, with {} for what the code gives in its place."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import re
 import subprocess
@@ -13,6 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from msgspec.structs import replace
 from typer.testing import CliRunner
 
@@ -21,7 +24,9 @@ from gyrodata import fitting, physics
 from gyrodata.cli import app
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM
+from gyrodata.reporting import figures
 from gyrodata.trials.benchmark import (
+    charts,
     fits,
     integrators,
     labs,
@@ -41,7 +46,8 @@ LOG = ROOT / "sample_data" / "air_gyroscope.csv"
 TINY = replace(report.QUICK, labs=2, budgets={1: 2_500, 2: 2_500})
 SPARSE = replace(TINY, every=3)
 """With fewer cells of each map, which are too few for a chart."""
-CHARTS = ["fits", "motion", "integrators", *(kind.name for kind in maps.KINDS)]
+MAPS = {kind.name: kind for kind in maps.KINDS}
+CHARTS = ["fits", "motion", "integrators", *MAPS]
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +149,41 @@ def test_a_score_counts_the_labs_whose_interval_contains_the_truth() -> None:
     assert ends == pytest.approx((0.91042, 0.97261), abs=1e-4)
 
 
+def test_the_interval_of_an_error_contains_the_true_quantile() -> None:
+    random = np.random.default_rng(1)
+    inside = []
+    for _ in range(300):
+        score = fits.score(answers(1 + 0.01 * random.standard_normal(200), 0.02))
+        low, high = score["error_low"], score["error_high"]
+        assert low <= score["error"] <= high
+        # 68 % of normal numbers are closer to zero than this.
+        inside.append(low <= 0.0099446 <= high)
+    assert 0.92 < np.mean(inside) < 0.99
+
+
+def test_the_colour_of_an_error_is_its_coverage() -> None:
+    score = fits.score(answers(1 + np.linspace(-0.01, 0.01, 200), 0.0095))
+    names = ["mean of ratios", "gyro"]
+    rows = pd.DataFrame([{"scene": "a", "method": name, **score} for name in names])
+    rows[["coverage", "seconds"]] = [[0.4, 0.013], [0.95, 0.02]]
+    with figures.own_style(*charts.STYLES):
+        figure = Figure()
+        charts.draw_points(figure, rows, [("seconds", "error")], "error")
+    panel, bar = figure.axes
+    colours = [part.get_array() for part in panel.collections]
+    assert [part.tolist() for part in colours if part is not None] == [[0.4], [0.95]]
+    assert bar.get_ylabel() == charts.LABELS["coverage"]
+    _, words = panel.get_legend_handles_labels()
+    assert words == names
+    # The error bar of the point is that of its table.
+    ends = [line.get_segments()[0][:, 1] for line in bars(panel)]
+    assert ends[0] == pytest.approx([score["error_low"], score["error_high"]])
+
+
+def bars(panel: Any) -> list[Any]:
+    return [part for part in panel.collections if isinstance(part, LineCollection)]
+
+
 def test_the_statistics_of_a_map_are_what_they_are_called() -> None:
     values = 1 + 0.01 * np.random.default_rng(1).standard_normal(4000)
     right = fits.score(answers(values, 0.0196))
@@ -224,14 +265,18 @@ def test_an_integrator_has_its_nominal_order(method: str) -> None:
 # --- maps ---
 
 
+def cell(kind: maps.MapKind, x: float, y: float) -> pd.DataFrame:
+    return fits.summary(pd.DataFrame(kind.fit(x, y, ())), "y", "x")
+
+
 @pytest.mark.parametrize(
     ("rpm", "pitch", "is_tilted"), [(400, 0, False), (100, 45, True), (25, 60, None)]
 )
 def test_gyro_does_what_the_map_of_tilted_rods_draws(
     rpm: float, pitch: float, is_tilted: bool | None
 ) -> None:
-    kind = maps.KINDS[0]
-    table = fits.summary(pd.DataFrame(kind.fit(rpm, pitch, ())), "y", "x")
+    kind = MAPS["tilt"]
+    table = cell(kind, rpm, pitch)
     by_level, by_gyro = table["bias"]
     if is_tilted is None:
         assert table["refused"].tolist() == [1, 1]
@@ -240,6 +285,59 @@ def test_gyro_does_what_the_map_of_tilted_rods_draws(
     assert table["reacts"].tolist() == [False, is_tilted]
     assert (abs(by_level) > 0.3) == is_tilted
     assert kind.is_bad(table["bias"]).tolist() == [is_tilted, False]
+
+
+@pytest.mark.parametrize(
+    ("rpm", "pitch", "fails", "touches", "reacts"),
+    [
+        (400, 0, False, False, False),
+        (140, 75, False, False, True),
+        (70, -30, True, False, True),
+        (50, 0, True, True, None),
+        (50, 60, True, True, None),
+    ],
+)
+def test_gyro_does_what_the_map_of_released_rods_draws(
+    rpm: float, pitch: float, fails: bool, touches: bool, reacts: bool | None
+) -> None:
+    kind = MAPS["released"]
+    level, gyro = cell(kind, rpm, pitch).to_dict("records")
+    assert kind.is_bad(level["bias"]) == fails
+    assert level["reacts"] == touches
+    if reacts is None:
+        assert gyro["refused"] == 1
+        return
+    assert gyro["reacts"] == reacts
+    assert abs(gyro["bias"]) < 0.5
+
+
+def test_gyro_refuses_released_rods_near_the_cup_only() -> None:
+    kind = MAPS["released"]
+    for rpm, pitch in itertools.product(kind.x[::2], (-30, 0, 30)):
+        level, gyro = cell(kind, rpm, pitch).to_dict("records")
+        assert level["refused"] == 0
+        if gyro["refused"]:
+            assert level["reacts"]
+        elif not level["reacts"]:
+            assert abs(gyro["bias"]) < 1
+
+
+def test_a_released_rod_of_the_map_turns_once_in_its_time() -> None:
+    pitch = np.radians([-40, 0, 30, 60])
+    spin = RPM * np.array([40.0, 60.0, 300.0, 150.0])
+    rods = motions.released_turn(motions.steady_turn(np.full(4, 0.04), spin, pitch))
+    turned = motions.full_motion(rods, motions.CLOSER)
+    assert turned == pytest.approx(2 * np.pi, rel=1e-5)
+
+
+def test_labs_of_many_runs_are_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(maps, "fit_labs", lambda *words: [{"labs": len(words[-1])}])
+    kind = MAPS["runs"]
+    counts = [kind.fit(x, 2, range(200))[0]["labs"] for x in kind.x]
+    assert counts == [200, 200, 200, 6]
+    assert max(kind.x) == 30_000
+    jobs: Any = report.list_jobs(report.QUICK, 1, report.USUAL)
+    assert max(job.args[0] for name, job in jobs if name == "runs") == 900
 
 
 def test_the_rods_of_the_map_precess_as_eq_8_says() -> None:
@@ -253,7 +351,7 @@ def test_the_rods_of_the_map_precess_as_eq_8_says() -> None:
 
 
 def test_a_map_names_the_places_where_a_method_fails() -> None:
-    balance = maps.KINDS[1]
+    balance = MAPS["balance"]
     cells = {"x": [0, 5, 0, 5], "method": ["line", "line", "gyro", "gyro"]}
     table = pd.DataFrame({**cells, "coverage": [0.95, 0.4, 0.95, math.nan]})
     assert balance.title(table).splitlines() == [
@@ -336,3 +434,6 @@ def test_a_quick_picture_says_how_many_labs_it_has(done: Tables) -> None:
     many = few.assign(labs=200)
     assert report.labs_text(many) == "200 simulated labs behind each number"
     assert report.draw("runs", done) != report.draw("runs", {**done, "runs": many})
+    many.loc[0, "labs"] = 10
+    text = "10 or 200 simulated labs behind each number"
+    assert report.labs_text(many) == text

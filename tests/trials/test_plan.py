@@ -6,20 +6,23 @@ import csv
 import io
 import itertools
 import json
+import math
 import re
 from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from places import SAMPLES
 from simulated_labs import analyze_briefly
 from typer.testing import CliRunner, Result
 
 import gyrodata
+from gyrodata.base.errors import GyroError
 from gyrodata.cli import app, schema
 from gyrodata.physics import RPM
-from gyrodata.trials.plan import Limits, plan_lab, plan_log
+from gyrodata.trials.plan import Limits, Plan, plan_lab, plan_log
 from gyrodata.trials.simulation import TYPICAL, Design, Truth, simulate
 
 SAMPLE = SAMPLES / "air_gyroscope.csv"
@@ -95,6 +98,118 @@ def test_a_goal_ends_the_plan_or_names_what_limits_u() -> None:
     assert "The goal of 0.01 % is not reached within these limits." in far.stdout
     assert "The largest uncertainty is then: " in far.stdout
     assert "No run is needed: the goal is reached." in run(SAMPLE, "--goal", "5").stdout
+
+
+def test_a_plan_goes_on_to_a_goal_while_time_is_left() -> None:
+    lab = analyze_briefly(SAMPLE).lab
+    usual = plan_log(lab, Limits())
+    assert usual.end == "no other run reduces u by more than 1 %"
+    assert usual.minutes < 25
+    # Its last runs gain less than 1 % each.
+    goal = 0.97 * usual.u
+    reached = plan_log(lab, Limits(goal=goal))
+    assert reached.end == "the goal is reached"
+    assert usual.minutes < reached.minutes <= 30
+    assert reached.u <= goal < reached.runs[-2].u
+    short = plan_log(lab, Limits(goal=goal, minutes=usual.minutes))
+    assert (short.end, short.u > goal) == ("the time is over", True)
+    far = plan_log(lab, Limits(goal=goal / 10, minutes=math.inf))
+    assert far.end == "a plan has at most 20 runs"
+
+
+@pytest.mark.parametrize("minutes", [0.0, 5.0, 30.0])
+def test_a_goal_that_is_reached_needs_no_run(minutes: float) -> None:
+    lab = analyze_briefly(SAMPLE).lab
+    plan = plan_log(lab, Limits(goal=0.05, minutes=minutes))
+    assert (plan.runs, plan.end) == ((), "the goal is reached")
+    # What the next run would be is still an answer.
+    assert plan.choices == plan_log(lab, Limits()).choices
+
+
+def loads(plan: Plan) -> set[tuple[float, float]]:
+    return {
+        (round(choice.mass, 3), round(choice.position, 3))
+        for choice in (*plan.choices, *plan.runs)
+        if choice.mass
+    }
+
+
+def test_positions_alone_are_those_of_the_weights_of_the_log() -> None:
+    lab = analyze_briefly(SAMPLE).lab
+    plan = plan_log(lab, Limits(positions=(0.1, 0.2)))
+    assert {position for _, position in loads(plan)} <= {0.1, 0.2}
+    assert {mass for mass, _ in loads(plan)} <= {0.02, 0.04, 0.06}
+    # A second arm helps.
+    assert plan.u < plan_log(lab, Limits()).u
+    both = plan_log(lab, Limits(masses=(0.03,), positions=(0.1,)))
+    assert loads(both) == {(0.03, 0.1)}
+
+
+@pytest.mark.parametrize("head", ["torque [mN m]", "force [N]"])
+@pytest.mark.parametrize("limits", [Limits(positions=(0.1,)), Limits(masses=(0.02,))])
+def test_a_log_of_torques_refuses_weights(head: str, limits: Limits) -> None:
+    position = {"torque [mN m]": "", "force [N]": ",position [cm]"}[head]
+    rows = [f"{head},spin [rpm],time [s],turns{position}"]
+    for torque, rpm in itertools.product((30, 60, 90), (200, 400, 600)):
+        time = 2 * np.pi * 4.44e-3 * rpm * RPM / (torque / 1000)
+        size = f"{torque},{rpm},{time:.2f},1"
+        if position:
+            size = f"{torque / 1000 / 0.15:.4f},{rpm},{time:.2f},1,15"
+        rows.append(size)
+    lab = analyze_briefly("\n".join(rows).encode()).lab
+    assert plan_log(lab, Limits()).choices
+    with pytest.raises(GyroError, match="no masses"):
+        plan_log(lab, limits)
+
+
+def test_runs_that_check_would_doubt_are_left_out() -> None:
+    plan = plan_lab(Limits(masses=(0.02, 0.5, 60.0), positions=(0.15, 0.3, 15.0)))
+    assert {*plan.left_out} == {"mass", "position", "time"}
+    assert plan.left_out["mass"].startswith("60000.0 g at ")
+    assert plan.first
+    for planned in (*plan.first, *plan.choices, *plan.runs):
+        assert planned.time >= 6
+        assert planned.mass <= 5
+        assert planned.position <= 1
+    assert plan_lab(Limits()).left_out == {}
+    # More turns can be timed.
+    parts = plan_lab(Limits(turns=(1 / 12, 1.0)))
+    assert (parts.first[0].turns, [*parts.left_out]) == (1.0, ["time"])
+    heavy = Limits(masses=(0.5,), positions=(0.3,), turns=(20.0,))
+    assert plan_lab(heavy).first
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--weights", "60kg"),
+        ("--positions", "15m"),
+        ("--weights", "500g", "--positions", "30cm"),
+        ("--turns", "1/100"),
+        (SAMPLE, "--positions", "15m"),
+        (SAMPLE, "--weights", "60kg"),
+    ],
+)
+def test_a_plan_without_a_possible_run_is_refused(words: tuple[str, ...]) -> None:
+    result = run(*words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "no run can be planned" in result.stderr
+    assert "--turns" in result.stderr
+
+
+@pytest.mark.parametrize("name", ["masses", "positions", "spins", "turns"])
+def test_repeated_values_count_once(name: str) -> None:
+    usual: dict[str, tuple[float, ...]] = {
+        "masses": (0.02, 0.04),
+        "positions": (0.1, 0.15),
+        "spins": (20.0, 40.0),
+        "turns": (1.0, 2.0),
+    }
+    once = Limits(*usual.values())
+    repeated = replace(once, **{name: usual[name] * 3})
+    assert plan_lab(repeated) == plan_lab(once)
+    lab = analyze_briefly(SAMPLE).lab
+    assert plan_log(lab, repeated) == plan_log(lab, once)
 
 
 def test_a_time_that_is_too_short_is_not_promised() -> None:

@@ -66,12 +66,18 @@ def draw_points(
         row[0].set_ylabel(labels[y])
     for ax, (scene, _) in zip(grid[0], scenes, strict=True):
         ax.set_title(textwrap.fill(str(scene), 90 // len(scenes)), fontsize=9)
+    if "coverage" in table:
+        shades = grid[0, 0].collections[-1]
+        figure.colorbar(shades, ax=grid, label=labels["coverage"], aspect=50)
     handles = grid[0, 0].get_legend_handles_labels()
     figure.legend(*handles, loc="outside lower left", ncols=5, fontsize=8.5)
 
 
 def draw_panel(ax: Axes, rows: pd.DataFrame, x: str, y: str) -> None:
-    """Draw the points of each method, connected, with the ends of their intervals."""
+    """Draw the points of each method, connected, with the ends of their intervals.
+
+    The points of an error have the colour of the coverage, if it is known.
+    """
     ax.set_xscale("linear" if x == "process" else "log")
     ax.set_yscale("linear" if y == "coverage" else "log")
     for number, (method, points) in enumerate(rows.groupby("method", sort=False)):
@@ -83,6 +89,10 @@ def draw_panel(ax: Axes, rows: pd.DataFrame, x: str, y: str) -> None:
         fill = "white" if method == KNOWN else colour
         looks: Any = {"color": colour, "mfc": fill, "label": method}
         ax.errorbar(points[x], points[y], ends, fmt=f"{marker}-", **looks)
+        if y == "error" and "coverage" in points:
+            looks = {"marker": marker, "edgecolors": colour, "zorder": 3}
+            shades = points["coverage"]
+            ax.scatter(points[x], points[y], c=shades, vmin=0, vmax=1, **looks)
 
 
 def draw_map(figure: Figure, table: pd.DataFrame, kind: MapKind) -> None:

@@ -144,11 +144,11 @@ def summary(rows: pd.DataFrame, *where: str) -> pd.DataFrame:
 def score(answers: pd.DataFrame) -> Row:
     """Compare the answers of one method with the true I_zz, which is 1.
 
-    The coverage has a 95 % interval, from the number of labs. "length" is the stated
-    half length of the intervals over the needed one, which contains 95 % of the errors,
-    and "bias" the mean error over the stated u.
+    The error and the coverage have a 95 % interval, from the number of labs. "length" is
+    the stated half length of the intervals over the needed one, which contains 95 % of
+    the errors, and "bias" the mean error over the stated u.
     """
-    from scipy.stats import binomtest
+    from scipy.stats import binomtest, quantile_test
 
     value, low, high = answers[["value", "low", "high"]].to_numpy().T
     covered = int(np.sum((low <= 1) & (high >= 1)))
@@ -157,11 +157,15 @@ def score(answers: pd.DataFrame) -> Row:
     refused = len(value) - len(errors)
     if refused == len(value):
         errors = np.array([math.nan])
-    error, largest = np.quantile(np.abs(errors), [CLOSER, STATED]).tolist()
+    sizes = np.abs(errors)
+    error, largest = np.quantile(sizes, [CLOSER, STATED]).tolist()
+    near = quantile_test(sizes, p=CLOSER).confidence_interval()
     half_length = answers["high"].sub(low).median() / 2
     return {
         "labs": len(value),
         "error": error,
+        "error_low": float(near.low),
+        "error_high": float(near.high),
         "coverage": covered / len(value),
         "coverage_low": float(coverage.low),
         "coverage_high": float(coverage.high),

@@ -115,6 +115,12 @@ def steady_turn(
     return Rods(top, spin, pitch, 2 * np.pi / rate, 1.0, decay)
 
 
+def released_turn(rods: Rods) -> Rods:
+    """Return rods that are released from rest, for about the time of one turn."""
+    time = motion.time_to_turn(rods.top, rods.spin, rods.pitch, 2 * np.pi)
+    return replace(rods, time=time, push=0.0)
+
+
 def draw_labs(scene: MotionScene, count: int, seed: int) -> tuple[Rods, Rods]:
     """Simulate labs of nine runs; return the truth, and what users know and assume."""
     random = np.random.default_rng(seed)
@@ -162,9 +168,11 @@ def full_motion(rods: Rods, tolerance: float = TOLERANCE) -> Any:
 
     first = rods.spin * np.exp(rods.time / rods.decay / 2)
     start = motion.released(rods.top, first, rods.pitch)
-    steady = motion.steady(rods.top, first, rods.pitch)
-    pushed = np.multiply(rods.push, (steady.momentum - start.momentum).T)
-    rows = np.concatenate([start.axis.T, start.momentum.T + pushed])
+    rows = np.concatenate([start.axis.T, start.momentum.T])
+    # A rod without a push need not be able to precess steadily.
+    if np.any(rods.push):
+        steady = motion.steady(rods.top, first, rods.pitch)
+        rows[3:] += np.multiply(rods.push, (steady.momentum - start.momentum).T)
     # All rods together, each in parts of its own time.
     drag = rods.top.inertia / rods.decay
     rates = motion.vector_rates(rods.top, drag, rods.time)

@@ -39,9 +39,6 @@ if TYPE_CHECKING:
 LONGEST = 900.0
 """Largest time of one job [s]."""
 
-BATCH = 20
-"""Number of labs of a cell in one job."""
-
 
 class Effort(Struct, frozen=True):
     """The size of a benchmark."""
@@ -233,11 +230,11 @@ def draw(name: str, tables: Tables) -> bytes:
 
 def labs_text(table: pd.DataFrame) -> str:
     """Say how many simulated labs are behind each number; "" of a single lab."""
-    count = table["labs"].max() if "labs" in table else 1
-    if count == 1:
+    counts = sorted({*table.get("labs", [1])})
+    if counts == [1]:
         return ""
-    text = f"{count} simulated labs behind each number"
-    if count >= FULL.labs:
+    text = f"{' or '.join(map(str, counts))} simulated labs behind each number"
+    if counts[-1] >= FULL.labs:
         return text
     return f"Quick look: only {text}, so methods can fail by chance"
 

@@ -41,6 +41,10 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
 
+REPORT_DATA = ("results.json", "runs.csv")
+REPORT = ("report.html", *REPORT_DATA, *DOCUMENTS.values())
+"""Files of a report, which could be logs; the page shows that a folder is a report."""
+
 FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
 FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
 """Endings of a name that users mean as a file, not as the folder of a report."""
@@ -178,6 +182,8 @@ def analyze(
     has_report = not no_report and _goes_with_report(form, out, file)
     if opened and not has_report:
         terminal.refuse("open_without_report")
+    if no_report and out is not None and file is None:
+        terminal.refuse("folder_without_report", out=out)
     output = _Output(
         form=form,
         table=table,
@@ -191,8 +197,10 @@ def analyze(
         opened=opened,
         quiet=quiet,
     )
+    folders = list(_report_folders(parts))
+    output.refuse_to_replace_data(parts, folders)
     worst = 0
-    for part, below in zip(parts, _report_folders(parts), strict=True):
+    for part, below in zip(parts, folders, strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, below))
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
@@ -289,7 +297,8 @@ def _analyze_part(
     try:
         readings = reader.read(logs)
         analysis = analyze_readings(readings, options)
-        text = output.text_of(analysis, below, folder is not None)
+        command = reader.command_for(logs)
+        text = output.text_of(analysis, below, folder is not None, command)
     except Exception as error:
         findings, code = terminal.explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
@@ -343,8 +352,31 @@ class _Output(Struct):
             return below
         return self.out / below if self.several else self.out
 
-    def text_of(self, analysis: Analysis, below: Path, has_report: bool) -> str:
-        """Write an analysis in the format of the command."""
+    def refuse_to_replace_data(
+        self, parts: Sequence[Sequence[Log]], folders: Sequence[Path]
+    ) -> None:
+        """Refuse an output that would replace a log, or other data of the user."""
+        outputs = [self.file] if self.file is not None else []
+        for part, below in zip(parts, folders, strict=True):
+            folder = self.folder_of(part, below)
+            if folder is None:
+                continue
+            outputs += [folder / name for name in REPORT]
+            data = [folder / name for name in REPORT_DATA]
+            if not (folder / REPORT[0]).exists() and any(map(Path.exists, data)):
+                terminal.refuse("folder_with_data", out=folder)
+        logs = [Path(log.path) for part in parts for log in part if log.path != "-"]
+        for log, out in itertools.product(logs, outputs):
+            if log.exists() and out.exists() and log.samefile(out):
+                terminal.refuse("out_is_the_log", out=out)
+
+    def text_of(
+        self, analysis: Analysis, below: Path, has_report: bool, command: str
+    ) -> str:
+        """Write an analysis in the format of the command.
+
+        `command` is what a user types for the full report.
+        """
         from gyrodata.reporting.data import json_text, table_rows
 
         after = "\n" * self.several
@@ -355,9 +387,7 @@ class _Output(Struct):
         if self.form == "text":
             from gyrodata.reporting.text import summary
 
-            is_one_word = re.fullmatch(r"[\w./-]+", analysis.name)
-            log = analysis.name if is_one_word else "LOG"
-            more = f"More: gyro analyze {log} -v"
+            more = f"More: {command} -v"
             more += ", or open the HTML report" * has_report
             return summary(analysis, self.verbose, more, terminal.columns()) + after
         if self.form == "markdown":

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,6 +11,7 @@ import typer
 
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.base.errors import Diagnostic, InputError
+from gyrodata.cli.new_table import is_standard_output, write_table
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -22,7 +21,7 @@ from gyrodata.cli.options import (
     list_option,
     quantity_option,
     stem_of,
-    write_new,
+    word_of_file,
 )
 from gyrodata.cli.terminal import (
     Log,
@@ -113,12 +112,12 @@ def template(
                 --out log.xlsx
     """
     text = blank_log(weights, position, spins)
-    if out is None:
+    if out is None or is_standard_output(out):
         write_out(text)
         return
-    is_workbook = out.suffix.lower() == ".xlsx"
-    write_new(out, _workbook(text) if is_workbook else text.encode())
-    tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
+    write_table(out, text)
+    word = word_of_file(str(out))
+    tell(f"blank log: {out}; after the first runs, check it: gyro check {word}")
 
 
 def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
@@ -182,49 +181,6 @@ def _shown(value: float, kind: str, unit: str, digits: int) -> str:
     short = f"{number:.10g}"
     decimals = len(short.partition(".")[2])
     return short if decimals >= digits else f"{number:.{digits}f}"
-
-
-_CELL_FORMATS = {
-    "mass [g]": "0.00",
-    "position [cm]": "0.0",
-    "time [s]": "0.00",
-    "turns": "@",
-}
-"""Excel shows as many digits as the instruments; turns are text, because Excel makes a
-date of 1/3."""
-
-
-def _workbook(text: str) -> bytes:
-    """Return a blank log as a workbook.
-
-    The constants are in rows of two cells, and a row of headers contains the units.
-    """
-    from openpyxl import Workbook
-    from openpyxl.styles import Font
-
-    workbook = Workbook()
-    sheet = workbook.active
-    for line in text.splitlines():
-        if line.endswith(": "):
-            sheet.append([line.rstrip(), ""])
-        elif line.startswith("#"):
-            sheet.append([line])
-        else:
-            sheet.append(next(csv.reader([line])))
-    header = next(row for row in sheet if row[0].value == "mass [g]")
-    for head in header:
-        head.font = Font(bold=True)
-        sheet.column_dimensions[head.column_letter].width = 18
-    first_run = header[0].row + 1
-    for row in sheet.iter_rows(min_row=first_run):
-        for head, cell in zip(header, row, strict=True):
-            cell.number_format = _CELL_FORMATS.get(head.value, "General")
-            if cell.number_format.startswith("0") and cell.value:
-                cell.value = float(cell.value)
-    sheet.freeze_panes = sheet.cell(first_run, 1)
-    data = io.BytesIO()
-    workbook.save(data)
-    return data.getvalue()
 
 
 def check(

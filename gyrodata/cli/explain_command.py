@@ -18,7 +18,7 @@ from gyrodata.base import diagnostics
 from gyrodata.base.errors import PICTURES, GyroError
 from gyrodata.cli import documentation
 from gyrodata.cli.options import settings_file
-from gyrodata.cli.terminal import refuse, write_text
+from gyrodata.cli.terminal import refuse, write_out, write_text
 
 if TYPE_CHECKING:
     from gyrodata.base.errors import Diagnostic
@@ -58,7 +58,11 @@ def explain(
     Example:  gyro explain G454
     """
     texts = [_text_about(topic) for topic in topics] if topics else [_contents()]
-    write_text("\n".join(texts))
+    for number, text in enumerate(texts):
+        write_out("\n" * (number > 0))
+        # A page for a terminal has colours, and the width of the terminal.
+        write = write_out if "\x1b" in text else write_text
+        write(text)
 
 
 def _contents() -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
-from gyrodata.base.disk import telling, write_whole
+from gyrodata.base.errors import printable
 from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ Bound = Literal[
 
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
-    """Split KEY=VALUE options; the last value of a key is used."""
+    """Split KEY=VALUE options; a key with two values is refused."""
     form, example = "ROLE=HEADER", 'time="T (s)"'
     if option == "--set":
         form, example = "KEY=VALUE", "turns=1/3"
@@ -72,7 +73,8 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
                 form=form,
                 example=example,
             )
-        values[key] = value
+        if values.setdefault(key, value) != value:
+            refuse("option_given_twice", option=option, key=key)
     return dict(sorted(values.items()))
 
 
@@ -115,6 +117,17 @@ class Reader(Struct, frozen=True):
         from gyrodata.readings.together import read_together
 
         return read_together([self._read_log(log) for log in logs])
+
+    def command_for(self, logs: Sequence[Log]) -> str:
+        """Return the command that analyzes these logs with these options."""
+        words = [word_of_file(log.path) for log in logs]
+        words += ["--together"] * (len(logs) > 1)
+        for option, values in (("--set", self.settings), ("--map", self.mapping)):
+            for key, value in values.items():
+                words += [option, word_of_shell(f"{key}={value}")]
+        if self.config is not None:
+            words += ["--config", word_of_file(str(self.config))]
+        return printable(" ".join(["gyro analyze", *words]))
 
     def _read_log(self, log: Log) -> Readings:
         constants = self.constants_of(log.path)
@@ -172,6 +185,21 @@ def settings_file(folder: Path | None) -> Path | None:
         if place == Path.home() or (place / ".git").exists():
             break
     return None
+
+
+def word_of_file(path: str) -> str:
+    """Return the name of a file as a word of a command; LOG for standard input."""
+    if path == "-":
+        return "LOG"
+    return word_of_shell(f"./{path}" if path.startswith("-") else path)
+
+
+def word_of_shell(text: str) -> str:
+    """Return a text as one word of a command, in quotes if it needs them."""
+    if re.fullmatch(r"[\w./:=,+@%-]+", text):
+        return text
+    # Double quotes are right in every shell, but some signs have a meaning in them.
+    return shlex.quote(text) if re.search(r'["$`!]|\\(?!\w)', text) else f'"{text}"'
 
 
 def stem_of(log: Path) -> str:
@@ -282,11 +310,3 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
             unit=unit,
         )
     return value
-
-
-def write_new(out: Path, data: bytes) -> None:
-    """Write a table to fill in; a file that exists may contain data, and stays."""
-    if out.exists():
-        refuse("template_exists", out=out)
-    with telling(out):
-        write_whole(out, [data])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import re
 import sys
 import time
 from collections import Counter
@@ -41,8 +40,7 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
 
-REPORT_DATA = ("results.json", "runs.csv")
-REPORT = ("report.html", *REPORT_DATA, *DOCUMENTS.values())
+REPORT = ("report.html", "results.json", "runs.csv", *DOCUMENTS.values())
 """Files of a report, which could be logs; the page shows that a folder is a report."""
 
 FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
@@ -197,10 +195,8 @@ def analyze(
         opened=opened,
         quiet=quiet,
     )
-    folders = list(_report_folders(parts))
-    output.refuse_to_replace_data(parts, folders)
     worst = 0
-    for part, below in zip(parts, folders, strict=True):
+    for part, below in zip(parts, _report_folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, below))
     output.finish()
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
@@ -293,6 +289,7 @@ def _analyze_part(
     options = replace(options, config=reader.name_of_constants(logs[0].path))
     name = " + ".join(log.name for log in logs)
     folder = output.folder_of(logs, below)
+    output.refuse_to_replace_data(logs, folder)
     readings = None
     try:
         readings = reader.read(logs)
@@ -352,23 +349,16 @@ class _Output(Struct):
             return below
         return self.out / below if self.several else self.out
 
-    def refuse_to_replace_data(
-        self, parts: Sequence[Sequence[Log]], folders: Sequence[Path]
-    ) -> None:
+    def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
-        outputs = [self.file] if self.file is not None else []
-        for part, below in zip(parts, folders, strict=True):
-            folder = self.folder_of(part, below)
-            if folder is None:
-                continue
-            outputs += [folder / name for name in REPORT]
-            data = [folder / name for name in REPORT_DATA]
-            if not (folder / REPORT[0]).exists() and any(map(Path.exists, data)):
+        outputs = [self.file] if self.file else []
+        if folder is not None:
+            outputs = [folder / name for name in REPORT]
+            if not outputs[0].exists() and any(out.exists() for out in outputs):
                 terminal.refuse("folder_with_data", out=folder)
-        logs = [Path(log.path) for part in parts for log in part if log.path != "-"]
-        for log, out in itertools.product(logs, outputs):
-            if log.exists() and out.exists() and log.samefile(out):
-                terminal.refuse("out_is_the_log", out=out)
+        sources = {Path(log.path).resolve() for log in logs}
+        if not sources.isdisjoint([out.resolve() for out in outputs]):
+            terminal.refuse("out_is_the_log", out=self.out)
 
     def text_of(
         self, analysis: Analysis, below: Path, has_report: bool, command: str

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
+from gyrodata.base import diagnostics
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import is_standard_output, write_table
+from gyrodata.cli.new_table import write_table
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -21,7 +22,6 @@ from gyrodata.cli.options import (
     list_option,
     quantity_option,
     stem_of,
-    word_of_file,
 )
 from gyrodata.cli.terminal import (
     Log,
@@ -30,9 +30,7 @@ from gyrodata.cli.terminal import (
     in_parts,
     named_logs,
     refuse,
-    tell,
     write_answer,
-    write_out,
 )
 
 if TYPE_CHECKING:
@@ -112,12 +110,7 @@ def template(
                 --out log.xlsx
     """
     text = blank_log(weights, position, spins)
-    if out is None or is_standard_output(out):
-        write_out(text)
-        return
-    write_table(out, text)
-    word = word_of_file(str(out))
-    tell(f"blank log: {out}; after the first runs, check it: gyro check {word}")
+    write_table(out or Path("-"), text)
 
 
 def blank_log(weights: Sequence[float], position: float, spins: Sequence[float]) -> str:
@@ -317,7 +310,14 @@ def _check_submission(paths: Sequence[str]) -> Checked:
         readings, hand_in, of_submission = read_hand_in([Path(path) for path in paths])
     except Exception as error:
         return Checked(name, *explained(error, name))
-    of_log = sorted(readings.diagnostics, key=_place)
+    # The line of the answer is read, although no fit uses it.
+    answer = diagnostics.REMARK, hand_in.file, hand_in.line
+    others = [
+        finding
+        for finding in readings.diagnostics
+        if (finding.code, finding.file, finding.line) != answer
+    ]
+    of_log = sorted(others, key=_place)
     findings = (*of_log, *sorted(of_submission, key=_place))
     code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)

@@ -7,32 +7,30 @@ import io
 from pathlib import Path
 
 from gyrodata.base.disk import telling, write_whole
-from gyrodata.cli.terminal import refuse
+from gyrodata.cli.options import word_of_file
+from gyrodata.cli.terminal import refuse, tell, write_out
 
-WORKBOOK = ".xlsx"
-ENDINGS = (".csv", ".txt", WORKBOOK)
+ENDINGS = (".csv", ".txt", ".xlsx")
 """Endings of the names of tables that spreadsheets and gyro open."""
 
 
-def is_standard_output(out: Path) -> bool:
-    """Return whether "-" is asked for; refuse a file that cannot be written.
+def write_table(out: Path, text: str) -> None:
+    """Write a table to fill in; "-" is standard output.
 
-    Commands call this first, because a plan takes seconds.
+    A file that exists may contain data, and stays.
     """
     if out == Path("-"):
-        return True
-    if out.suffix.lower() not in ENDINGS:
+        write_out(text)
+        return
+    ending = out.suffix.lower()
+    if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
     if out.exists():
         refuse("template_exists", out=out)
-    return False
-
-
-def write_table(out: Path, text: str) -> None:
-    """Write a table to fill in."""
-    is_workbook = out.suffix.lower() == WORKBOOK
     with telling(out):
-        write_whole(out, [_workbook(text) if is_workbook else text.encode()])
+        write_whole(out, [_workbook(text) if ending == ".xlsx" else text.encode()])
+    check = f"gyro check {word_of_file(str(out))}"
+    tell(f"table to fill in: {out}; after the first runs, check it: {check}")
 
 
 _CELL_FORMATS = {

@@ -59,20 +59,11 @@ Bound = Literal[
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
     """Split KEY=VALUE options; a key with two values is refused."""
-    form, example = "ROLE=HEADER", 'time="T (s)"'
-    if option == "--set":
-        form, example = "KEY=VALUE", "turns=1/3"
     values: dict[str, str] = {}
     for item in texts or []:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
-            refuse(
-                "option_not_a_pair",
-                option=option,
-                item=item,
-                form=form,
-                example=example,
-            )
+            refuse("option_not_a_pair", option=option, item=item)
         if values.setdefault(key, value) != value:
             refuse("option_given_twice", option=option, key=key)
     return dict(sorted(values.items()))
@@ -120,14 +111,13 @@ class Reader(Struct, frozen=True):
 
     def command_for(self, logs: Sequence[Log]) -> str:
         """Return the command that analyzes these logs with these options."""
-        words = [word_of_file(log.path) for log in logs]
+        words = ["gyro analyze", *[word_of_file(log.path) for log in logs]]
         words += ["--together"] * (len(logs) > 1)
-        for option, values in (("--set", self.settings), ("--map", self.mapping)):
-            for key, value in values.items():
-                words += [option, word_of_shell(f"{key}={value}")]
+        options = [f"--set={key}={value}" for key, value in self.settings.items()]
+        options += [f"--map={key}={value}" for key, value in self.mapping.items()]
         if self.config is not None:
-            words += ["--config", word_of_file(str(self.config))]
-        return printable(" ".join(["gyro analyze", *words]))
+            options.append(f"--config={self.config}")
+        return printable(" ".join([*words, *map(word_of_shell, options)]))
 
     def _read_log(self, log: Log) -> Readings:
         constants = self.constants_of(log.path)
@@ -196,10 +186,9 @@ def word_of_file(path: str) -> str:
 
 def word_of_shell(text: str) -> str:
     """Return a text as one word of a command, in quotes if it needs them."""
-    if re.fullmatch(r"[\w./:=,+@%-]+", text):
-        return text
+    word = shlex.quote(text)
     # Double quotes are right in every shell, but some signs have a meaning in them.
-    return shlex.quote(text) if re.search(r'["$`!]|\\(?!\w)', text) else f'"{text}"'
+    return word if re.search(r"[\"'$`!\\]", text) else word.replace("'", '"')
 
 
 def stem_of(log: Path) -> str:

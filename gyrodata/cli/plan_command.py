@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gyrodata.cli import options
-from gyrodata.cli.new_table import is_standard_output, write_table
-from gyrodata.cli.terminal import columns, tell, write_answer, write_out
+from gyrodata.cli.new_table import write_table
+from gyrodata.cli.terminal import columns, tell, write_answer
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
@@ -104,7 +104,6 @@ def plan(
     """
     from gyrodata.trials import plan as planning
 
-    only_table = out is not None and is_standard_output(out)
     limits = planning.Limits(
         masses=weights or (),
         positions=positions or (),
@@ -117,13 +116,10 @@ def plan(
         planned = planning.plan_lab(limits)
     else:
         planned = _plan_log(options.read([log], settings, mapping, config), limits)
-    if only_table:
-        write_out(_log_to_fill_in(planned))
-        return
-    write_answer(form, planned.to_dict(), plan_text(planned, minutes))
+    if out != Path("-"):
+        write_answer(form, planned.to_dict(), plan_text(planned, minutes))
     if out is not None:
         write_table(out, _log_to_fill_in(planned))
-        tell(f"table to fill in: {out}")
 
 
 def _plan_log(readings: Readings, limits: Limits) -> Plan:

@@ -52,7 +52,7 @@ class Door(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Print the help if there are no arguments; refuse an empty one."""
-        if any(word == "" or re.fullmatch("--[a-z-]+=", word) for word in args):
+        if "" in args:
             refuse("empty_word")
         return super().parse_args(ctx, args or ["--help"])
 
@@ -228,9 +228,10 @@ def for_stream(text: str, stream: Any) -> str:
 def _wrapped(text: str, stream: Any) -> str:
     """Wrap long lines between words at the width of a terminal.
 
-    Texts for other streams stay the same.
+    Texts for other streams stay the same, and pages, which have their width and their
+    colours already.
     """
-    if not stream.isatty():
+    if not stream.isatty() or "\033" in text:
         return text
     width = shutil.get_terminal_size().columns
     return "\n".join([_wrap_line(line, width) for line in text.split("\n")])

@@ -501,4 +501,7 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
             lines.append(quantities.vformat(line, (), values))
     if answer.notes:
         lines += ["", "Not given, so assumed:", *(f"  {note}" for note in answer.notes)]
-    return "\n".join(lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    for name, words in TEXTS["names"].items():
+        text = text.replace(name, words)
+    return text

@@ -101,8 +101,9 @@ def simulate(
     insist_on_type("truth", truth, Truth | None, "a Truth")
     insist_on_type("design", design, Design | None, "a Design")
     insist_on_type("noise", noise, Mapping, "a mapping of u_… keys to Uncertainty")
-    for key in noise:
+    for key, u in noise.items():
         insist_on_choice("a key of noise", key, NOISE_KEYS)
+        insist_on_type(f"noise[{key!r}]", u, Uncertainty, "an Uncertainty")
     insist_on_type("seed", seed, Integral | None, "a whole number")
     truth = truth or Truth()
     design = design or Design()

@@ -138,10 +138,10 @@ def grade(
     if workers < 0:
         raise ValueError(f"workers is {workers}; it must be 0 or more")
     kind = str(rubric or "full")
-    if kind in BUILT_IN:
-        text = default_rubric_text(kind).encode()
-    else:
-        text = Path(kind).read_bytes()
+    is_built_in = kind in BUILT_IN
+    text = (
+        default_rubric_text(kind).encode() if is_built_in else Path(kind).read_bytes()
+    )
     return grade_class(
         list_submissions(Path(source)),
         read_rubric(text, Path(kind).name),

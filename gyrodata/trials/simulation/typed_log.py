@@ -307,8 +307,8 @@ def _summary(truth: Truth, seed: int | None) -> str:
     if truth.transverse_inertia is not None:
         parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
     parts += [
-        f"residual torque {truth.imbalance!r} N*m",
-        f"timing bias {truth.timing_bias!r} s",
+        f"residual torque {truth.imbalance:.6g} N*m",
+        f"timing bias {truth.timing_bias:.6g} s",
         truth.motion,
     ]
     if truth.decay_time is not None:

@@ -6,6 +6,7 @@ All logs are simulated: 9 runs a day at 15 cm, true I_zz 4.44e-3 kg·m², M0 as 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -232,6 +233,16 @@ def test_a_finding_has_its_place_in_its_own_log() -> None:
     assert 6 in lines
     assert max(lines) <= 10
     assert analysis.run_table[-1].line == 10
+
+
+def test_a_copied_row_has_its_line_in_each_log(tmp_path: Path) -> None:
+    monday, friday = two_days().values()
+    names = [tmp_path / "mon.csv", tmp_path / "fri.csv"]
+    names[0].write_bytes(file(monday, "# observer: A", "# tachometer: follows"))
+    names[1].write_bytes(file([*friday, *monday[2:7]], "# tachometer: follows"))
+    done = CliRunner().invoke(app, ["check", *map(str, names), "--together"])
+    lines = re.findall(r"rows mon\.csv!(\d+) and fri\.csv!(\d+)", done.output)
+    assert lines == [(str(6 + row), str(12 + row)) for row in range(5)]
 
 
 def test_the_command_writes_table_figure_and_json(tmp_path: Path) -> None:

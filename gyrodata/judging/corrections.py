@@ -7,9 +7,10 @@ compares the time with that of the other runs.
 from __future__ import annotations
 
 import math
+import string
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from msgspec import Struct
@@ -33,6 +34,8 @@ COMMON: Mapping[str, float] = {
     "point": 2e-3,
     "two places": 5e-4,
     "digits": 2e-3,
+    "doubled digit": 2e-3,
+    "missing digit": 3e-4,
     "minutes and seconds": 2e-3,
     "minute": 5e-4,
     "unit": 3e-4,
@@ -339,8 +342,8 @@ def _guesses(
     step = column.steps[0] / unit_size(column)
     # A spreadsheet writes 43 for 43.0.
     digits = as_read(float(number), step) if step and text.isdigit() else text
-    for new in exchanged_digits(digits):
-        yield "digits", Decimal(new.replace(",", ".")), "are two digits exchanged?"
+    for kind, new, why in _other_digits(digits.replace(",", ".")):
+        yield kind, Decimal(new), why
     if column.role in ("spin", "spin_start", "spin_end"):
         yield "strip", number / 2, "are two strips of tape on the ball?"
     if column.role == "time" and column.unit == "s":
@@ -358,18 +361,27 @@ def _other_times(text: str, number: Decimal) -> Iterator[tuple[str, Decimal, str
     yield "minute", number - 60, "is it a minute less?"
 
 
-def exchanged_digits(number: str) -> Iterator[str]:
-    """List the numbers that result if two neighbouring digits are exchanged.
+def _other_digits(number: str) -> Iterator[tuple[str, str, str]]:
+    """List the numbers whose digits may be mistyped like this, as `_guesses`.
 
-    Numbers that begin with 0 are left out.
+    Exchanged digits that begin with 0 are left out.
     """
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for first, second in pairwise(digits):
         signs = [*number]
         signs[first] = number[second]
         signs[second] = number[first]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)
+        if number[first] == number[first + 1]:
+            single = number[:first] + number[second:]
+            yield "doubled digit", single, "is a digit doubled?"
+        elif signs[digits[0]] != "0":
+            yield "digits", "".join(signs), "are two digits exchanged?"
+    whole, point, _ = number.partition(".")
+    # A digit missing behind a whole number is a misplaced point.
+    ends = len(whole + point) if whole.isdigit() else 0
+    for at, digit in product(range(ends), string.digits):
+        new = number[:at] + digit + number[at:]
+        yield "missing digit", new, "is a digit missing?"
 
 
 # --- how well a corrected run agrees with the others ---
@@ -414,10 +426,13 @@ class Prediction:
 
         −inf if the run then deviates by more than `FITS` standard uncertainties.
         """
+        times = changed.time.copy()
         with np.errstate(divide="ignore", invalid="ignore"):
             predicted = float(self.ratio[run] * self._steady_time(changed)[run])
-            time = float(changed.time[run]) - self.others.timing_bias.value
-            u = self._relative_u(changed, run)
+            # A time that is much too small is not as uncertain as its own size says.
+            times[run] = predicted
+            u = self._relative_u(replace(changed, time=times), run)
+        time = float(changed.time[run]) - self.others.timing_bias.value
         if not (time > 0 and 0 < predicted < math.inf and 0 < u < math.inf):
             return -math.inf
         off = (time / predicted - 1) / u

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from itertools import chain
 
 import numpy as np
@@ -30,7 +31,7 @@ from gyrodata.judging.tables import (
     outlier_reason,
     scatter_in_u,
 )
-from gyrodata.measurements import BALANCE_CHANGE, spin_columns
+from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
@@ -169,8 +170,9 @@ EVEN = 0.5
 """Weights disagree if M0 is more probably different than the same. With two weights, or
 with one run of each, the priors of M0 and of the scatter decide too much for that."""
 
-TELLING = 4
-"""Smallest number of weights that can show which one of them is different."""
+TELLING = range(4, 13)
+"""Numbers of weights that can show which one of them is different; more of them take
+too long."""
 
 
 def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -185,11 +187,14 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
     limit = EVEN if _can_show_weights(lab) else ONE_BALANCE
     if lab.contradicts_itself or is_other or chance >= limit:
         return
+    level = f"{1e3 * lab.fit.widths.level:.2g}"
+    is_in_fit = float(level) > 0
     yield lab.readings.say(
         "weights_disagree",
         percent=100 * (1 - chance),
-        level=1e3 * lab.fit.widths.level,
+        level=f", by about {level} mN·m," if is_in_fit else "",
         which=_odd_weight(lab),
+        u="; u includes this" if is_in_fit else "",
     )
 
 
@@ -200,11 +205,23 @@ def _can_show_weights(lab: JudgedLab) -> bool:
 
 
 def _odd_weight(lab: JudgedLab) -> str:
-    """Name the weight whose M0 differs most, if the log has enough weights for it."""
-    if len(lab.measured.by_weight) < TELLING:
-        return "so few weights cannot show which one is different"
-    run = int(np.abs(lab.fit.error_of(BALANCE_CHANGE)).argmax())
-    return f"M0 differs most with {load_words(lab.measured, run)}"
+    """Name the weight without which the others have one M0, if it is clear."""
+    weights = lab.measured.by_weight
+    odd = []
+    if len(weights) in TELLING:
+        odd = [runs for runs in weights if _chance_without(lab, runs) > ONE_BALANCE]
+    if len(odd) != 1:
+        return "the runs cannot show which one is different"
+    return f"without {load_words(lab.measured, odd[0][0])} the others agree"
+
+
+def _chance_without(lab: JudgedLab, runs: Sequence[int]) -> float:
+    """Compute the probability that the weights of the other runs have one M0."""
+    left_out = {*lab.left_out, *runs}
+    with suppress(fitting.NoFit):
+        fit = fitting.fit(lab.measured, tilted=lab.motion.tilted, left_out=left_out)
+        return fit.chance_of_one_balance
+    return 0.0
 
 
 def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:

@@ -7,7 +7,7 @@ Students should check this before they leave the lab.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -15,8 +15,13 @@ from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.judging import changes
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
-from gyrodata.physics import RPM
-from gyrodata.readings import Readings
+from gyrodata.measurements.checks import DERIVED, unit_size
+from gyrodata.measurements.sources import timing_column
+from gyrodata.physics import RPM, Floats
+from gyrodata.quantities.numerals import PLAIN
+from gyrodata.readings import Column, Readings
+from gyrodata.readings.lablog import split_lines
+from gyrodata.readings.roles import missing_roles
 
 SHORT = 6.0
 """A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it.
@@ -88,7 +93,90 @@ def _unloaded(readings: Readings, lab: changes.Lab) -> Iterator[Diagnostic]:
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
     for _, now, then in changes.gains(lab, "unloaded_run"):
-        yield readings.say("no_unloaded_run", now=now, then=then)
+        rows = _with_unloaded_run(readings, lab) or OTHER_ROWS
+        yield readings.say("no_unloaded_run", now=now, then=then, rows=rows)
+
+
+SENSE = "precession_sense"
+
+OTHER_ROWS = f"""\
+mass [g],position [cm],spin [rpm],time [s],turns,{SENSE}
+20.00,15.0,400,39.7,1,ccw
+0,,400,180,1/20,ccw"""
+"""Rows to copy if those of the log cannot be written as lines."""
+
+
+def _with_unloaded_run(readings: Readings, lab: changes.Lab) -> str:
+    """Write the header, the first run and one without a weight, with directions."""
+    [change] = changes.CHANGES["unloaded_run"](lab)
+    mark, rows = rows_to_add(readings, change.measured or lab.measured, [-1])
+    if SENSE not in readings.columns:
+        for cells, text in zip(rows, (SENSE, "ccw", "ccw"), strict=False):
+            cells.append(text)
+    return "\n".join([mark.join(cells) for cells in rows])
+
+
+def rows_to_add(
+    readings: Readings, measured: Measurements, runs: Sequence[int]
+) -> tuple[str, list[list[str]]]:
+    """Write runs in the columns of a log.
+
+    Parameters
+    ----------
+    readings : Readings
+        The log.
+    measured : Measurements
+        Its runs and more, such as those of a plan.
+    runs : sequence of int
+        Indices of the runs to write, in `measured`.
+
+    Returns
+    -------
+    mark : str
+        The sign between the cells of the log.
+    rows : list of list of str
+        The cells of the header, of the first run as typed, and of `runs`; empty if a run
+        is not one line of the log, or has readings that do not follow from `measured`.
+    """
+    timing = timing_column(readings.columns)
+    mark, headers, first = _first_rows(readings, timing.header)
+    columns: dict[str, Column] = {}
+    values: dict[str, Floats] = {}
+    for column in (*readings.columns.values(), timing):
+        role = column.role.removesuffix("_start").removesuffix("_end")
+        if column.header in headers and role in DERIVED:
+            columns[column.header] = column
+            with np.errstate(invalid="ignore"):
+                values[column.header] = np.nan_to_num(DERIVED[role](measured))
+    there = {"position", *[column.role for column in columns.values()]}
+    if missing_roles(there, there, loaded=True) or len(first) != len({*headers}):
+        return mark, []
+    rows = [headers, first]
+    for run in runs:
+        cells = dict.fromkeys(headers, "")
+        for header, column in columns.items():
+            cells[header] = _cell_text(column, values[header][run])
+        rows.append([*cells.values()])
+    return mark, rows
+
+
+def _first_rows(readings: Readings, title: str) -> tuple[str, list[str], list[str]]:
+    """Return the sign between the cells of a log, its header, and its first run.
+
+    The header is the first line that contains `title`.
+    """
+    lines = split_lines(readings.source_text)
+    header = next((line for line in lines if title in line), "")
+    mark = max(";\t,", key=header.count)
+    first = "".join(lines[readings.lines[0] - 1 : readings.lines[0]])
+    return mark, [cell.strip(' "') for cell in header.split(mark)], first.split(mark)
+
+
+def _cell_text(column: Column, value: float) -> str:
+    """Write a value [SI unit] like the first cell of a column, with three digits."""
+    number = float(f"{value / unit_size(column):.3g}")
+    is_plain = PLAIN.fullmatch(column.readings[0].text) or column.role == "turns"
+    return f"{number:g}" if is_plain else f"{number:g} {column.unit}"
 
 
 def _times_and_falls(

@@ -18,10 +18,10 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, without_loads
 from gyrodata.measurements.sources import Source, spin_columns, timing_column, values_of
-from gyrodata.physics import RPM, Floats
+from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.quantities.units import Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
-from gyrodata.readings.lablog import listing
+from gyrodata.readings.lablog import Faults, listing
 
 
 def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -77,33 +77,34 @@ def _compare(
     """Compare a column with the value that follows from the readings."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         meant = np.abs(DERIVED[column.role](measured))
-    runs = _runs_that_disagree(column, meant)
-    if not runs:
+    first, mean = _means_of_cells(column, measured, meant)
+    values = np.abs(values_of(column))[first]
+    limit = np.maximum(0.05 * mean, 2 * np.array(column.steps)[first])
+    wrong = np.flatnonzero(np.abs(values - mean) > limit)
+    if not len(wrong):
         return
-    first = runs[0]
     yield readings.say(
         "derived_column_disagrees",
-        column.cell(first),
+        column.cell(int(first[wrong[0]])),
         header=column.header,
-        ratio=abs(column.readings[first].value or math.nan) / meant[first],
-        runs=measured.run_words(runs),
+        ratio=(values / mean)[wrong[0]],
+        lines=[measured.lines[run] for run in first[wrong]],
         role=column.role,
     )
 
 
-def _runs_that_disagree(column: Column, meant: Floats) -> list[int]:
-    """List the runs that deviate by more than 5 % and two last digits.
+def _means_of_cells(
+    column: Column, measured: Measurements, meant: Floats
+) -> tuple[Integers, Floats]:
+    """Return the first run of each cell in each row, and the mean of `meant` there.
 
-    A reading that is used for several runs is compared once.
+    A cell has several runs in a row with repeats: the mean of t1, t2 and t3.
     """
-    with np.errstate(invalid="ignore"):
-        gap = np.abs(np.abs(values_of(column)) - meant)
-        wrong = gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))
-    compared = np.flatnonzero(np.isfinite(gap))
-    _, first = np.unique(np.array(column.spots)[compared], return_index=True)
-    once = np.sort(compared[first])
-    runs: list[int] = once[wrong[once] & (meant[once] > 0)].tolist()
-    return runs
+    compared = np.flatnonzero(np.isfinite(meant) & (meant > 0))
+    places = np.array([column.spots, measured.lines])[:, compared]
+    _, first, cells = np.unique(places, axis=1, return_index=True, return_inverse=True)
+    cells = cells.ravel()
+    return compared[first], np.bincount(cells, meant[compared]) / np.bincount(cells)
 
 
 def _find_fast_precession(
@@ -256,7 +257,9 @@ def _rows(readings: Readings, measured: Measurements, timing: Column) -> dict[in
 def _say_copied(readings: Readings, groups: Iterable[list[int]]) -> Diagnostic:
     """Name the lines of identical rows."""
     copied = [lines for lines in groups if len(lines) > 1]
-    shown = [f"lines {' and '.join(map(str, lines))}" for lines in copied]
+    # Of joined logs, it names each line in its own file.
+    where = Faults(readings.name, sheets=readings.sheets)
+    shown = [where.span(lines).replace(", ", " and ") for lines in copied]
     place = Place(copied[0][1], 1)
     return readings.say("rows_identical", place, lines=listing(shown))
 

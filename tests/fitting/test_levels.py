@@ -5,7 +5,9 @@ All logs are simulated: 9 or 15 runs at 15 cm, true I_zz 4.44e-3 kg·m².
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -36,6 +38,23 @@ mass [g],position [cm],spin [rpm],time [s],turns
 60.0,15.0,202,6.47,1
 60.0,15.0,384,12.65,1
 60.0,15.0,630,20.45,1
+"""
+
+
+ROWS_OF_EXCHANGED = """\
+mass [g],position [cm],spin [rpm],turns,time [s]
+A,15.3,181,1/3,2.61
+A,15.3,261,1/3,3.74
+A,15.3,195,1/3,3.04
+40.1,15.3,458,1/3,5.18
+40.1,15.3,273,1/3,2.88
+40.1,15.3,584,1/3,6.5
+B,15.3,531,1/3,4.06
+B,15.3,271,1/3,1.7
+B,15.3,528,1/3,3.42
+79.7,15.3,475,1/3,2.73
+79.7,15.3,666,1/3,3.79
+79.7,15.3,416,1/3,2.1
 """
 
 
@@ -133,6 +152,30 @@ def test_the_weight_that_differs_is_named() -> None:
     found = analyze(lab(1, (20, 30, 40, 50, 60), off={3: 0.25}))
     (first, *_) = [each for each in found.explanations if each.kind == "weight"]
     assert "all 3 runs of 50.0 g at 15.0 cm" in first.words
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_weight_without_which_the_others_agree_is_named() -> None:
+    named = 0
+    for seed, odd in product(range(4), range(4)):
+        masses = (15, 25, 40, 60)
+        log = lab(seed, masses, off={odd: 0.15})
+        said = re.search("without (.*) g at .* the others agree", finding(fitted(log)))
+        if said:
+            named += 1
+            assert float(said[1]) == masses[odd]
+    assert named >= 4
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_difference_of_m0_that_is_not_in_the_fit_has_no_size() -> None:
+    exchanged = ROWS_OF_EXCHANGED.replace("A", "60.0").replace("B", "29.6")
+    said = finding(fitted(exchanged))
+    assert "M0 differs between them with a probability" in said
+    assert "mN·m" not in said
+    assert "u includes this" not in said
 
 
 @pytest.mark.filterwarnings("ignore")

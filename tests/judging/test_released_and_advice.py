@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -172,19 +175,81 @@ def with_direction(loaded: str, unloaded: str) -> str:
     return f"{first}1/3,{loaded}\n{rest}0,,402,100,1/20,{unloaded}\n"
 
 
+def rows_to_copy(told: str) -> list[str]:
+    """Return the header and the two rows that G454 shows."""
+    shown = told.partition("G454")[2].partition("to copy:\n")[2]
+    return [line.strip() for line in shown.splitlines()[:3]]
+
+
+OWN_COLUMNS = {
+    "an angle": (
+        "mass [g],position [cm],spin [rpm],angle [deg],time [s]",
+        lambda mass, spin, turns, time: [mass, 14.8, spin, 360 * turns, time],
+    ),
+    "decimal commas, a note, another order": (
+        "note;time [s];turns;spin [Hz];mass [g];position [mm]",
+        lambda mass, spin, turns, time: [
+            *("good", time, round(turns, 4), round(spin / 60, 2), mass, 148)
+        ],
+    ),
+    "spins at the start and the end": (
+        "run,mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns",
+        lambda mass, spin, turns, time: [
+            *(time, mass, 14.8, spin + 3, spin - 3, time, round(turns, 4))
+        ],
+    ),
+    "periods": (
+        "mass [g],position [cm],spin_period [s],precession_period [s]",
+        lambda mass, spin, turns, time: [mass, 14.8, 60 / spin, time / turns],
+    ),
+    "units in the cells": (
+        "mass,position,spin,turns,time",
+        lambda mass, spin, turns, time: [
+            *(f"{mass} g", "14.8 cm", f"{spin} rpm", round(turns, 4), f"{time} s")
+        ],
+    ),
+}
+
+
+def in_columns(header: str, row: Callable[..., list[Any]]) -> str:
+    """Write the runs of `README` in other columns."""
+    mark = ";" if ";" in header else ","
+    lines = [header]
+    for line in README.splitlines()[2:]:
+        mass, _, spin, time, turns = line.split(",")
+        cells = row(float(mass), float(spin), float(Fraction(turns)), float(time))
+        text = mark.join(map(str, cells))
+        lines.append(text.replace(".", ",") if mark == ";" else text)
+    return "\n".join([*lines, ""])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", OWN_COLUMNS)
+def test_run_without_a_weight_is_added_as_the_hint_says(form: str) -> None:
+    log = in_columns(*OWN_COLUMNS[form])
+    header, loaded, unloaded = rows_to_copy(gyro("check", "-", stdin=log).stdout)
+    first = log.splitlines()[:2]
+    mark = header.removeprefix(first[0])[0]
+    assert header == f"{first[0]}{mark}precession_sense"
+    assert loaded == f"{first[1]}{mark}ccw"
+    lines = [header, loaded, *log.splitlines()[2:], unloaded, ""]
+    before = analyze_briefly(log.encode())
+    after = analyze_briefly("\n".join(lines).encode())
+    assert len(after.run_table) == len(before.run_table) + 1
+    assert after.run_table[-1].torque == 0
+    assert after.inertia.u < before.inertia.u
+    assert "G454" not in gyro("check", "-", stdin="\n".join(lines)).stdout
+
+
 class TestDirection:
     @pytest.mark.slow
     def test_hint_of_check_is_followed(self) -> None:
         told = gyro("check", "-", stdin=README).stdout
-        header, loaded, unloaded = (
-            line.strip() for line in told.partition("G454")[2].splitlines()[2:5]
-        )
-        assert (
-            header
-            == "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"
-        )
-        assert loaded.endswith(",ccw")
-        assert unloaded == "0,,400,180,1/20,ccw"
+        header, loaded, unloaded = rows_to_copy(told)
+        first = README.splitlines()[1:3]
+        assert header == f"{first[0]},precession_sense"
+        assert loaded == f"{first[1]},ccw"
+        assert unloaded.endswith(",ccw")
         now, then = map(
             float, re.search(r"from ([\d.]+) % to ([\d.]+) %", told).groups()
         )

@@ -50,6 +50,10 @@ SLIPS = [
     (5, "time", "130.9", f"time 13.09 s would fit, not 130.9{POINT}"),
     (5, "time", "31.09", f"time 13.09 s would fit, not 31.09{DIGITS}"),
     (9, "time", "80.03", "time 20.03 s would fit, not 80.03 (is it a minute less?)"),
+    (8, "time", "2.90", "time 12.90 s would fit, not 2.90 (is a digit missing?)"),
+    (5, "time", "113.09", "time 13.09 s would fit, not 113.09 (is a digit doubled?)"),
+    (5, "spin", "94", "spin 394 rpm would fit, not 94 (is a digit missing?)"),
+    (5, "spin", "3394", "spin 394 rpm would fit, not 3394 (is a digit doubled?)"),
     (5, "spin", "39.4", f"spin 394 rpm would fit, not 39.4{POINT}"),
     (5, "spin", "6.567", "spin 394.02 rpm would fit, not 6.567 (is it in Hz?)"),
     (
@@ -84,6 +88,20 @@ def test_each_cell_that_is_named_gives_the_answer(
         assert (
             abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
         )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digits", [1, 2])
+def test_every_value_proposed_for_a_short_time_is_accepted(digits: int) -> None:
+    for run, row in enumerate(ROWS.splitlines(), start=1):
+        typed = row.split(",")[COLUMNS["time"]][digits:]
+        if not "1" <= typed[0] <= "9":
+            continue
+        found = analyze_briefly(log((run, "time", typed)))
+        (reason,) = [each.reason for each in found.run_table if each.flagged]
+        for number in re.findall(r"time ([\d.]+) s would fit", reason):
+            corrected = analyze_briefly(log((run, "time", number)))
+            assert not any(each.flagged for each in corrected.run_table), reason
 
 
 def odd(text: str) -> set[str]:

@@ -432,6 +432,30 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
     ] == [True, False, True]
 
 
+REPEATED = "mass [g],position [cm],spin [rpm],turns,t1 [s],t2 [s],t3 [s],mean t [s]\n"
+
+
+def repeated(seed: int, factor: float = 1.0) -> str:
+    """Write short times that scatter, with their mean times a factor in row 3."""
+    random = np.random.default_rng(seed)
+    rows = [REPEATED]
+    for number in range(1, 7):
+        times = np.round(1.4 * number**0.5 + random.normal(0, 0.15, 3), 2)
+        mean = times.mean() * (factor if number == 3 else 1)
+        cells = ",".join([f"{time:.2f}" for time in (*times, mean)])
+        rows.append(f"60.3,14.0,{200 * number**0.5:.0f},1/3,{cells}\n")
+    return "".join(rows)
+
+
+@pytest.mark.slow
+def test_mean_of_repeated_times_is_compared_with_their_mean() -> None:
+    for seed in range(8):
+        assert not found(repeated(seed), "G401")
+        (warning,) = found(repeated(seed, 3.0), "G401")
+        assert warning.message.startswith('"mean t [s]" is 3')
+        assert "from the readings in line 4;" in warning.message
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("log", "code", "line", "words"),

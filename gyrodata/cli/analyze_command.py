@@ -162,7 +162,7 @@ def analyze(
         # Data go to standard output without --out too.
         out = None
     parts = terminal.in_parts(logs, together, form)
-    _refuse_contradictions(form, table, out)
+    _refuse_contradictions(form, table, out, no_report)
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -180,8 +180,6 @@ def analyze(
     has_report = not no_report and _goes_with_report(form, out, file)
     if opened and not has_report:
         terminal.refuse("open_without_report")
-    if no_report and out is not None and file is None:
-        terminal.refuse("folder_without_report", out=out)
     output = _Output(
         form=form,
         table=table,
@@ -216,12 +214,16 @@ def _goes_with_report(form: Format, out: Path | None, file: Path | None) -> bool
     return file is None
 
 
-def _refuse_contradictions(form: Format, table: Table, out: Path | None) -> None:
+def _refuse_contradictions(
+    form: Format, table: Table, out: Path | None, no_report: bool
+) -> None:
     """Refuse options that contradict each other."""
     if table != "runs" and form != "csv":
         terminal.refuse("table_for_csv", table=table)
     if out is not None:
         _refuse_file_for_report(out, form)
+        if no_report and _data_file(out, form) is None:
+            terminal.refuse("folder_without_report", out=out)
 
 
 def _refuse_file_for_report(out: Path, form: Format) -> None:

@@ -14,7 +14,7 @@ from gyrodata.cli.new_table import write_table
 from gyrodata.cli.terminal import columns, tell, write_answer
 
 if TYPE_CHECKING:
-    from gyrodata.readings import Readings
+    from gyrodata.readings import Column, Readings
     from gyrodata.results import Analysis, FittedLog
     from gyrodata.trials.plan import Plan, PlannedRun
 
@@ -243,7 +243,6 @@ def _in_columns_of(log: FittedLog, runs: Sequence[PlannedRun]) -> list[str]:
 
     from gyrodata.judging.procedure import SENSE, rows_to_add
     from gyrodata.measurements import select
-    from gyrodata.readings.roles import COUNTS, LOADS
 
     there = log.readings.columns
     if not {"mass", "position"} <= there.keys() or log.readings.position_from:
@@ -252,18 +251,29 @@ def _in_columns_of(log: FittedLog, runs: Sequence[PlannedRun]) -> list[str]:
     planned = select(log.measurements, [0] * len(runs))
     planned = replace(planned, mass=values[0], position=values[1], turns=values[2])
     mark, rows = rows_to_add(log.readings, planned, range(len(runs)))
+    if not rows:
+        return []
     columns = {column.header: column for column in there.values()}
-    loads = [*zip(log.measurements.mass, log.measurements.position, strict=True)]
-    for run, cells in zip(runs, rows[2:], strict=False):
-        load = run.mass, run.position
+    known = zip(log.measurements.mass, log.measurements.position, strict=True)
+    like = {load: run for run, load in enumerate(known)}
+    for run, cells in zip(runs, rows[2:], strict=True):
+        number = like.get((run.mass, run.position))
         for at, header in enumerate(rows[0]):
-            role = columns[header].role if header in columns else ""
-            if role in LOADS and load in loads:
-                # With the digits of the log.
-                cells[at] = columns[header].readings[loads.index(load)].text
-            elif role not in LOADS and not (role in COUNTS and run.mass):
-                cells[at] = ""
-    if SENSE not in there:
-        for cells in rows:
-            cells.append(SENSE if cells is rows[0] else "")
-    return [mark.join(cells) for cells in rows[:1] + rows[2:]]
+            cells[at] = _cell(columns.get(header), run, number, cells[at])
+    blank, sense = ("", "") if SENSE in there else (mark, SENSE)
+    header, _, *lines = [mark.join(cells) + blank for cells in rows]
+    return [header + sense, *lines]
+
+
+def _cell(column: Column | None, run: PlannedRun, like: int | None, text: str) -> str:
+    """Return a cell of a planned run; what is measured in the run is blank.
+
+    `like` is a run of the log with the same load, whose cells have the digits of the log.
+    """
+    from gyrodata.readings.roles import COUNTS, LOADS
+
+    role = column.role if column else ""
+    if column and role in LOADS and like is not None:
+        return column.readings[like].text
+    # Without a weight, nobody knows how far the rod will turn.
+    return text if role in LOADS or (role in COUNTS and run.mass) else ""

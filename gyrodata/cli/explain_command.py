@@ -163,8 +163,10 @@ def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
     ]
     if pages:
         hints.append(f"these pages contain it: {', '.join(pages)}")
-    hint = "; ".join(hints) or "gyro explain lists pages, words and codes"
-    refuse("nothing_to_explain", asked=asked, hint=hint)
+    hints = hints or [
+        f"gyro explain lists words, and codes such as {diagnostics.NO_UNLOADED_RUN}"
+    ]
+    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints))
 
 
 def _settings_here() -> str:

@@ -100,6 +100,8 @@ def analyze(
     logs: Any = [log]
     if together:
         insist_on_type("log", log, list | tuple, "a list of logs with together=True")
+        if not log:
+            raise ValueError("log is an empty list; pass one log or more")
         logs = log
     read = [
         read_log(each, name=name, settings=settings, mapping=mapping, config=config)

@@ -183,6 +183,18 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
     (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
     (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "be above zero"),
+    (lambda g: g.analyze([], together=True), ValueError, "one log or more"),
+    (lambda g: g.simulate(noise={"u_time": 0.1}), TypeError, "is an Uncertainty"),
+    (
+        lambda g: g.simulate(design=g.Design(masses=0.02)),
+        TypeError,
+        "weight is a tuple",
+    ),
+    (lambda g: g.Uncertainty(-1.0), ValueError, "0 or more"),
+    (lambda g: g.Uncertainty(math.nan), ValueError, "0 or more"),
+    (lambda g: g.Uncertainty("0.1 s"), TypeError, "a number in SI"),
+    (lambda g: g.fit_line([1, 2], [1, 2], intercept="no"), TypeError, "True or False"),
+    (lambda g: g.grade(SAMPLE.parent, workers=-1), ValueError, "0 or more"),
     (lambda g: g.grade(3), TypeError, "the path of a folder"),
     (lambda g: g.selfcheck(SAMPLE), TypeError, "result of analyze"),
 ]
@@ -195,6 +207,16 @@ def test_a_wrong_argument_is_refused(
 ) -> None:
     with pytest.raises(kind, match=words):
         call(gyrodata)
+
+
+@pytest.mark.slow
+def test_rubric_of_the_package_has_a_name() -> None:
+    usual, full, simple = (
+        gyrodata.grade(SAMPLE.parent / "class", rubric).rubric
+        for rubric in (None, "full", "simple")
+    )
+    assert usual == full
+    assert len(simple.criteria) < len(full.criteria)
 
 
 USERS = TESTS / "support" / "users_script.py"

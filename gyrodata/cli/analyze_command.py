@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import re
 import sys
 import time
 from collections import Counter
@@ -40,6 +39,9 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
+
+REPORT = ("report.html", "results.json", "runs.csv", *DOCUMENTS.values())
+"""Files of a report, which could be logs; the page shows that a folder is a report."""
 
 FILE_TYPES = {".pdf", ".html", ".txt", ".md", ".tex", ".docx", ".xlsx", ".png", ".svg"}
 FILE_TYPES |= {".json", ".ndjson", ".jsonl", ".csv"}
@@ -160,7 +162,7 @@ def analyze(
         # Data go to standard output without --out too.
         out = None
     parts = terminal.in_parts(logs, together, form)
-    _refuse_contradictions(form, table, out)
+    _refuse_contradictions(form, table, out, no_report)
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -212,12 +214,16 @@ def _goes_with_report(form: Format, out: Path | None, file: Path | None) -> bool
     return file is None
 
 
-def _refuse_contradictions(form: Format, table: Table, out: Path | None) -> None:
+def _refuse_contradictions(
+    form: Format, table: Table, out: Path | None, no_report: bool
+) -> None:
     """Refuse options that contradict each other."""
     if table != "runs" and form != "csv":
         terminal.refuse("table_for_csv", table=table)
     if out is not None:
         _refuse_file_for_report(out, form)
+        if no_report and _data_file(out, form) is None:
+            terminal.refuse("folder_without_report", out=out)
 
 
 def _refuse_file_for_report(out: Path, form: Format) -> None:
@@ -285,11 +291,13 @@ def _analyze_part(
     options = replace(options, config=reader.name_of_constants(logs[0].path))
     name = " + ".join(log.name for log in logs)
     folder = output.folder_of(logs, below)
+    output.refuse_to_replace_data(logs, folder)
     readings = None
     try:
         readings = reader.read(logs)
         analysis = analyze_readings(readings, options)
-        text = output.text_of(analysis, below, folder is not None)
+        command = reader.command_for(logs)
+        text = output.text_of(analysis, below, folder is not None, command)
     except Exception as error:
         findings, code = terminal.explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
@@ -343,8 +351,24 @@ class _Output(Struct):
             return below
         return self.out / below if self.several else self.out
 
-    def text_of(self, analysis: Analysis, below: Path, has_report: bool) -> str:
-        """Write an analysis in the format of the command."""
+    def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
+        """Refuse an output that would replace a log, or other data of the user."""
+        outputs = [self.file] if self.file else []
+        if folder is not None:
+            outputs = [folder / name for name in REPORT]
+            if not outputs[0].exists() and any(out.exists() for out in outputs):
+                terminal.refuse("folder_with_data", out=folder)
+        sources = {Path(log.path).resolve() for log in logs}
+        if not sources.isdisjoint([out.resolve() for out in outputs]):
+            terminal.refuse("out_is_the_log", out=self.out)
+
+    def text_of(
+        self, analysis: Analysis, below: Path, has_report: bool, command: str
+    ) -> str:
+        """Write an analysis in the format of the command.
+
+        `command` is what a user types for the full report.
+        """
         from gyrodata.reporting.data import json_text, table_rows
 
         after = "\n" * self.several
@@ -355,9 +379,7 @@ class _Output(Struct):
         if self.form == "text":
             from gyrodata.reporting.text import summary
 
-            is_one_word = re.fullmatch(r"[\w./-]+", analysis.name)
-            log = analysis.name if is_one_word else "LOG"
-            more = f"More: gyro analyze {log} -v"
+            more = f"More: {command} -v"
             more += ", or open the HTML report" * has_report
             return summary(analysis, self.verbose, more, terminal.columns()) + after
         if self.form == "markdown":

@@ -23,8 +23,21 @@ from gyrodata.cli.terminal import refuse, write_text
 if TYPE_CHECKING:
     from gyrodata.base.errors import Diagnostic
 
-COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "template")
-"""First words of examples that are commands."""
+COMMANDS = (
+    "analyze",
+    "benchmark",
+    "check",
+    "demo",
+    "explain",
+    "grade",
+    "plan",
+    "predict",
+    "schema",
+    "selfcheck",
+    "simulate",
+    "template",
+)
+"""Words that are commands, also in examples."""
 
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
@@ -135,20 +148,25 @@ def _about_word(topic: str, names: str, text: str) -> str:
 
 
 def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
-    """Propose the nearest name, or the pages that contain the words."""
+    """Propose the nearest name, the pages that contain the words, or a help."""
     from difflib import get_close_matches
 
-    near = get_close_matches(name, topics, n=1)
-    if near:
-        refuse("page_misspelt", asked=asked, near=topics[near[0]])
+    # Below 0.8, "analyze" would be near to "angle".
+    near = get_close_matches(name, topics, n=1, cutoff=0.8)
+    hints = [f"did you mean {topics[topic]}?" for topic in near]
+    if name in COMMANDS:
+        hints.append(f"for the options of the command: gyro {name} --help")
     pages = [
         page
         for page in documentation.PAGES
         if asked.lower() in documentation.page_text(page).lower()
     ]
     if pages:
-        refuse("page_of_word", asked=asked, pages=", ".join(pages))
-    refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
+        hints.append(f"these pages contain it: {', '.join(pages)}")
+    hints = hints or [
+        f"gyro explain lists words, and codes such as {diagnostics.NO_UNLOADED_RUN}"
+    ]
+    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints))
 
 
 def _settings_here() -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from msgspec import Struct
 
-from gyrodata.base.disk import telling, write_whole
+from gyrodata.base.errors import printable
 from gyrodata.cli.terminal import Log, named_logs, refuse, source_of, tell
 
 if TYPE_CHECKING:
@@ -57,22 +58,14 @@ Bound = Literal[
 
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
-    """Split KEY=VALUE options; the last value of a key is used."""
-    form, example = "ROLE=HEADER", 'time="T (s)"'
-    if option == "--set":
-        form, example = "KEY=VALUE", "turns=1/3"
+    """Split KEY=VALUE options; a key with two values is refused."""
     values: dict[str, str] = {}
     for item in texts or []:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
-            refuse(
-                "option_not_a_pair",
-                option=option,
-                item=item,
-                form=form,
-                example=example,
-            )
-        values[key] = value
+            refuse("option_not_a_pair", option=option, item=item)
+        if values.setdefault(key, value) != value:
+            refuse("option_given_twice", option=option, key=key)
     return dict(sorted(values.items()))
 
 
@@ -115,6 +108,16 @@ class Reader(Struct, frozen=True):
         from gyrodata.readings.together import read_together
 
         return read_together([self._read_log(log) for log in logs])
+
+    def command_for(self, logs: Sequence[Log]) -> str:
+        """Return the command that analyzes these logs with these options."""
+        words = ["gyro analyze", *[word_of_file(log.path) for log in logs]]
+        words += ["--together"] * (len(logs) > 1)
+        options = [f"--set={key}={value}" for key, value in self.settings.items()]
+        options += [f"--map={key}={value}" for key, value in self.mapping.items()]
+        if self.config is not None:
+            options.append(f"--config={self.config}")
+        return printable(" ".join([*words, *map(word_of_shell, options)]))
 
     def _read_log(self, log: Log) -> Readings:
         constants = self.constants_of(log.path)
@@ -172,6 +175,20 @@ def settings_file(folder: Path | None) -> Path | None:
         if place == Path.home() or (place / ".git").exists():
             break
     return None
+
+
+def word_of_file(path: str) -> str:
+    """Return the name of a file as a word of a command; LOG for standard input."""
+    if path == "-":
+        return "LOG"
+    return word_of_shell(f"./{path}" if path.startswith("-") else path)
+
+
+def word_of_shell(text: str) -> str:
+    """Return a text as one word of a command, in quotes if it needs them."""
+    word = shlex.quote(text)
+    # Double quotes are right in every shell, but some signs have a meaning in them.
+    return word if re.search(r"[\"'$`!\\]", text) else word.replace("'", '"')
 
 
 def stem_of(log: Path) -> str:
@@ -282,11 +299,3 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
             unit=unit,
         )
     return value
-
-
-def write_new(out: Path, data: bytes) -> None:
-    """Write a table to fill in; a file that exists may contain data, and stays."""
-    if out.exists():
-        refuse("template_exists", out=out)
-    with telling(out):
-        write_whole(out, [data])

@@ -51,7 +51,9 @@ class Door(TyperGroup):
         return code
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Print the help if there are no arguments."""
+        """Print the help if there are no arguments; refuse an empty one."""
+        if "" in args:
+            refuse("empty_word")
         return super().parse_args(ctx, args or ["--help"])
 
 
@@ -113,10 +115,13 @@ def _hint_from_options(context: Any, message: str, wrong: str) -> str:
     for option in context.command.params:
         if wrong in (option.type_descriptor.choices or ()):
             return f"did you mean {option.opts[0]} {wrong}?"
+        name = message.rpartition("(")[2].rstrip(")")
         is_extra = message.startswith("got unexpected extra argument")
-        if is_extra and "--out" in option.opts:
-            name = message.rpartition("(")[2].rstrip(")")
+        # A file that exists is another log, not the name for the output.
+        if is_extra and "--out" in option.opts and not Path(name).exists():
             return f"to write a file: {context.command_path} --out {name}"
+    if wrong in ("out", "o"):
+        return "to write a file, add this at the end: > FILE"
     return ""
 
 
@@ -223,9 +228,10 @@ def for_stream(text: str, stream: Any) -> str:
 def _wrapped(text: str, stream: Any) -> str:
     """Wrap long lines between words at the width of a terminal.
 
-    Texts for other streams stay the same.
+    Texts for other streams stay the same, and pages, which have their width and their
+    colours already.
     """
-    if not stream.isatty():
+    if not stream.isatty() or "\033" in text:
         return text
     width = shutil.get_terminal_size().columns
     return "\n".join([_wrap_line(line, width) for line in text.split("\n")])

@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from gyrodata.base.errors import insist_on_type
 from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.physics import Floats
 
@@ -113,6 +114,7 @@ def fit_line(
     true points; uncertainties use derivatives at the adjusted points, not at the
     observed ones.
     """
+    insist_on_type("intercept", intercept, bool, "True or False")
     xs = np.asarray(x, dtype=float)
     ys = np.asarray(y, dtype=float)
     stated = any(cov is not None for cov in (cov_x, cov_y, cov_xy))

@@ -47,7 +47,7 @@ from gyrodata.grading.roster import (
     find_partners,
     partners_by_log,
 )
-from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
+from gyrodata.grading.rubric import BUILT_IN, Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.sections import SectionFigures, section_figures
 from gyrodata.grading.stations import StationFigures, each_log_once, station_figures
 from gyrodata.grading.submissions import (
@@ -110,7 +110,8 @@ def grade(
         A folder with a folder or file for each student, or the folder or zip that a
         platform gives.
     rubric : path, optional
-        The rubric, TOML; the built-in one if none is given.
+        The rubric, TOML, or the name of a built-in one: "full", the usual one, "simple"
+        or "manual".
     workers : int
         Processes; with 0 everything is done in this one, and nothing stops a submission
         that hangs.
@@ -133,14 +134,16 @@ def grade(
     insist_on_type("source", source, str | os.PathLike, "the path of a folder or a zip")
     insist_on_type("rubric", rubric, str | os.PathLike | None, "the path of a rubric")
     insist_on_type("workers", workers, int, "a number of processes")
-    text = default_rubric_text().encode()
-    name = "built-in rubric"
-    if rubric is not None:
-        text = Path(rubric).read_bytes()
-        name = Path(rubric).name
+    if workers < 0:
+        raise ValueError(f"workers is {workers}; it must be 0 or more")
+    kind = str(rubric or "full")
+    is_built_in = kind in BUILT_IN
+    text = (
+        default_rubric_text(kind).encode() if is_built_in else Path(kind).read_bytes()
+    )
     return grade_class(
         list_submissions(Path(source)),
-        read_rubric(text, name),
+        read_rubric(text, Path(kind).name),
         GradingOptions(workers=workers),
     )
 

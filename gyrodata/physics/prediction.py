@@ -502,4 +502,7 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     if answer.notes:
         lines += ["", "Not given, so assumed:"]
         lines += [f"  {note}" for note in answer.notes]
-    return "\n".join(lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    for name, words in TEXTS["names"].items():
+        text = text.replace(name, words)
+    return text

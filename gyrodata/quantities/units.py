@@ -17,12 +17,14 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, convert
 
 from gyrodata.base import diagnostics
+from gyrodata.base.errors import insist_on_type
 from gyrodata.quantities import vocabulary
 
 if TYPE_CHECKING:
@@ -63,10 +65,21 @@ class Uncertainty(Struct, frozen=True):
         Fixed part [SI unit of the role].
     relative : float
         Part proportional to the reading [1].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a part is not a number, or is below zero.
     """
 
     absolute: float = 0.0
     relative: float = 0.0
+
+    def __post_init__(self) -> None:
+        for part in (self.absolute, self.relative):
+            insist_on_type("u", part, Real, "a number in SI")
+            if not part >= 0:
+                raise ValueError(f"u is 0 or more, not {part}")
 
     def at(self, value: float) -> float:
         """Return the standard uncertainty of one reading."""

@@ -359,3 +359,12 @@ class TestFix:
             for name in ("log-fixed.csv", "log.csv")
         )
         assert (again.value, again.u) == pytest.approx((clean.value, clean.u), rel=1e-9)
+
+
+def test_line_of_the_answer_is_not_called_a_remark(tmp_path: Path) -> None:
+    log = tmp_path / "lab.csv"
+    answer = "# my_inertia: 4.40e-3 ± 0.04e-3 kg m^2\n# my_remark: 3\n"
+    log.write_text(answer + gyrodata.sample().read_text("utf-8"), "utf-8")
+    done = CliRunner().invoke(app, ["check", "--hand-in", str(log)])
+    assert "read from lab.csv, line 1" in done.stdout
+    assert "# my_inertia" not in done.stdout

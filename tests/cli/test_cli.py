@@ -260,3 +260,114 @@ def test_constants_of_the_apparatus_are_next_to_the_log(
         json.loads(typed("analyze demo.csv -f json").stdout)["options"]["config"]
         == "gyro.toml"
     )
+
+
+# --- outputs that would replace data, and names of outputs ---
+
+
+@pytest.mark.parametrize(
+    ("line", "log"),
+    [
+        ("analyze {log} -f csv -o {log}", "log.csv"),
+        ("analyze demo.csv {log} -f csv -o {log}", "log.csv"),
+        ("analyze {log} -f json -o ./{log}", "log.json"),
+        ("analyze {log} -o .", "runs.csv"),
+        ("analyze {log} -o d", "d/runs.csv"),
+        ("analyze demo.csv -o d", "d/runs.csv"),
+        ("analyze demo.csv -f markdown -o d", "d/results.json"),
+    ],
+)
+def test_output_never_replaces_a_log(
+    line: str, log: str, typed: Callable[..., Result]
+) -> None:
+    Path(log).parent.mkdir(exist_ok=True)
+    Path(log).write_bytes(SAMPLE.read_bytes())
+    before = sorted(Path().rglob("*"))
+    done = typed(line.format(log=log))
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "error G603" in done.stderr
+    assert "so that your data are not lost" in done.stderr
+    assert Path(log).read_bytes() == SAMPLE.read_bytes()
+    assert sorted(Path().rglob("*")) == before
+
+
+@pytest.mark.slow
+def test_report_replaces_an_older_report(typed: Callable[..., Result]) -> None:
+    for _ in range(2):
+        assert typed("analyze demo.csv -o report").exit_code == 0
+    done = typed("analyze report/runs.csv -o report")
+    assert "would replace the log" in done.stderr
+
+
+TABLES = ("template", "plan demo.csv --minutes 5")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", TABLES)
+def test_table_has_the_format_of_its_name(
+    command: str, typed: Callable[..., Result]
+) -> None:
+    text = typed(f"{command} --out -").stdout
+    assert "mass [g],position [cm]" in text
+    assert not Path("-").exists()
+    for name in ("table.csv", "table.TXT"):
+        assert typed(f"{command} --out {name}").exit_code == 0
+        assert Path(name).read_text(encoding="utf-8") == text
+    assert typed(f"{command} --out table.xlsx").exit_code == 0
+    sheet = openpyxl.load_workbook("table.xlsx").active
+    assert sheet.max_row == len(text.splitlines())
+    for name in ("table", "table.ods", "table.json"):
+        done = typed(f"{command} --out {name}")
+        assert (done.exit_code, Path(name).exists()) == (2, False)
+        assert "error G638" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("my log.csv", "", ' "my log.csv"'),
+        ("./-dash.csv", "", " ./-dash.csv"),
+        ("it's $5.csv", "", "$5"),
+        ("b.csv", "--together", " b.csv --together"),
+        ("b.csv", "--set 'u_time=0.2 s'", ' "--set=u_time=0.2 s"'),
+    ],
+)
+def test_more_is_a_command_that_works(
+    name: str, options: str, words: str, typed: Callable[..., Result]
+) -> None:
+    Path(name).write_bytes(SAMPLE.read_bytes().replace(b"6.74", b"6.75"))
+    first = "demo.csv " * (options == "--together")
+    shown = typed(f"analyze {first}{shlex.quote(name)} --no-report {options}").stdout
+    more = shown.splitlines()[-1]
+    assert words in more
+    command = more.partition("More: gyro ")[2]
+    again = typed(f"{command} --no-report")
+    assert again.exit_code == 0
+    assert again.stdout.startswith(shown.splitlines()[0])
+    assert "Sensitivity" in again.stdout
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "words"),
+    [
+        ("analyze ''", "G610", "a word of the command is empty"),
+        ("grade ''", "G610", "give it a value"),
+        ("plan demo.csv --out ''", "G610", "a word of the command is empty"),
+        ("analyze demo.csv --no-report -o x", "G604", "leave one of the two out"),
+        ("simulate --out x.csv", "G610", "> FILE"),
+        ("simulate -o x.csv", "G610", "> FILE"),
+        ("plan demo.csv demo.csv", "G610", "see: gyro plan --help"),
+        ("analyze demo.csv --set g=9.8 --set g=9.9", "G601", "keep the value"),
+        ("analyze demo.csv --map time=a --map time=b", "G601", "keep the value"),
+    ],
+)
+def test_use_that_contradicts_itself_is_refused(
+    line: str, code: str, words: str, typed: Callable[..., Result]
+) -> None:
+    before = sorted(Path().rglob("*"))
+    done = typed(line)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert f"error {code}: " in done.stderr
+    assert words in done.stderr
+    assert sorted(Path().rglob("*")) == before

@@ -152,6 +152,14 @@ def test_every_key_of_a_log_is_explained(key: str) -> None:
         ("m0", "M0, "),
         ("THEORY.md", "# Theory"),
         ("thoery", "did you mean theory?"),
+        ("ccw", "counterclockwise"),
+        ("screw", "A, B or C"),
+        ("precession_sense", "# precession_sense: ccw"),
+        ("reported_inertia", "gyro grade"),
+        ("partner", "below its title"),
+        ("scale", "# ruler: 2"),
+        ("together", "these pages contain it: first-timer"),
+        ("analyze", "gyro analyze --help; these pages contain it: "),
         ("budgt", "did you mean budget?"),
         ("u_tme", "did you mean u_time?"),
         ("G4544", "did you mean G454?"),
@@ -160,10 +168,14 @@ def test_every_key_of_a_log_is_explained(key: str) -> None:
 )
 def test_a_name_or_the_nearest_one_is_found(asked: str, found: str) -> None:
     done = explain(asked)
-    assert (found in done.output, done.exit_code) == (
-        True,
-        2 if found.startswith(("did", "there")) else 0,
-    )
+    assert found.lower() in done.output.lower()
+    assert done.exit_code == (2 if "error G607" in done.stderr else 0)
+
+
+@pytest.mark.parametrize("word", ["student", "together", "analyze"])
+def test_a_word_that_is_not_near_has_no_proposal(word: str) -> None:
+    assert "error G607" in explain(word).stderr
+    assert "did you mean" not in explain(word).stderr
 
 
 class Terminal(io.StringIO):

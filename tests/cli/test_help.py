@@ -63,6 +63,7 @@ def test_help_is_whole(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -
     ] == []
     for param in command.params:
         if param.param_type_name == "option" and not param.hidden:
+            assert param.help, param.name
             assert " ".join((param.help or "").split()) in flowing
             assert all(
                 re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", shown)

@@ -12,6 +12,7 @@ from streams import on_terminal
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
+from gyrodata.cli.documentation import for_terminal, page_text
 
 LONG = "a note about this run that nobody can read in one line of a small terminal"
 HEAD = "# ball_mass: 5.2 kg\n# ball_diameter: 101.6 mm\n"
@@ -61,6 +62,17 @@ def test_no_line_is_broken_inside_a_word(
         # a letter takes no place.
         places = sum(not combining(sign) for sign in line)
         assert places <= width or len(line.split()) == 1, line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [80, 120])
+@pytest.mark.parametrize("page", ["first-timer", "log-format"])
+def test_page_has_whole_lines_on_a_terminal(
+    page: str, width: int, lab: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    expected = for_terminal(page_text(page), width)
+    assert on_terminal(f"explain {page}", "utf-8").decode() == expected
 
 
 @pytest.mark.slow

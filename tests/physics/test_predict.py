@@ -341,6 +341,22 @@ def test_log_gives_the_numbers_that_no_option_gives(command: str) -> None:
         assert lighter["torque"] == pytest.approx(0.02 * 0.15 * lighter["g"])
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "precession --spin 0rpm",
+        "precession --mass 0g",
+        "tip --spin 0rpm",
+        "platform --wheel-spin 0rpm",
+    ],
+)
+def test_reason_in_text_has_words_and_no_keys(line: str) -> None:
+    shown = CliRunner().invoke(app, ["predict", *line.split()]).stdout
+    assert "  no value " in shown
+    assert "_" not in shown
+    assert "0 rpm (0 rad/s) for steady" not in shown.replace("above 0", "")
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_command_without_options_names_the_values_it_assumes(command: str) -> None:
     wheel = command in ("platform", "twist")

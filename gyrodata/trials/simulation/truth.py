@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Collection
 from numbers import Real
 from typing import Any, Literal, get_args
 
@@ -166,6 +167,7 @@ def _check(truth: Truth, design: Design) -> None:
         ("turns", "turns", design.turns),
         ("spin decay", "time", (truth.decay_time,)),
     ):
+        insist_on_type(name, values, Collection, "a tuple of numbers in SI")
         for value in values:
             if value is not None:
                 _insist_on_possible(name, role, value)

@@ -101,8 +101,9 @@ def simulate(
     insist_on_type("truth", truth, Truth | None, "a Truth")
     insist_on_type("design", design, Design | None, "a Design")
     insist_on_type("noise", noise, Mapping, "a mapping of u_… keys to Uncertainty")
-    for key in noise:
+    for key, u in noise.items():
         insist_on_choice("a key of noise", key, NOISE_KEYS)
+        insist_on_type(f"noise[{key!r}]", u, Uncertainty, "an Uncertainty")
     insist_on_type("seed", seed, Integral | None, "a whole number")
     truth = truth or Truth()
     design = design or Design()
@@ -306,8 +307,8 @@ def _summary(truth: Truth, seed: int | None) -> str:
     if truth.transverse_inertia is not None:
         parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
     parts += [
-        f"residual torque {truth.imbalance!r} N*m",
-        f"timing bias {truth.timing_bias!r} s",
+        f"residual torque {truth.imbalance:.6g} N*m",
+        f"timing bias {truth.timing_bias:.6g} s",
         truth.motion,
     ]
     if truth.decay_time is not None:

@@ -1,0 +1,76 @@
+"""Tables to fill in: one writer for the commands, by the ending of the name."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+from gyrodata.base.disk import telling, write_whole
+from gyrodata.cli.options import word_of_file
+from gyrodata.cli.terminal import refuse, tell, write_out
+
+ENDINGS = (".csv", ".txt", ".xlsx")
+"""Endings of the names of tables that spreadsheets and gyro open."""
+
+
+def write_table(out: Path, text: str) -> None:
+    """Write a table to fill in; "-" is standard output.
+
+    A file that exists may contain data, and stays.
+    """
+    if out == Path("-"):
+        write_out(text)
+        return
+    ending = out.suffix.lower()
+    if ending not in ENDINGS:
+        refuse("table_of_unknown_type", out=out)
+    if out.exists():
+        refuse("template_exists", out=out)
+    with telling(out):
+        write_whole(out, [_workbook(text) if ending == ".xlsx" else text.encode()])
+    check = f"gyro check {word_of_file(str(out))}"
+    tell(f"table to fill in: {out}; after the first runs, check it: {check}")
+
+
+_CELL_FORMATS = {
+    "mass [g]": "0.00",
+    "position [cm]": "0.0",
+    "time [s]": "0.00",
+    "turns": "@",
+}
+"""Excel shows as many digits as the instruments; turns are text, because Excel makes a
+date of 1/3."""
+
+
+def _workbook(text: str) -> bytes:
+    """Return a table as a workbook.
+
+    The constants are in rows of two cells, and a row of headers contains the units.
+    """
+    from openpyxl import Workbook
+    from openpyxl.styles import Font
+
+    workbook = Workbook()
+    sheet = workbook.active
+    for line in text.splitlines():
+        if line.endswith(": "):
+            sheet.append([line.rstrip(), ""])
+        elif line.startswith("#"):
+            sheet.append([line])
+        else:
+            sheet.append(next(csv.reader([line])))
+    header = next(row for row in sheet if not str(row[0].value).startswith("#"))
+    for head in header:
+        head.font = Font(bold=True)
+        sheet.column_dimensions[head.column_letter].width = 18
+    first_run = header[0].row + 1
+    for row in sheet.iter_rows(min_row=first_run):
+        for head, cell in zip(header, row, strict=True):
+            cell.number_format = _CELL_FORMATS.get(head.value, "General")
+            if cell.number_format.startswith("0") and cell.value:
+                cell.value = float(cell.value)
+    sheet.freeze_panes = sheet.cell(first_run, 1)
+    data = io.BytesIO()
+    workbook.save(data)
+    return data.getvalue()

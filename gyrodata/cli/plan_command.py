@@ -150,7 +150,7 @@ def plan_text(plan: Plan, minutes: float) -> str:
     if plan.minutes > minutes:
         title = f"The first runs of a lab, which take more than {minutes:g} minutes:"
     runs = (*plan.first, *plan.runs)
-    blocks.append([title, *_table(runs)] if runs else [_nothing(plan)])
+    blocks.append([title, *_table(runs)] if runs else [f"No run: {plan.end}."])
     blocks.append(_result(plan))
     if plan.others:
         lines = [f"  {other.words}: u {_percent(other.u)}" for other in plan.others]
@@ -158,21 +158,16 @@ def plan_text(plan: Plan, minutes: float) -> str:
     return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
 
 
-def _nothing(plan: Plan) -> str:
-    """Say why a plan contains no run."""
-    if plan.goal is not None and plan.u <= plan.goal:
-        return "No run is needed: the goal is reached."
-    return "No run that fits into the time reduces u by more than 1 %."
-
-
 def _result(plan: Plan) -> list[str]:
     """Say what the plan reaches, and what limits u then."""
     lines = [f"Then u of I_zz is {_percent(plan.u)}, after {plan.minutes:.0f} minutes."]
     if plan.goal is not None and plan.u > plan.goal:
-        lines.append(
-            f"The goal of {_percent(plan.goal)} is not reached within these limits."
-        )
+        lines.append(f"The goal of {_percent(plan.goal)} is not reached: {plan.end}.")
+    elif plan.runs:
+        lines.append(f"The plan ends here: {plan.end}.")
     lines.append(f"The largest uncertainty is then: {plan.limit}.")
+    for role, example in plan.left_out.items():
+        lines.append(f"Left out: runs of a doubtful {role}, such as {example}.")
     return lines
 
 

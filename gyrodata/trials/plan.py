@@ -198,7 +198,7 @@ def _choose(lab: Lab, limits: Limits) -> tuple[tuple[PlannedRun, ...], Lab, str]
     while len(runs) < MOST and u > goal:
         ranked = _rank(lab, limits, left)
         if not ranked:
-            end = "the time is over"
+            end = "no other run fits into the time"
             break
         # On the way to a goal each gain counts.
         least = u if goal else WORTH * u

@@ -48,10 +48,9 @@ class Message(Struct, frozen=True, forbid_unknown_fields=True):
     text to copy. "" if it is the hint."""
 
 
-_TEXTS = "\n".join(
-    path.read_text(encoding="utf-8")
-    for path in sorted(Path(__file__).parents[1].glob("*/messages.toml"))
-)
+_FILES = sorted(Path(__file__).parents[1].glob("*/messages.toml"))
+
+_TEXTS = "\n".join(path.read_text(encoding="utf-8") for path in _FILES)
 
 
 @cache
@@ -60,7 +59,8 @@ def message(name: str) -> Message:
 
     To read all of them takes a twentieth of the time of a run without figures.
     """
-    record = _TEXTS.partition(f"\n\n[{name}]\n")[2].partition("\n\n[")[0]
+    _, _, rest = _TEXTS.partition(f"\n\n[{name}]\n")
+    record, _, _ = rest.partition("\n\n[")
     return convert(tomllib.loads(record), Message)
 
 
@@ -73,15 +73,13 @@ def messages() -> dict[str, Message]:
 @cache
 def explanations() -> dict[str, Message]:
     """Return the message that explains each code, in the order of the codes."""
-    explained = {
-        message.code: replace(
-            message,
-            example=message.example.replace("{header}", HEADER),
-            remedy=message.remedy or f"{message.hint[0].upper()}{message.hint[1:]}\n",
-        )
-        for message in messages().values()
-        if message.title
-    }
+    explained = {}
+    for message in messages().values():
+        if message.title:
+            example = message.example.replace("{header}", HEADER)
+            hint = f"{message.hint[:1].upper()}{message.hint[1:]}\n"
+            remedy = message.remedy or hint
+            explained[message.code] = replace(message, example=example, remedy=remedy)
     return dict(sorted(explained.items()))
 
 

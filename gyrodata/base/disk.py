@@ -33,9 +33,8 @@ def telling(folder: Path, name: str = "report_not_written") -> Iterator[None]:
         yield
     except OSError as error:
         room = "make room there, or " if error.errno == errno.ENOSPC else ""
-        raise InputError.named(
-            name, folder=folder, why=error.strerror or error, room=room
-        ) from None
+        why = error.strerror or error
+        raise InputError.named(name, folder=folder, why=why, room=room) from None
 
 
 def _make_folder(folder: Path, private: bool) -> None:
@@ -56,8 +55,10 @@ def new_file(
     """
     _make_folder(path.parent, private)
     # Always the same name, so that a run replaces what a killed one left.
-    unfinished = path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
-    number = os.open(unfinished, os.O_RDWR | _FLAGS, 0o600 if private else 0o666)
+    name_sum = zlib.crc32(os.fsencode(path.name))
+    unfinished = path.with_name(f".gyro-{name_sum:08x}.part")
+    mode = 0o600 if private else 0o666
+    number = os.open(unfinished, os.O_RDWR | _FLAGS, mode)
     try:
         with os.fdopen(number, "wb") as file:
             _lock(number, path)
@@ -106,9 +107,8 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 def add_to(path: Path, data: bytes) -> None:
     """Write at the end of a private file; make the file if there is none."""
-    with os.fdopen(
-        os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600), "wb"
-    ) as file:
+    number = os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600)
+    with os.fdopen(number, "wb") as file:
         file.write(data)
 
 
@@ -121,8 +121,9 @@ def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
     """
     _make_folder(folder, private)
     path = folder / LOCK
-    with os.fdopen(os.open(path, os.O_RDWR | _FLAGS, 0o666), "wb") as file:
-        _lock(file.fileno(), path)
+    number = os.open(path, os.O_RDWR | _FLAGS, 0o666)
+    with os.fdopen(number, "wb"):
+        _lock(number, path)
         try:
             yield
         finally:
@@ -166,11 +167,15 @@ def file_name(name: str, room: int = 0) -> str:
     The name has at most 255 bytes with `room` bytes for an ending. A changed name ends
     in a digest of the original.
     """
-    safe = _DEVICE.sub(r"_\g<0>", _FORBIDDEN.sub("_", name) or "_")
-    if safe == name and len(os.fsencode(name)) + room <= LONGEST:
+    allowed = _FORBIDDEN.sub("_", name) or "_"
+    safe = _DEVICE.sub(r"_\g<0>", allowed)
+    original = os.fsencode(name)
+    if safe == name and len(original) + room <= LONGEST:
         return name
     import hashlib  # not needed by every command
 
-    digest = f"-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
-    kept = os.fsencode(safe)[: LONGEST - room - len(digest)]
-    return kept.decode("utf-8", "ignore").rstrip() + digest
+    digest = hashlib.sha256(original).hexdigest()[:8]
+    ending = f"-{digest}"
+    longest = LONGEST - room - len(ending)
+    kept = os.fsencode(safe)[:longest]
+    return kept.decode("utf-8", "ignore").rstrip() + ending

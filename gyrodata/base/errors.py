@@ -6,6 +6,7 @@ reads the messages.
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Collection, Iterable
 from types import UnionType
@@ -18,10 +19,8 @@ from gyrodata.base.diagnostics import Severity, message
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Characters that reverse the direction of a line, or break it."""
 
-PICTURES = {
-    **{code: 0x2400 + code for code in range(32) if code != ord("\n")},
-    **dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD),
-}
+PICTURES = {code: 0x2400 + code for code in range(32) if chr(code) != "\n"}
+PICTURES |= dict.fromkeys((*range(0x7F, 0xA0), *_TURNING), 0xFFFD)
 """Pictures of control characters, for `str.translate`: a log's text must not move the
 cursor of a terminal."""
 
@@ -43,13 +42,14 @@ def shown(text: object) -> str:
     line = " ".join(printable(str(text)).split())
     if line.isprintable() and unicodedata.is_normalized("NFC", line):
         return line
-    # Some scripts need the two joiners.
-    kept = (
-        letter
-        for letter in line
-        if letter in "\u200c\u200d" or unicodedata.category(letter) not in ("Cc", "Cf")
-    )
-    return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
+    kept = ""
+    for letter in line:
+        is_control = unicodedata.category(letter) in ("Cc", "Cf")
+        # Some scripts need the two joiners.
+        if letter in "\u200c\u200d" or not is_control:
+            kept += letter
+    composed = unicodedata.normalize("NFC", kept)
+    return " ".join(composed.split())
 
 
 class DiagnosticJson(TypedDict):
@@ -116,36 +116,30 @@ class Diagnostic(Struct, frozen=True):
     ) -> Diagnostic:
         """Fill in a message of a file `messages.toml`."""
         about = message(name)
-        return cls(
-            about.code,
-            about.severity,
-            about.text.format(**values),
-            about.hint.format(**values),
-            file,
-            line,
-        )
+        text = about.text.format(**values)
+        hint = about.hint.format(**values)
+        return cls(about.code, about.severity, text, hint, file, line)
 
     def to_dict(self) -> DiagnosticJson:
         """Return the diagnostic as it is in JSON, without its excerpt."""
-        return convert(
-            {name: getattr(self, name) for name in DiagnosticJson.__annotations__},
-            DiagnosticJson,
-        )
+        names = DiagnosticJson.__annotations__
+        values = {name: getattr(self, name) for name in names}
+        return convert(values, DiagnosticJson)
 
     def __str__(self) -> str:
         numbers = [str(n) for n in (self.line, self.column) if n is not None]
         place = [self.cell] if self.cell else numbers
         where = ":".join(filter(None, [self.file, *place]))
         head = f"{self.severity} {self.code}: {self.message}"
-        lines = [f"{where}: {head}" if where else head]
+        first = f"{where}: {head}" if where else head
+        below = self.hint.split("\n") if self.hint else []
         if self.excerpt and self.column is not None:
             shown, before = _window(self.excerpt, self.column - 1)
-            mark = " " * before + "^" * max(1, min(self.width, len(shown) - before))
-            lines.append(f"   {shown}")
-            hint, *more = self.hint.split("\n")
-            lines += [f"   {mark}  {hint}".rstrip(), *(f"   {line}" for line in more)]
-        elif self.hint:
-            lines += [f"   {line}" for line in self.hint.split("\n")]
+            width = min(self.width, len(shown) - before)
+            mark = " " * before + "^" * max(1, width)
+            hint, *more = below or [""]
+            below = [shown, f"{mark}  {hint}".rstrip(), *more]
+        lines = [first, *(f"   {line}" for line in below)]
         return "\n".join(lines).translate(PICTURES)
 
 
@@ -154,16 +148,16 @@ def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
 
     A tab becomes one blank, so that the mark is below its place.
     """
-    text = "".join(
-        " " if character in "\t\r\n\v\f" else character for character in excerpt
-    )
+    text = re.sub(r"[\t\r\n\v\f]", " ", excerpt)
     start = 0 if position < width - 16 else position - width // 2
-    cut = text[start : start + width]
+    end = start + width
+    cut = text[start:end]
     if start:
         cut = "…" + cut[1:]
-    if start + width < len(text):
+    if end < len(text):
         cut = cut[:-1] + "…"
-    return cut, min(max(position - start, 0), len(cut))
+    before = max(position - start, 0)
+    return cut, min(before, len(cut))
 
 
 def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None:
@@ -176,10 +170,8 @@ def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None
 
         near = get_close_matches(str(value).lower(), choices, n=1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise ValueError(
-            f"{name} cannot be {value!r}; "
-            f"it is one of {', '.join(map(repr, choices))}{meant}"
-        )
+        listed = ", ".join(map(repr, choices))
+        raise ValueError(f"{name} cannot be {value!r}; it is one of {listed}{meant}")
 
 
 def insist_on_type(
@@ -187,7 +179,8 @@ def insist_on_type(
 ) -> None:
     """Raise a TypeError if an argument of a function has another type."""
     if not isinstance(value, kinds):
-        raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")
+        kind = type(value).__name__
+        raise TypeError(f"{name} is {what}, not {kind} ({value!r:.60})")
 
 
 def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
@@ -217,7 +210,8 @@ class GyroError(Exception):
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        super().__init__("\n".join(str(diagnostic) for diagnostic in self.diagnostics))
+        text = "\n".join(map(str, self.diagnostics))
+        super().__init__(text)
 
     def __reduce__(self) -> tuple[type[GyroError], tuple[tuple[Diagnostic, ...]]]:
         # Worker processes send their errors to the main process.

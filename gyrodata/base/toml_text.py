@@ -21,7 +21,8 @@ def read_toml(
     InputError
         One of the messages `not_utf8` and `not_toml`.
     """
-    text = data.decode("utf-8-sig", "surrogateescape").replace("\r\n", "\n")
+    text = data.decode("utf-8-sig", "surrogateescape")
+    text = text.replace("\r\n", "\n")
     if bad := re.search("[\udc80-\udcff]", text):
         line = text.count("\n", 0, bad.start()) + 1
         raise error_at(Diagnostic.named(not_utf8), name, text, line)
@@ -32,8 +33,9 @@ def read_toml(
         why, _, place = str(error).partition(" (at ")
         numbers = [int(number) for number in re.findall(r"\d+", place)]
         last = text.count("\n") + 1
+        line_and_column = numbers or [last]
         fault = Diagnostic.named(not_toml, why=why)
-        raise error_at(fault, name, text, *(numbers or [last])) from None
+        raise error_at(fault, name, text, *line_and_column) from None
 
 
 def error_at(

@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import (
     CancelledError,
     Executor,
+    Future,
     ProcessPoolExecutor,
     as_completed,
 )
@@ -90,47 +91,60 @@ def in_workers(
         for task in tasks:
             yield task, _do(work, task, 0.0)
         return
-    # To send tasks one by one costs a twentieth of grading. Without an alarm, or on a
-    # cluster, one can spoil others.
-    size = (
-        min(8, len(tasks) // (8 * workers) + 1)
-        if cluster is None and hasattr(signal, "setitimer")
-        else 1
-    )
     lost: list[Task] = []
-    with (
-        nullcontext(cluster)
-        if cluster is not None
-        else _pool(min(workers, len(tasks)) or 1) as pool
-    ):
+    processes = min(workers, len(tasks)) or 1
+    with _pool(processes) if cluster is None else nullcontext(cluster) as pool:
         futures = {}
-        for batch in (tasks[at : at + size] for at in range(0, len(tasks), size)):
+        for batch in _batches(tasks, 0 if cluster else workers):
             try:
                 futures[pool.submit(_do_all, work, batch, limit)] = batch
             except BrokenProcessPool:
                 lost += batch
         for future in as_completed(futures):
-            try:
-                yield from zip(futures[future], future.result(), strict=True)
-            except BrokenProcessPool:
-                lost += futures[future]
-            except (
-                Exception,
-                CancelledError,
-            ) as error:  # a cluster lost its worker or its scheduler
-                why = f"its worker was lost ({type(error).__name__})"
-                yield from ((task, Failed(why)) for task in futures[future])
+            batch = futures[future]
+            answers = _answers(future, len(batch))
+            if answers is None:
+                lost += batch
+            else:
+                yield from zip(batch, answers, strict=True)
     # A process that dies ends the whole pool. The task that killed it is found by
     # halves: the others are done again, and a task that ends its process when it is the
     # only one is not.
+    middle = len(lost) // 2
     if len(lost) == len(tasks) == 1:
-        yield (
-            lost[0],
-            Failed("its process ended without an answer, perhaps for want of memory"),
-        )
+        why = "its process ended without an answer, perhaps for want of memory"
+        yield lost[0], Failed(why)
     elif lost:
-        for half in filter(None, (lost[: len(lost) // 2], lost[len(lost) // 2 :])):
-            yield from in_workers(work, half, workers, limit)
+        for half in (lost[:middle], lost[middle:]):
+            if half:
+                yield from in_workers(work, half, workers, limit)
+
+
+def _batches(tasks: Sequence[Task], workers: int) -> Iterator[Sequence[Task]]:
+    """Yield tasks that are sent together to one of some workers; 0 for a cluster.
+
+    To send them one by one costs a twentieth of grading. Without an alarm, or on a
+    cluster, one can spoil others.
+    """
+    size = 1
+    if workers and hasattr(signal, "setitimer"):
+        size = min(8, len(tasks) // (8 * workers) + 1)
+    for start in range(0, len(tasks), size):
+        yield tasks[start : start + size]
+
+
+def _answers(
+    future: Future[list[Answer | Failed]], count: int
+) -> list[Answer | Failed] | None:
+    """Return the answers to some tasks; None if their process ended."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+    except (Exception, CancelledError) as error:
+        # A cluster has lost its worker or its scheduler.
+        why = f"its worker was lost ({type(error).__name__})"
+        return [Failed(why)] * count
 
 
 @contextmanager
@@ -138,7 +152,8 @@ def _pool(workers: int) -> Iterator[Executor]:
     """Start processes that ignore Ctrl-C, and end them all, even during a task."""
     others = multiprocessing.active_children()
     # A forked process has loaded all code already. Only on Linux is it safe to fork.
-    context = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
+    method = "fork" if sys.platform == "linux" else None
+    context = multiprocessing.get_context(method)
     pool = ProcessPoolExecutor(workers, context, _begin)
     try:
         yield pool
@@ -153,19 +168,23 @@ def _pool(workers: int) -> Iterator[Executor]:
 def _begin() -> None:
     """Let a worker ignore Ctrl-C, limit its memory, and end it with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent: Any = multiprocessing.parent_process()
-    threading.Thread(
-        target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True
-    ).start()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if sys.platform == "linux":
         import resource
 
-        most = resource.getrlimit(resource.RLIMIT_AS)[1]
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123
-            limit = int(file.read().split()[0]) * resource.getpagesize() + MEMORY
+            pages = int(file.read().split()[0])
+        limit = pages * resource.getpagesize() + MEMORY
         if most != resource.RLIM_INFINITY:
             limit = min(limit, most)
         resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+
+
+def _end_with_parent() -> None:
+    parent: Any = multiprocessing.parent_process()
+    wait([parent.sentinel])
+    os._exit(1)
 
 
 def _do_all(
@@ -174,9 +193,8 @@ def _do_all(
     """Do some tasks, one after the other; `limit`: time for each [s]."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere:  # noqa: PTH123
         # Ends the process if the alarm does not help.
-        faulthandler.dump_traceback_later(
-            (len(tasks) + 1) * limit, exit=True, file=nowhere
-        )
+        last_moment = (len(tasks) + 1) * limit
+        faulthandler.dump_traceback_later(last_moment, exit=True, file=nowhere)
         try:
             return [_do(work, task, limit) for task in tasks]
         finally:
@@ -191,11 +209,8 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
 
     reads_file("")
     # A worker of a cluster has threads, which no signal reaches.
-    alarm = (
-        limit
-        and hasattr(signal, "setitimer")
-        and threading.current_thread() is threading.main_thread()
-    )
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    alarm = limit and in_main_thread and hasattr(signal, "setitimer")
     try:
         if alarm:
             signal.signal(signal.SIGALRM, ring)
@@ -206,7 +221,8 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
     except MemoryError:
         why = f"it needs more memory than {MEMORY / 1e9:g} GB"
     except Exception as error:
-        why = f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
+        kind = type(error).__name__
+        why = f"the tool broke on it ({kind}: {str(error)[:200]})"
     finally:
         if alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)

@@ -73,11 +73,9 @@ def normal_gravity(latitude: ArrayLike) -> Any:
     or so by what is underground.
     """
     square = np.sin(latitude) ** 2
-    return (
-        EQUATOR_GRAVITY
-        * (1 + GRAVITY_RISE * square)
-        / np.sqrt(1 - ECCENTRICITY_SQUARED * square)
-    )
+    rise = 1 + GRAVITY_RISE * square
+    flattening = np.sqrt(1 - ECCENTRICITY_SQUARED * square)
+    return EQUATOR_GRAVITY * rise / flattening
 
 
 def solid_ball_inertia(mass: float, diameter: float) -> float:
@@ -98,10 +96,14 @@ def bored_ball_inertia(
     bore at the surface is treated as flat.
     """
     radius = diameter / 2
-    bore = bore_diameter / 2
-    taken = math.pi * bore**2 * bore_depth
-    volume = 4 / 3 * math.pi * radius**3 - taken
-    return mass / volume * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
+    bore_radius = bore_diameter / 2
+    bore_volume = math.pi * bore_radius**2 * bore_depth
+    full_volume = 4 / 3 * math.pi * radius**3
+    density = mass / (full_volume - bore_volume)
+    # Moments of inertia over the density [m^5].
+    full_ball = 8 / 15 * math.pi * radius**5
+    bore = bore_volume * bore_radius**2 / 2
+    return density * (full_ball - bore)
 
 
 def cylinder_inertia(mass: float, diameter: float) -> float:
@@ -141,12 +143,13 @@ def precession_rate(
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         load = np.asarray(torque, dtype=float)
-        curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
+        curvature = _curvature(inertia, transverse_inertia, pitch)
         doubled = _doubled(load, spin, inertia, curvature)
         rate = 2 * load / doubled
     # A level rod without spin cannot balance a torque; without a torque the rod stays
     # at rest.
-    return np.where(doubled == 0, np.where(load == 0, 0.0, np.nan), rate)[()]
+    level_without_spin = np.where(load == 0, 0.0, np.nan)
+    return np.where(doubled == 0, level_without_spin, rate)[()]
 
 
 def fast_precession_rate(
@@ -163,18 +166,24 @@ def fast_precession_rate(
     spinning body.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
-        return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (
-            2 * curvature
-        )
+        load = np.asarray(torque, dtype=float)
+        curvature = _curvature(inertia, transverse_inertia, pitch)
+        doubled = _doubled(load, spin, inertia, curvature)
+        return -doubled / (2 * curvature)
+
+
+def _curvature(
+    inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+) -> Any:
+    """Give a = (I_zz − I) cosθ, the factor of φ̇² in eq. (8) [kg*m^2]."""
+    return np.subtract(inertia, transverse_inertia) * np.sin(pitch)
 
 
 def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> Any:
     """Give b + sgn(b)√D of eq. (8), curvature a; sgn(0) is the sign of that zero."""
     momentum = np.multiply(inertia, spin)
-    return momentum + np.copysign(
-        np.sqrt(momentum * momentum + 4 * curvature * load), momentum
-    )
+    discriminant = momentum * momentum + 4 * curvature * load
+    return momentum + np.copysign(np.sqrt(discriminant), momentum)
 
 
 def horizontal_precession_rate(
@@ -185,7 +194,8 @@ def horizontal_precession_rate(
     NaN for a spin of zero.
     """
     momentum = np.multiply(inertia, spin)
-    return np.divide(torque, np.where(momentum == 0, np.nan, momentum))
+    divisor = np.where(momentum == 0, np.nan, momentum)
+    return np.divide(torque, divisor)
 
 
 def tilt_bias(
@@ -201,11 +211,9 @@ def tilt_bias(
 
     Exact for steady precession.
     """
-    return (
-        (1.0 - np.divide(transverse_inertia, inertia))
-        * np.divide(precession_rate, spin)
-        * np.sin(pitch)
-    )
+    shape = 1.0 - np.divide(transverse_inertia, inertia)
+    rates = np.divide(precession_rate, spin)
+    return shape * rates * np.sin(pitch)
 
 
 # --- a spin that falls while it is timed ---
@@ -215,7 +223,8 @@ def sinhc(x: Any) -> Any:
     """Compute sinh(x)/x, and its limit 1 at 0."""
     is_zero = np.equal(x, 0.0)
     safe = np.where(is_zero, 1.0, x)
-    return np.where(is_zero, 1.0, np.sinh(safe) / safe)[()]
+    ratio = np.sinh(safe) / safe
+    return np.where(is_zero, 1.0, ratio)[()]
 
 
 def harmonic_mean_spin(
@@ -229,9 +238,15 @@ def harmonic_mean_spin(
     The law hardly matters for a small decay: mean/G = 1 + (1 − 2p) d²/24 + …, see
     `decay_law_doubt`.
     """
-    half = np.log(np.divide(start, end)) / 2
+    half = _half_decay(start, end)
     share = np.multiply(exponent, half)
-    return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
+    geometric_mean = np.multiply(start, np.exp(-half))
+    return geometric_mean * sinhc(half - share) / sinhc(share)
+
+
+def _half_decay(start: ArrayLike, end: ArrayLike) -> Any:
+    """Give d/2, half the logarithm of the ratio of two spins [1]."""
+    return np.log(np.divide(start, end)) / 2
 
 
 def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
@@ -242,10 +257,13 @@ def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
     1/2 if the spin does not change. The share of the end is the rest, because the mean
     scales with the readings.
     """
-    half = np.log(np.divide(start, end)) / 2
-    near = np.abs(half) < 1e-4
-    safe = np.where(near, 1.0, half)
-    return (1 - np.where(near, half / 3, 1 / np.tanh(safe) - 1 / safe)) / 2
+    half = _half_decay(start, end)
+    is_small = np.abs(half) < 1e-4
+    safe = np.where(is_small, 1.0, half)
+    # coth(x) − 1/x and its limit x/3
+    langevin = 1 / np.tanh(safe) - 1 / safe
+    langevin = np.where(is_small, half / 3, langevin)
+    return (1 - langevin) / 2
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
@@ -260,7 +278,10 @@ def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
     ln(start/end), which is 8e-5 for a spin that falls by half, and as good for any
     other smooth decay.
     """
-    return 6 / (np.divide(1, start) + np.divide(4, half) + np.divide(1, end))
+    at_start = np.divide(1, start)
+    at_half = np.divide(4, half)
+    at_end = np.divide(1, end)
+    return 6 / (at_start + at_half + at_end)
 
 
 def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
@@ -269,7 +290,9 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio
     minus 1, which is the change of I_zz because the inertia is proportional to 1/spin.
     """
-    return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1
+    viscous = harmonic_mean_spin(start, end)
+    dry = harmonic_mean_spin(start, end, 0.0)
+    return viscous / dry - 1
 
 
 # --- stability ---
@@ -286,8 +309,9 @@ def least_spin(
     2√((I − I_zz) cosθ h m g)/I_zz [rad/s]; 0 if every spin has a steady precession. A
     level rod under a torque needs a spin above 0.
     """
-    curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
-    return 2 * np.sqrt(np.maximum(-curvature * np.asarray(torque), 0.0)) / inertia
+    curvature = _curvature(inertia, transverse_inertia, pitch)
+    square = np.maximum(-curvature * np.asarray(torque), 0.0)
+    return 2 * np.sqrt(square) / inertia
 
 
 def sleeping_spin(
@@ -299,9 +323,8 @@ def sleeping_spin(
     is that of the horizontal rod. It is negative for a rod that hangs straight down, or
     a weight below the centre, which is stable at any spin.
     """
-    return (
-        2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
-    )
+    square = np.maximum(np.multiply(transverse_inertia, torque), 0.0)
+    return 2 * np.sqrt(square) / inertia
 
 
 def sleeping_growth(
@@ -315,8 +338,10 @@ def sleeping_growth(
     Rate [1/s]: the tilt grows e-fold in its inverse; 0 if the rod sleeps. For small
     tilts.
     """
-    half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
-    return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
+    falling = np.divide(torque, transverse_inertia)
+    holding = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
+    square = falling - holding * holding
+    return np.sqrt(np.maximum(square, 0.0))
 
 
 # --- a rod released from rest ---
@@ -334,11 +359,19 @@ def release_bias(
     smaller than the spin that a tachometer reads on the rod while it sags; too high by
     3 % of itself at δ = 0.07, by 15 % at 0.17.
     """
-    return (
-        2
-        * (np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2)
-        ** 2
-    )
+    return 2 * _level_sag(torque, spin, inertia, transverse_inertia) ** 2
+
+
+def _level_sag(
+    torque: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+) -> Any:
+    """Give δ = I h m g/(I_zz ω3)², the mean sag of a level rod [rad], with its sign."""
+    pull = np.multiply(transverse_inertia, torque)
+    momentum = np.multiply(inertia, spin)
+    return pull / momentum**2
 
 
 def greatest_sag(
@@ -357,11 +390,11 @@ def greatest_sag(
     """
     high = np.sign(torque) * np.sin(pitch)
     # 1/(2δ)
-    stiff = 0.5 / np.abs(
-        np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2
-    )
-    low = (stiff - np.sqrt((stiff - 2 * high) ** 2 + 4 * (1 - high**2))) / 2
-    return np.arcsin(high) - np.arcsin(np.maximum(low, -1.0))
+    stiff = 0.5 / np.abs(_level_sag(torque, spin, inertia, transverse_inertia))
+    discriminant = (stiff - 2 * high) ** 2 + 4 * (1 - high**2)
+    low = (stiff - np.sqrt(discriminant)) / 2
+    lowest = np.arcsin(np.maximum(low, -1.0))
+    return np.arcsin(high) - lowest
 
 
 def spin_of_sag(
@@ -375,7 +408,8 @@ def spin_of_sag(
     high = np.sign(torque) * np.sin(pitch)
     low = np.sin(np.arcsin(high) - sag)
     pull = np.multiply(transverse_inertia, np.abs(torque))
-    return np.sqrt(2 * pull * (1 - low**2) / (high - low)) / inertia
+    momentum_squared = 2 * pull * (1 - low**2) / (high - low)
+    return np.sqrt(momentum_squared) / inertia
 
 
 def click_error(
@@ -391,7 +425,8 @@ def click_error(
     In cusps φ = φ̇ (t − sin(ν t)/ν) with the nutation rate ν = I_zz ψ̇/I: up to 1/ν
     early or late.
     """
-    return np.divide(transverse_inertia, np.abs(np.multiply(inertia, spin)))
+    momentum = np.multiply(inertia, spin)
+    return np.divide(transverse_inertia, np.abs(momentum))
 
 
 # --- demonstrations: a bicycle wheel on a turntable, the Earth that turns below ---
@@ -412,8 +447,12 @@ def platform_rate(
     wheel that spins with its axle upright. The angular momentum about the vertical is
     conserved: I_p Ω = I_w ω (sin(start) − sin(end)).
     """
-    change = 2 * np.cos(np.add(start, end) / 2) * np.sin(np.subtract(start, end) / 2)
-    return np.multiply(wheel_inertia, wheel_spin) * change / platform_inertia
+    # sin(start) − sin(end) without cancellation
+    mean = np.add(start, end) / 2
+    half_difference = np.subtract(start, end) / 2
+    change = 2 * np.cos(mean) * np.sin(half_difference)
+    momentum = np.multiply(wheel_inertia, wheel_spin)
+    return momentum * change / platform_inertia
 
 
 def balanced_direction(
@@ -428,25 +467,27 @@ def balanced_direction(
     altitude of the latitude, from east to west: a turn of the direction by −Ω t about
     that axis (Rodrigues' formula).
     """
-    rod = (
-        np.cos(altitude) * np.sin(azimuth),
-        np.cos(altitude) * np.cos(azimuth),
-        np.sin(altitude),
-    )
+    rod_east = np.cos(altitude) * np.sin(azimuth)
+    rod_north = np.cos(altitude) * np.cos(azimuth)
+    rod_up = np.sin(altitude)
     # The Earth's axis has no part to the east.
-    level = np.cos(latitude)
-    height = np.sin(latitude)
+    axis_north = np.cos(latitude)
+    axis_up = np.sin(latitude)
     turned = -EARTH_ROTATION * np.asarray(time, dtype=float)
     sine = np.sin(turned)
     cosine = np.cos(turned)
-    along = level * rod[1] + height * rod[2]
+    along = axis_north * rod_north + axis_up * rod_up
     share = 2 * np.sin(turned / 2) ** 2
-    east = rod[0] * cosine + (level * rod[2] - height * rod[1]) * sine
-    north = rod[1] * cosine + height * rod[0] * sine + level * along * share
-    up = rod[2] * cosine - level * rod[0] * sine + height * along * share
+    across_east = axis_north * rod_up - axis_up * rod_north
+    across_north = axis_up * rod_east
+    across_up = axis_north * rod_east
+    east = rod_east * cosine + across_east * sine
+    north = rod_north * cosine + across_north * sine + axis_north * along * share
+    up = rod_up * cosine - across_up * sine + axis_up * along * share
     away = np.hypot(east, north)
     bearing = np.mod(np.arctan2(east, north), 2 * np.pi)
     # A direction just west of north is rounded to a whole turn.
     bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
     is_vertical = np.isclose(away, 0.0, atol=1e-12)
-    return np.where(is_vertical, np.nan, bearing)[()], np.arctan2(up, away)
+    bearing = np.where(is_vertical, np.nan, bearing)
+    return bearing[()], np.arctan2(up, away)

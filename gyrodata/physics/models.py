@@ -256,11 +256,13 @@ class Steady(MotionModel, frozen=True):
             return steady_rate
         points, weights = np.polynomial.legendre.leggauss(8)
         decay = np.log(runs.spin_end / runs.spin_start)
-        spins = runs.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
+        moments = 0.5 * (points[:, None] + 1)  # time over the timed interval [1]
+        spins = runs.spin_start * np.exp(moments * decay)
         # `runs.spin` is the mean of the spin that eq. (9) needs. If the spin was also
         # read at half time, it differs a little from the mean of this decay: with this
         # factor, a level rod still gets exactly eq. (9).
-        spins *= runs.spin / physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
+        mean_spin = physics.harmonic_mean_spin(runs.spin_start, runs.spin_end)
+        spins *= runs.spin / mean_spin
         rates = physics.precession_rate(
             top.torque, spins, top.inertia, top.transverse_inertia, runs.pitch
         )
@@ -310,34 +312,28 @@ class Released(MotionModel, frozen=True):
         δ² if the spin was read on the rod, and by 2δ² if ψ̇ is the total spin.
         """
         total = conserved_spin(top, runs)
-        return np.asarray(motion.mean_precession_rate(top, total, runs.pitch))
+        rate = motion.mean_precession_rate(top, total, runs.pitch)
+        return np.asarray(rate)
 
     def errors(
         self, top: Top, runs: TimedRuns, slowing: Floats
     ) -> Iterator[ModelError]:
         """Yield the unknown phase of the nutation, and the doubt about I."""
         click = physics.click_error(runs.spin, top.inertia, top.transverse_inertia)
-        yield ModelError(
-            "nutation",
-            "time",
-            click / math.sqrt(2),
-            "its phase at the last click",
-        )
+        click_u = click / math.sqrt(2)
+        yield ModelError("nutation", "time", click_u, "its phase at the last click")
         # The reduction of the mean rate is proportional to the square of I.
-        yield ModelError(
-            "release",
-            "turns",
-            2 * runs.transverse_u * np.abs(slowing - 1),
-            "the doubt about I in the mean rate",
-            "all runs",
-        )
+        slowing_u = 2 * runs.transverse_u * np.abs(slowing - 1)
+        described = "the doubt about I in the mean rate"
+        yield ModelError("release", "turns", slowing_u, described, "all runs")
 
 
 def conserved_spin(top: Top, runs: TimedRuns) -> Floats:
     """Return the total spin, which is conserved, of rods released from rest [rad/s]."""
     if runs.total_spin is not None:
         return runs.total_spin
-    return np.asarray(motion.total_spin(top, runs.spin, runs.pitch))
+    total = motion.total_spin(top, runs.spin, runs.pitch)
+    return np.asarray(total)
 
 
 def _released_sag(top: Top, runs: TimedRuns, spin: Floats) -> Floats:
@@ -389,10 +385,12 @@ class Pushed(Released, frozen=True):
         # The spin that is read while a rod sags is a little larger than the one that is
         # conserved, which takes longer to compute: up to half of the limit, the sag by
         # the conserved spin is below the limit too.
-        if np.all(_released_sag(top, runs, runs.spin) < FALLEN / 2):
+        sag = _released_sag(top, runs, runs.spin)
+        if np.all(sag < FALLEN / 2):
             return True
         total = conserved_spin(top, runs)
-        return bool(np.all(_released_sag(top, runs, total) < FALLEN))
+        sag = _released_sag(top, runs, total)
+        return bool(np.all(sag < FALLEN))
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say what is assumed."""
@@ -405,7 +403,8 @@ class Pushed(Released, frozen=True):
         """Compute the mean rate with a part of the effect of a release [rad/s]."""
         mean = Released.mean_rate(self, top, runs, steady_rate)
         effect = ratio(steady_rate, mean) - 1
-        return np.asarray(steady_rate / (1 + PART_RELEASED * effect))
+        slowing = 1 + PART_RELEASED * effect
+        return np.asarray(steady_rate / slowing)
 
     def errors(
         self, top: Top, runs: TimedRuns, slowing: Floats
@@ -431,8 +430,9 @@ class Earth(MotionModel, frozen=True):
 
     def is_stated(self, runs: TimedRuns) -> bool:
         """Return whether the log states the latitude and the direction of each run."""
-        is_known = runs.direction is not None and bool(runs.direction.all())
-        return runs.latitude is not None and is_known
+        if runs.latitude is None or runs.direction is None:
+            return False
+        return bool(runs.direction.all())
 
     def reason(self, runs: TimedRuns, kept: bool, as_asked: str) -> str:
         """Say whether the floor counts as turning, and at which latitude."""
@@ -453,15 +453,17 @@ class Earth(MotionModel, frozen=True):
         latitude = math.pi / 2 if runs.latitude is None else runs.latitude
         floor = physics.EARTH_ROTATION * math.sin(latitude)
         # A run without a direction turns as the torque turns a positive spin.
-        usual = np.where(runs.sense == 0, np.copysign(1.0, top.torque), runs.sense)
+        of_torque = np.copysign(1.0, top.torque)
+        usual = np.where(runs.sense == 0, of_torque, runs.sense)
         direction = usual if runs.direction is None else runs.direction
         direction = np.where(direction == 0, usual, direction)
         # Equations (8) and (9) give the rate against the stars, which is the rate
-        # against the floor plus that of the floor: stars = observed + direction * floor.
-        # The fit needs the ratio stars/seen, with `seen` from the readings, which do
-        # not depend on I_zz.
+        # against the floor plus that of the floor: stars = observed + direction *
+        # floor. The fit needs the ratio stars/observed, with `observed` from the
+        # readings, which do not depend on I_zz.
         observed = 2 * np.pi * runs.turns / runs.time
-        return np.asarray(steady_rate / (1 + direction * floor / observed))
+        stars_over_observed = 1 + direction * floor / observed
+        return np.asarray(steady_rate / stars_over_observed)
 
 
 HORIZONTAL = Horizontal()
@@ -494,7 +496,8 @@ class Motion(Struct, frozen=True):
     @property
     def named(self) -> MotionModel:
         """The last model that has a name: the one that the fit is called by."""
-        return [model for model in (MODELS[0], *self.models) if model.name][-1]
+        named = [model for model in self.models if model.name]
+        return named[-1] if named else HORIZONTAL
 
     @property
     def name(self) -> str:
@@ -523,12 +526,13 @@ class Motion(Struct, frozen=True):
 
     def without(self, effect: str) -> Motion:
         """Return the same models without an effect."""
-        return Motion(tuple([model for model in self.models if model.effect != effect]))
+        others = [model for model in self.models if model.effect != effect]
+        return Motion(tuple(others))
 
     def including(self, model: MotionModel) -> Motion:
         """Return these models and another one, in place of the one with its effect."""
-        others = self.without(model.effect).models
-        return Motion(tuple([each for each in MODELS[1:] if each in (*others, model)]))
+        models = *self.without(model.effect).models, model
+        return Motion(tuple(each for each in MODELS[1:] if each in models))
 
     def is_corrected(self, runs: TimedRuns) -> bool:
         """Return whether the runs need a correction by the result of the fit."""
@@ -560,7 +564,8 @@ class Motion(Struct, frozen=True):
         slowing, _ = self.correction(top, runs)
         with np.errstate(divide="ignore", invalid="ignore"):
             level = Motion()._steady_rate(top, runs)
-            return ratio(level, self._steady_rate(top, runs)) * slowing - 1
+            steady = self._steady_rate(top, runs)
+            return ratio(level, steady) * slowing - 1
 
     def _steady_rate(self, top: Top, runs: TimedRuns) -> Floats:
         """Compute the rate by the equation in the fit [rad/s], shape (n,)."""
@@ -598,7 +603,7 @@ def names() -> tuple[str, ...]:
 
 def starts() -> tuple[MotionModel, ...]:
     """Return the models that the line ``# motion:`` can name, the last one first."""
-    return tuple([model for model in MODELS if model.start][::-1])
+    return tuple(model for model in reversed(MODELS) if model.start)
 
 
 def of_effects() -> dict[str, MotionModel]:

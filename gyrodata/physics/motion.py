@@ -82,7 +82,8 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
         If there is no steady precession: the rod points upwards and the spin is too
         low.
     """
-    rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
+    across = top.transverse_inertia
+    rate = precession_rate(top.torque, spin, top.inertia, across, pitch)
     if not np.isfinite(rate).all():
         raise ValueError(
             "no steady precession exists at this spin and pitch; "
@@ -90,11 +91,11 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
         )
     # ω3 = ψ̇ + φ̇ cosθ, eq. (2); H = I (Ω − Ω3 e3) + I_zz ω3 e3, eq. (3).
     along = rate * np.sin(pitch)
-    about_rod = np.multiply(top.inertia, spin + along) - np.multiply(
-        top.transverse_inertia, along
-    )
+    of_total_spin = np.multiply(top.inertia, spin + along)
+    of_precession = np.multiply(across, along)
+    about_rod = of_total_spin - of_precession
     state = _along_axis(about_rod, pitch, np.shape(rate))
-    state.momentum[..., 2] += np.multiply(top.transverse_inertia, rate)
+    state.momentum[..., 2] += np.multiply(across, rate)
     return state
 
 
@@ -104,11 +105,8 @@ def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     The ball is spinning.
     """
     momentum = np.multiply(top.inertia, spin)
-    return _along_axis(
-        momentum,
-        pitch,
-        np.broadcast_shapes(np.shape(momentum), np.shape(pitch), np.shape(top.torque)),
-    )
+    shape = np.broadcast(momentum, pitch, top.torque).shape
+    return _along_axis(momentum, pitch, shape)
 
 
 def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -> State:
@@ -119,7 +117,8 @@ def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -
     axis = np.zeros((*shape, 3))
     axis[..., 0] = np.cos(pitch)
     axis[..., 2] = np.sin(pitch)
-    return State(axis, np.asarray(momentum)[..., None] * axis)
+    size = np.asarray(momentum)[..., None]
+    return State(axis, size * axis)
 
 
 # --- in steps ---
@@ -131,9 +130,12 @@ _B2 = 0.8465240704435263
 _A3 = 1 / 2 - _A1 - _A2
 _B3 = 1 - 2 * (_B1 + _B2)
 
+_STRANG = (1 / 2, 1 / 2), (1.0,)
+_ABA84 = (_A1, _A2, _A3, _A3, _A2, _A1), (_B1, _B2, _B3, _B2, _B1)
+
 METHODS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
-    "strang": ((1 / 2, 1 / 2), (1.0,)),
-    "aba84": ((_A1, _A2, _A3, _A3, _A2, _A1), (_B1, _B2, _B3, _B2, _B1)),
+    "strang": _STRANG,
+    "aba84": _ABA84,
 }
 """The turns and the kicks between them, in parts of a step. For a small torque of
 relative size ε:
@@ -151,11 +153,13 @@ def split(
     The method is one of `METHODS`.
     """
     step = time / steps
-    turns = [float(part * step / top.transverse_inertia) for part in METHODS[method][0]]
-    kicks = [float(part * step * top.torque) for part in METHODS[method][1]]
+    turn_parts, kick_parts = METHODS[method]
+    turns = [float(part * step / top.transverse_inertia) for part in turn_parts]
+    kicks = [float(part * step * top.torque) for part in kick_parts]
     # The last turn of a step and the first turn of the next one are about the same H,
     # so they are combined.
-    pairs = list(zip(kicks, [*turns[1:-1], turns[-1] + turns[0]], strict=True))
+    after_kicks = [*turns[1:-1], turns[-1] + turns[0]]
+    pairs = list(zip(kicks, after_kicks, strict=True))
     # Python's floats are ten times faster than arrays of three numbers.
     x, y, z = state.axis.tolist()
     hx, hy, hz = state.momentum.tolist()
@@ -165,9 +169,8 @@ def split(
             hx = hx - kick * y
             hy = hy + kick * x
             x, y, z = _turned(x, y, z, hx, hy, hz, turn)
-    return State(
-        np.array(_turned(x, y, z, hx, hy, hz, -turns[0])), np.array([hx, hy, hz])
-    )
+    axis = _turned(x, y, z, hx, hy, hz, -turns[0])
+    return State(np.array(axis), np.array([hx, hy, hz]))
 
 
 def _turned(
@@ -189,11 +192,10 @@ def _turned(
     cx = ny * z - nz * y
     cy = nz * x - nx * z
     cz = nx * y - ny * x
-    return (
-        x + across * cx + along * (ny * cz - nz * cy),
-        y + across * cy + along * (nz * cx - nx * cz),
-        z + across * cz + along * (nx * cy - ny * cx),
-    )
+    turned_x = x + across * cx + along * (ny * cz - nz * cy)
+    turned_y = y + across * cy + along * (nz * cx - nx * cz)
+    turned_z = z + across * cz + along * (nx * cy - ny * cx)
+    return turned_x, turned_y, turned_z
 
 
 def integrate(
@@ -237,10 +239,9 @@ def integrate(
 
     times = np.asarray(time, dtype=float)
     rates = vector_rates(top)
-    size = max(
-        float(np.linalg.norm(state.momentum)),
-        math.sqrt(abs(top.torque) * top.transverse_inertia),
-    )
+    of_spin = float(np.linalg.norm(state.momentum))
+    of_torque = math.sqrt(abs(top.torque) * top.transverse_inertia)
+    size = max(of_spin, of_torque)
     done = solve_ivp(
         # Python's floats are ten times faster here than arrays.
         lambda _, row: rates(*row.tolist()),
@@ -271,20 +272,20 @@ def vector_rates(
     weight = top.torque * pace
     slowing = drag * pace / top.transverse_inertia
     # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
-    along = drag * pace * (1 / top.inertia - 1 / top.transverse_inertia)
+    difference = 1 / top.inertia - 1 / top.transverse_inertia
+    along = drag * pace * difference
 
     def rates(
         x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any
     ) -> tuple[Any, Any, Any, Any, Any, Any]:
         spin = along * (hx * x + hy * y + hz * z)
-        return (
-            (hy * z - hz * y) / transverse,
-            (hz * x - hx * z) / transverse,
-            (hx * y - hy * x) / transverse,
-            -weight * y - slowing * hx - spin * x,
-            weight * x - slowing * hy - spin * y,
-            -slowing * hz - spin * z,
-        )
+        rate_x = (hy * z - hz * y) / transverse
+        rate_y = (hz * x - hx * z) / transverse
+        rate_z = (hx * y - hy * x) / transverse
+        rate_hx = -weight * y - slowing * hx - spin * x
+        rate_hy = weight * x - slowing * hy - spin * y
+        rate_hz = -slowing * hz - spin * z
+        return rate_x, rate_y, rate_z, rate_hx, rate_hy, rate_hz
 
     return rates
 
@@ -331,7 +332,8 @@ class _Nod(Struct, frozen=True, eq=False):
 
     def poles(self, x: Any) -> tuple[Any, Any]:
         """Compute 1 − cosθ and 1 + cosθ [1] at x, without cancellation."""
-        return self.upper + self.sunk(x), self.lower + self.depth / (1 + np.exp(x))
+        above_turning_point = self.depth / (1 + np.exp(x))
+        return self.upper + self.sunk(x), self.lower + above_turning_point
 
     def rate(self, x: Any) -> Any:
         """Compute φ̇ in the frame [rad/s] at x; it grows with the depth."""
@@ -340,9 +342,10 @@ class _Nod(Struct, frozen=True, eq=False):
 
     def excess(self) -> Any:
         """Compute the mean of φ̇ cosθ over one nutation [rad/s], shape (...)."""
-        upper, lower = self.poles(_X)
-        level = self.about_rod * self.sunk(_X) / (upper * lower) * (1 - upper)
-        return (level * self.weight).sum(axis=-1) / self.weight.sum(axis=-1)
+        upper, _ = self.poles(_X)
+        level = self.rate(_X) * (1 - upper)
+        swept = (level * self.weight).sum(axis=-1)
+        return swept / self.weight.sum(axis=-1)
 
     def swept(self, x: Any) -> tuple[Any, Any]:
         """Compute the time [s] and the azimuth in the frame [rad] from the start to x.
@@ -353,38 +356,42 @@ class _Nod(Struct, frozen=True, eq=False):
         """
         from scipy.special import sici
 
-        part = self.weight * (0.5 + sici(np.pi / _STEP * (x - _X))[0] / np.pi)
-        return part.sum(axis=-1, keepdims=True), (part * self.rate(_X)).sum(
-            axis=-1, keepdims=True
-        )
+        sine_integral, _ = sici(np.pi / _STEP * (x - _X))
+        part = self.weight * (0.5 + sine_integral / np.pi)
+        angle = part * self.rate(_X)
+        return part.sum(axis=-1, keepdims=True), angle.sum(axis=-1, keepdims=True)
 
 
 def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     """Compute the constants and the integrands; all arguments are broadcast."""
     arguments = top.inertia, top.transverse_inertia, top.torque, spin, pitch
-    inertia, across, torque, spin, pitch = np.array(
-        np.broadcast_arrays(*arguments), dtype=float
-    )[..., None]
+    columns = np.array(np.broadcast_arrays(*arguments), dtype=float)[..., None]
+    inertia, across, torque, spin, pitch = columns
     flip = np.copysign(1.0, torque)
     rates = np.array([2 * np.abs(torque), inertia * spin]) / across
     # Rates below _SPECK are 0, so that squares do not underflow.
-    pull, about_rod = np.where(np.abs(rates) < _SPECK, 0.0, rates)
+    is_speck = np.abs(rates) < _SPECK
+    pull, about_rod = np.where(is_speck, 0.0, rates)
     height = flip * np.sin(pitch)
     level2 = np.cos(pitch) ** 2
     # 1 − u0 as sin²θ/(1 + u0) does not lose digits near the vertical.
-    upper = np.maximum(
-        np.where(height > 0, level2 / (1 + np.abs(height)), 1 - height), _TINY
-    )
+    near_vertical = level2 / (1 + np.abs(height))
+    upper = np.where(height > 0, near_vertical, 1 - height)
+    upper = np.maximum(upper, _TINY)
     # w1 and −w3 are the roots of 2β w² + 2 half w − 2β sin²θ.
     half = about_rod**2 / 2 - pull * height
-    large = np.abs(half) + np.hypot(half, pull * np.sqrt(level2))
+    root = np.hypot(half, pull * np.sqrt(level2))
+    large = np.abs(half) + root
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = np.fmax(np.where(half > 0, large, pull**2 * level2 / large), _TINY)
+        far = np.where(half > 0, large, pull**2 * level2 / large)
         depth = np.where(half > 0, pull * level2 / large, large / pull)
+    far = np.fmax(far, _TINY)
     depth = np.where(pull > 0, depth, 0.0)
-    lower = np.maximum(about_rod**2 * level2 / (far * (upper + depth)), _TINY)
+    lower = about_rod**2 * level2 / (far * (upper + depth))
+    lower = np.maximum(lower, _TINY)
     nod = _Nod(flip, about_rod, depth, upper, lower, None)
-    weight = _STEP / (2 * np.cosh(_X / 2) * np.sqrt(far + pull * nod.sunk(_X)))
+    speed = np.sqrt(far + pull * nod.sunk(_X))
+    weight = _STEP / (2 * np.cosh(_X / 2) * speed)
     return replace(nod, weight=weight)
 
 
@@ -398,13 +405,11 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
     )
     if fields[0].ndim and len(fields[0]) > _MANY:
         # In parts, because the integrands of all runs would need much memory.
-        parts = zip(
-            *(np.array_split(values, len(values) // _MANY + 1) for values in fields),
-            strict=True,
-        )
-        return np.concatenate(
-            [mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts]
-        )
+        rates = []
+        for start in range(0, len(fields[0]), _MANY):
+            part = [values[start : start + _MANY] for values in fields]
+            rates.append(mean_precession_rate(Top(*part[:3]), *part[3:]))
+        return np.concatenate(rates)
     nod = _nod(top, spin, pitch)
     swept = (nod.rate(_X) * nod.weight).sum(axis=-1)
     return nod.flip[..., 0] * swept / nod.weight.sum(axis=-1)
@@ -434,13 +439,15 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
             moved = total - previous
             rise = excess - before
             slope = np.divide(rise, moved, out=np.zeros_like(rise), where=moved != 0)
-        step = (spin + excess - total) / (1 - np.clip(slope, 0.0, 0.9))
+        safe_slope = np.clip(slope, 0.0, 0.9)
+        step = (spin + excess - total) / (1 - safe_slope)
         before = excess
         previous = total
         # A rod that falls far has no such motion; half of the spin is a limit for the
         # steps.
         total = np.maximum(total + step, np.multiply(0.5, spin))
-        if np.max(np.abs(step) / total) < CONVERGED:
+        relative_step = np.abs(step) / total
+        if np.max(relative_step) < CONVERGED:
             break
     return total
 
@@ -472,19 +479,22 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
         """Compute the angle from the start, by half angles without cancellation."""
         upper, lower = nod.poles(x)
         upper0, lower0 = nod.poles(_X[0])
-        sine = 2 * nod.sunk(x) / (np.sqrt(upper * lower0) + np.sqrt(lower * upper0))
-        return 2 * np.arctan2(sine, np.sqrt(lower * lower0) + np.sqrt(upper * upper0))
+        sum_sine = np.sqrt(upper * lower0) + np.sqrt(lower * upper0)
+        sine = 2 * nod.sunk(x) / sum_sine
+        cosine = np.sqrt(lower * lower0) + np.sqrt(upper * upper0)
+        return 2 * np.arctan2(sine, cosine)
 
     # The azimuth is farthest from uniform precession at the moment at which the rate is
     # the mean one.
     x = find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:])
     time, azimuth = nod.swept(x)
     across = np.sqrt(np.multiply(*nod.poles(_X)))
+    flip = nod.flip[0]
     return Nutation(
         period=2 * float(nod.weight.sum()),
-        mean_sag=float(nod.flip[0] * (share @ sag(_X))),
-        greatest_sag=float((nod.flip * sag(_X[-1]))[0]),
-        sideways=float(nod.flip[0] * (share @ (rates * across))),
+        mean_sag=float(flip * (share @ sag(_X))),
+        greatest_sag=float((flip * sag(_X[-1]))[0]),
+        sideways=float(flip * (share @ (rates * across))),
         lead=float(np.abs(azimuth / mean - time)[0]) if mean else np.nan,
     )
 
@@ -498,7 +508,8 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
     half_time = nod.weight.sum(axis=-1, keepdims=True)
     half_angle = (nod.weight * nod.rate(_X)).sum(axis=-1, keepdims=True)
     target = np.asarray(angle, dtype=float)[..., None] * nod.flip
-    never = (target != 0) & (np.sign(target) != np.sign(half_angle))
+    is_other_sense = np.sign(target) != np.sign(half_angle)
+    never = (target != 0) & is_other_sense
     half_angle = np.where(never | (half_angle == 0), np.inf, half_angle)
     halves = target / half_angle
     # In every second half the rod moves back to its height at the start, as in a film
@@ -512,9 +523,11 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
         np.full(rest.shape, _X[0]),
         _X[-1],
     )
-    time = nod.swept(x)[0]
-    time = half_time * whole + np.where(back, half_time - time, time)
-    return np.where(never, np.inf, np.where(halves == 0, 0.0, time))[..., 0]
+    time, _ = nod.swept(x)
+    time_in_half = np.where(back, half_time - time, time)
+    time = half_time * whole + time_in_half
+    time = np.where(halves == 0, 0.0, time)
+    return np.where(never, np.inf, time)[..., 0]
 
 
 def find_crossing(
@@ -532,7 +545,8 @@ def find_crossing(
     )
     while True:
         middle = low + (high - low) / 2
-        if not ((low < middle) & (middle < high)).any():
+        is_between = (low < middle) & (middle < high)
+        if not is_between.any():
             return high
         below = function(middle) < 0
         low = np.where(below, middle, low)

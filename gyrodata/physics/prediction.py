@@ -42,13 +42,16 @@ class Prediction(Struct, frozen=True, kw_only=True):
     """Names of the values that are null, with the cause."""
 
 
-TEXTS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_FILE = Path(__file__).with_suffix(".toml")
+
+TEXTS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 """The words of each prediction, by case, and its text."""
 
 
 def _say(question: str, case: str, **parts: str) -> str:
     """Return the words for a case of a question, in one line."""
-    return " ".join(TEXTS[question][case].format(**parts).split())
+    text = TEXTS[question][case].format(**parts)
+    return " ".join(text.split())
 
 
 def _finite(value: Any) -> float | None:
@@ -136,10 +139,10 @@ def predict_precession(
         case = "turns"
     reasons = []
     if slow is None:
-        least = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
-        reasons.append(
-            f"slow, fast, period: {least if critical else 'without spin the rod falls'}"
-        )
+        cause = "without spin the rod falls"
+        if critical:
+            cause = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
+        reasons.append(f"slow, fast, period: {cause}")
     elif fast is None:
         which = "with I = I_zz" if inertia == transverse_inertia else "that is level"
         reasons.append(f"fast: a rod {which} has only the slow precession")
@@ -147,6 +150,8 @@ def predict_precession(
         reasons.append("period: without a torque the rod keeps its direction")
     if horizontal is None:
         reasons.append("horizontal: a level rod that does not spin falls")
+    is_stable = abs(spin) > upright or torque < 0
+    released_top = motion.Top(inertia, transverse_inertia, torque)
     return Precession(
         why=_say("precession", case, sense=sense, never=never, moves=moves),
         reason="; ".join(reasons),
@@ -155,34 +160,33 @@ def predict_precession(
         horizontal=horizontal,
         exists=slow is not None,
         critical_spin=critical,
-        period=2 * math.pi / abs(slow) if slow else None,
-        released=_released(
-            motion.Top(inertia, transverse_inertia, torque), spin, pitch
-        ),
-        sleeping=Sleeping(abs(spin) > upright or torque < 0, upright, growth),
+        period=_period(slow) if slow else None,
+        released=_released(released_top, spin, pitch),
+        sleeping=Sleeping(is_stable, upright, growth),
     )
+
+
+def _period(rate: float) -> float:
+    """Return the time of one turn [s]."""
+    return 2 * math.pi / abs(rate)
 
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
-    released = Released(
-        sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0
-    )
+    # No "-0.0".
+    sag = nutation.mean_sag + 0.0
+    greatest_sag = nutation.greatest_sag + 0.0
+    released = Released(sag=sag, greatest_sag=greatest_sag)
     if spin == 0:
-        reason = (
-            "mean_rate, nutation_rate, click_error_s: without spin the rod swings and "
-            "does not precess"
-        )
+        cause = "without spin the rod swings and does not precess"
+        reason = f"mean_rate, nutation_rate, click_error_s: {cause}"
         return replace(released, reason=reason)
     mean = _finite(motion.mean_precession_rate(top, spin, pitch))
-    released = replace(
-        released, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period
-    )
+    nutation_rate = 2 * math.pi / nutation.period
+    released = replace(released, mean_rate=mean, nutation_rate=nutation_rate)
     if top.torque == 0:
-        return replace(
-            released,
-            reason="click_error_s: without a torque the rod keeps its direction",
-        )
+        reason = "click_error_s: without a torque the rod keeps its direction"
+        return replace(released, reason=reason)
     return replace(released, click_error_s=nutation.lead)
 
 
@@ -222,14 +226,15 @@ def predict_earth(
 ) -> Earth:
     """Compute the directions of two balanced gyroscopes at times [s]."""
     height = round(90 - math.degrees(abs(latitude)), 1)
-    pole, azimuth, star, side = ("north", 0.0, "the pole star", "south")
+    pole, azimuth, star, side = "north", 0.0, "the pole star", "south"
     if latitude < 0:
         pole = "south"
         azimuth = math.pi
         star = "the south pole of the sky"
         side = "north"
     highest = f"in the {side} at {height:g}°" if height < 90 else "straight overhead"
-    path = _say("earth", "highest" if height else "at_pole", highest=highest, side=side)
+    case = "highest" if height else "at_pole"
+    path = _say("earth", case, highest=highest, side=side)
     return Earth(
         why=_say("earth", "why", star=star, path=path),
         sidereal_day_hours=physics.SIDEREAL_DAY / 3600,
@@ -246,20 +251,20 @@ def _directions(
     bearings, heights = physics.balanced_direction(
         azimuth, altitude, latitude, np.asarray(times, dtype=float)
     )
-    return tuple(
-        Direction(
+    directions = []
+    for time, bearing, height in zip(times, bearings, heights, strict=True):
+        reason = ""
+        if math.isnan(bearing):
+            reason = "azimuth_deg: the rod points straight up or down"
+        direction = Direction(
             hours=time / 3600,
             sidereal_hours=24 * time / physics.SIDEREAL_DAY,
             azimuth_deg=_finite(math.degrees(bearing)),
             altitude_deg=math.degrees(height),
-            reason="azimuth_deg: the rod points straight up or down"
-            if math.isnan(bearing)
-            else "",
+            reason=reason,
         )
-        for time, bearing, height in zip(
-            times, bearings.tolist(), heights.tolist(), strict=True
-        )
-    )
+        directions.append(direction)
+    return tuple(directions)
 
 
 def _earth_table(earth: Earth) -> str:
@@ -274,7 +279,8 @@ def _earth_table(earth: Earth) -> str:
             azimuth = "-"
             if position.azimuth_deg is not None:
                 azimuth = f"{round(position.azimuth_deg, 2) % 360:.2f}°"
-            line += f"{azimuth:>{width}}{round(position.altitude_deg, 2) + 0.0:>9.2f}°"
+            altitude = round(position.altitude_deg, 2) + 0.0
+            line += f"{azimuth:>{width}}{altitude:>9.2f}°"
         lines.append(line)
     return "\n".join(lines)
 
@@ -306,14 +312,10 @@ def predict_platform(
     end: float,
 ) -> Platform:
     """Tip the axle from one angle above the horizontal to another [rad]."""
-    rate = (
-        float(
-            physics.platform_rate(
-                wheel_inertia, wheel_spin, platform_inertia, start, end
-            )
-        )
-        + 0.0
+    exact = physics.platform_rate(
+        wheel_inertia, wheel_spin, platform_inertia, start, end
     )
+    rate = float(exact) + 0.0  # no "-0.0"
     wheel = wheel_inertia * wheel_spin
     if wheel == 0:
         case = "no_spin"
@@ -325,7 +327,7 @@ def predict_platform(
         why=_say("platform", case),
         reason="" if rate else "period: the platform stays at rest",
         rate=rate,
-        period=2 * math.pi / abs(rate) if rate else None,
+        period=_period(rate) if rate else None,
         momentum_before=wheel * math.sin(start) + 0.0,
         momentum_after=wheel * math.sin(end) + 0.0,
         momentum_platform=platform_inertia * rate,
@@ -439,9 +441,8 @@ def predict_tip(
     if spin == 0:
         return tip
     speed = length * abs(nutation.sideways)
-    estimate = length * abs(
-        float(physics.horizontal_precession_rate(torque, spin, inertia))
-    )
+    fast_rate = float(physics.horizontal_precession_rate(torque, spin, inertia))
+    estimate = length * abs(fast_rate)
     error = estimate / speed - 1
     why = _say("tip", "turns")
     direction = "along the torque: at right angles to the force"
@@ -450,12 +451,13 @@ def predict_tip(
         direction = (
             "at right angles to the force and also far along it: the spin is slow"
         )
+    turning_rate = float(motion.mean_precession_rate(top, spin))
     return replace(
         tip,
         why=why,
         reason="",
         speed=speed,
-        turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
+        turning_rate=abs(turning_rate),
         angle_deg=math.copysign(90.0, spin),
         direction=direction,
         yields=nutation.mean_sag,
@@ -493,12 +495,11 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     )
     values["table"] = _earth_table(answer) if isinstance(answer, Earth) else None
     for line in TEXTS[answer.prediction]["text"].splitlines():
-        fields = [name for _, name, _, _ in quantities.parse(line) if name]
-        if all(
-            quantities.get_field(name, (), values)[0] not in (None, "")
-            for name in fields
-        ):
+        names = [name for _, name, _, _ in quantities.parse(line) if name]
+        fields = [quantities.get_field(name, (), values)[0] for name in names]
+        if None not in fields and "" not in fields:
             lines.append(quantities.vformat(line, (), values))
     if answer.notes:
-        lines += ["", "Not given, so assumed:", *(f"  {note}" for note in answer.notes)]
+        lines += ["", "Not given, so assumed:"]
+        lines += [f"  {note}" for note in answer.notes]
     return "\n".join(lines) + "\n"

@@ -28,8 +28,9 @@ def find_blocks(
     results are empty.
     """
     for role in BLOCKS:
-        names = _names(texts.get(role, ()))
-        if not 1 < len({*names}) < len(names) or "" in names:
+        names = _names(texts[role])
+        is_divided = 1 < len({*names}) < len(names)
+        if not is_divided or "" in names:
             continue
         # A group that is a weight in all its runs numbers the weights.
         if role == "day" or not _are_weights(names, columns):
@@ -40,15 +41,22 @@ def find_blocks(
 def only_day(texts: Sequence[str]) -> str:
     """Return the day of a column in which all runs are of one day, or ""."""
     names = {*_names(texts)}
-    return names.pop() if len(names) == 1 else ""
+    if len(names) == 1:
+        return names.pop()
+    return ""
 
 
 def day_of(readings: Readings) -> str:
     """Return the day that a line or a column gives for a whole log, or ""."""
     for key, text in readings.metadata.items():
-        if "day" in exact_roles(key.replace("_", " ")):
-            return _CLOCK.sub("", text).strip()
+        words = key.replace("_", " ")
+        if "day" in exact_roles(words):
+            return _without_clock(text)
     return ""
+
+
+def _without_clock(text: str) -> str:
+    return _CLOCK.sub("", text).strip()
 
 
 def _names(texts: Sequence[str]) -> tuple[str, ...]:
@@ -60,7 +68,7 @@ def _names(texts: Sequence[str]) -> tuple[str, ...]:
     typed: dict[str, str] = {}
     names: list[str] = []
     for text in texts:
-        name = _CLOCK.sub("", text).strip()
+        name = _without_clock(text)
         if text in BLANKS:
             name = names[-1] if names else ""
         names.append(typed.setdefault(name.casefold(), name))

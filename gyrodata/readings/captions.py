@@ -23,10 +23,10 @@ from gyrodata.readings.names import (
     ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
+    fold_name,
     from_centre,
     name_roles,
     origin_in,
-    squeeze,
     word_set,
 )
 from gyrodata.readings.notes import altered_role
@@ -76,19 +76,24 @@ def statements_in(row: Row) -> Statements:
     A role with two values is left out.
     """
     filled = filled_at(row)
-    if sum(len(row.texts[at]) for at in filled) > MAX_SENTENCES:
+    cells = row.filled()
+    if sum(map(len, cells)) > MAX_SENTENCES:
         return {}
-    whole = _joined([row.texts[at] for at in filled])
-    ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
+    whole = _joined(cells)
+    ends = list(accumulate(len(cell) + 1 for cell in cells))
     texts_by_role: dict[str, dict[str, int]] = {}
     for start, sentence in _sentences(whole):
         for role, text, place in _statements(sentence, start, ends):
-            cell = filled[min(bisect(ends, start + place), len(filled) - 1)]
+            number = bisect(ends, start + place)
+            cell = filled[min(number, len(filled) - 1)]
             texts_by_role.setdefault(role, {}).setdefault(text, cell)
     # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
-    if len(set(map(turns_in, _clauses(whole))) - {""}) > 1:
+    clauses = _clauses(whole)
+    stated = set(map(turns_in, clauses))
+    stated.discard("")
+    if len(stated) > 1:
         texts_by_role.pop("turns", None)
-    if turns := _named_turns((*row.texts, *_clauses(whole))):
+    if turns := _named_turns((*row.texts, *clauses)):
         texts_by_role["turns"] = {turns: filled[-1]}
     return dict(_without_contradictions(texts_by_role))
 
@@ -98,7 +103,8 @@ def _without_contradictions(
 ) -> Iterator[tuple[str, tuple[str, int]]]:
     """Yield the longest text of each role and its cell, if all its texts are equal."""
     for role, texts in texts_by_role.items():
-        if len(set(map(_value_of, texts))) == 1:
+        values = set(map(_value_of, texts))
+        if len(values) == 1:
             longest = max(texts, key=len)
             yield role, (longest, texts[longest])
 
@@ -137,7 +143,9 @@ def _named_turns(parts: Iterable[str]) -> str:
 def _value_of(text: str) -> object:
     """Return what two texts of one value share: "60 g (on the scale: 60.0 g)"."""
     written = numerals.take_apart(text)
-    return (written.value, written.unit) if written else text
+    if written:
+        return written.value, written.unit
+    return text
 
 
 def _statements(
@@ -172,13 +180,16 @@ def _quantities(sentence: str, ends: list[int]) -> Iterator[tuple[str, str, int]
     for match in QUANTITY.finditer(bare):
         number = match[1] or match[4]
         unit = match[2] or match[3]
-        before = bare[end : match.start()]
+        start = match.start()
+        before = bare[end:start]
         kinds = kinds_of(unit)
+        if kinds:
+            end = match.end()
         role = ROLE_OF_KIND.get(min(kinds, default=""), "")
-        end = match.end() if kinds else end
-        if not role or _is_split(sentence, match.start(), number, ends):
+        if not role or _is_split(sentence, start, number, ends):
             continue
-        cell = bare[end : next((at for at in ends if at > end), None)]
+        cell_end = next((at for at in ends if at > end), None)
+        cell = bare[end:cell_end]
         behind = re.split(r"[,;.()0-9]", cell.removeprefix(f" {unit}"))[0]
         if not _is_of_run(role, before, behind):
             break  # what follows may be of the ball too
@@ -191,9 +202,10 @@ def _without_brackets(sentence: str) -> str:
 
 
 def _content_unless_unit(brackets: re.Match[str]) -> str:
-    if kinds_of(brackets[1]):
+    content = brackets[1]
+    if kinds_of(content):
         return brackets[0]
-    return f" {brackets[1]} "
+    return f" {content} "
 
 
 def _is_split(sentence: str, start: int, number: str, ends: list[int]) -> bool:
@@ -213,26 +225,31 @@ def _is_of_run(role: str, before: str, behind: str) -> bool:
     """
     if re.search(r"[uUΔδσ]\s?\(\w+\)\W*$|u_\w+:.*$", before):
         return False  # an uncertainty
-    if role == "position":
-        behind = "" if from_centre(behind) or origin_in(behind) else behind
+    if role == "position" and (from_centre(behind) or origin_in(behind)):
+        behind = ""
     if re.match(rf"\W*(?:{TIMED})", behind) and not altered_role(behind):
         behind = ""  # "50 g (measured on the balance)"
-    words = f"{re.sub(_NUMBERED, ' ', before)} {'' if turns_in(behind) else behind}"
-    return all(map(_is_known, re.findall(r"\w+|\+", words)))
+    if turns_in(behind):
+        behind = ""
+    before = re.sub(_NUMBERED, " ", before)
+    words = re.findall(r"\w+|\+", f"{before} {behind}")
+    return all(map(_is_known, words))
 
 
 def _is_known(word: str) -> bool:
     """Return whether a word is a small one, or names a reading of a run."""
-    if squeeze(word).lower() in _SMALL or re.fullmatch(TIMED, word):
+    if fold_name(word) in _SMALL or re.fullmatch(TIMED, word):
         return not word.isdigit()
-    return not _ROLES_BESIDE.isdisjoint(name_roles(word)[0])
+    names, _ = name_roles(word)
+    return not _ROLES_BESIDE.isdisjoint(names)
 
 
 def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:
     """Quote the sentences with a quantity of one of some kinds, for a hint."""
     texts = []
     for sentence in sentences:
-        units = [match[2] or match[3] for match in QUANTITY.finditer(sentence.text)]
+        quantities = QUANTITY.finditer(sentence.text)
+        units = [match[2] or match[3] for match in quantities]
         if any(map(kinds.intersection, map(kinds_of, units))):
             texts.append(f'"{sentence.text}"')
     return f"; the log says {', '.join(texts[:3])}" if texts else ""
@@ -254,7 +271,8 @@ def _turns_of_sentence(sentence: str) -> str:
     # Words behind a comma may change the turns: "one turn, added together".
     for clause in (sentence, *re.split(r"[;.()；。]\s+", sentence)):
         if turns := turns_in(clause):
-            words = re.findall(_LETTERS, re.sub(TIMED, " ", QUANTITY.sub(" ", clause)))
+            bare = re.sub(TIMED, " ", QUANTITY.sub(" ", clause))
+            words = re.findall(_LETTERS, bare)
             if all(
                 _is_known(word) or is_of_turns(word) or ROD.is_in(word)
                 for word in words

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 
 from msgspec import Struct
@@ -31,7 +31,7 @@ _FRACTION = re.compile(rf"{numerals.NUMBER}|[1-9][0-9]?/[1-9][0-9]?")
 """A number, or a fraction such as 1/3."""
 _REMARK = re.compile(r"([-+]?[.,]?[0-9][^()]*?)(?:(?<!\s)\s+)?\([^\W\d][^()\d=±%]*\)")
 """A number with a remark: "8.83 (maybe late)"."""
-_NO_WEIGHT = frozenset(vocabulary.single_words("no_weight"))
+_NO_WEIGHT = vocabulary.single_words("no_weight")
 
 _TURN_BEHIND = re.compile(rf"(?i)(.*?)(?:(?<!\s)\s+)?(?:of\s+)?(?:an?\s+)?{MARK}\w*\.?")
 _PARTS = frozenset({f"1/{n}" for n in range(2, 10)} | {"2/3", "3/4"})
@@ -44,7 +44,7 @@ _TOO_LARGE: dict[tuple[str, str | None], tuple[float, str]] = {
 }
 """Value [SI] that is too large for one run, and the likelier unit, by role and unit."""
 _COUNTED = (*roles.COUNTS, "spin_turns")
-_IN_WORDS = frozenset({"mass", "turns", "spin_turns"})
+_IN_WORDS = ("mass", "turns", "spin_turns")
 """Roles whose numbers may be written in words."""
 
 
@@ -70,8 +70,11 @@ def _turns_in_words(text: str) -> str:
     bare = match[1]
     if words := words_of_turns(bare, whole=True):
         return words
-    is_number = bare == "" or numerals.take_apart(bare) is not None
-    return (bare or "1") if is_number else ""
+    if not bare:
+        return "1"
+    if numerals.take_apart(bare) is None:
+        return ""
+    return bare
 
 
 def _turns_of_angle(text: str) -> str:
@@ -90,7 +93,9 @@ def fraction_of_date(text: str) -> str:
     """
     low, high = sorted(misreadings.date_pair(text) or (0, 0))
     is_part = (low == 1 and high <= 12) or (low, high) == (2, 3)
-    return f"{low}/{high}" if is_part else ""
+    if is_part:
+        return f"{low}/{high}"
+    return ""
 
 
 def rounded_turns(text: str) -> tuple[str, float]:
@@ -102,11 +107,14 @@ def rounded_turns(text: str) -> tuple[str, float]:
     The screws of the ball are a third of a turn apart; a run without a weight takes a
     twelfth.
     """
+    if not numerals.PLAIN.fullmatch(text):
+        return "", 0.0
+    place = numerals.last_place(text)
     # Whole turns are meant as written.
-    if not numerals.PLAIN.fullmatch(text) or numerals.last_place(text) >= 0:
+    if place >= 0:
         return "", 0.0
     value = to_float(text)
-    step = float(f"1e{numerals.last_place(text)}")
+    step = float(f"1e{place}")
     twelfths = round(value * 12)
     # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong
     # by nearly a whole step.
@@ -129,7 +137,9 @@ def part_counted(header: Header) -> str:
         return stated if stated in _PARTS else ""
     words = re.split(r"[\W_]+", header.text)
     named = {words_of_turns(word, whole=True) for word in words} & _PARTS
-    return named.pop() if len(named) == 1 else ""
+    if len(named) == 1:
+        return named.pop()
+    return ""
 
 
 # Dashes and colons
@@ -182,10 +192,11 @@ def _ask_for_colons(
     clocks = [text for text in texts if _CLOCK.fullmatch(fold_number(text))]
     if not clocks or ":" in column.header.text:
         return
-    cell = table.grid.cell(table.rows[texts.index(clocks[0])], column.at)
+    first = clocks[0]
+    cell = table.cell_of(column, texts.index(first))
     name = column.header.text.partition("[")[0].strip()
-    values = {"first": clocks[0], "meant": ".".join(clocks[0].rsplit(":", 1))}
-    faults.add("colon", cell, role=column.role, name=name, **values)
+    meant = ".".join(first.rsplit(":", 1))
+    faults.add("colon", cell, role=column.role, name=name, first=first, meant=meant)
 
 
 # The cells of a column
@@ -202,9 +213,9 @@ class Wrong(Struct, frozen=True):
 class DecimalSigns(Struct, frozen=True):
     """The decimal signs of a table."""
 
-    typed: Collection[str]
+    typed: set[str]
     """Those of its numbers that cannot separate thousands."""
-    expected: Collection[str]
+    expected: set[str]
     """Those that the delimiter allows as well."""
 
     def may_separate_thousands(self, text: str) -> bool:
@@ -212,8 +223,8 @@ class DecimalSigns(Struct, frozen=True):
         if not _THOUSANDS.fullmatch(text):
             return False
         if "," in text:
-            return set(self.expected) != {","}
-        return set(self.typed) == {","}
+            return self.expected != {","}
+        return self.typed == {","}
 
 
 class CellReader:
@@ -261,7 +272,7 @@ class CellReader:
             quantity = self._quantity(text)
         except UnitError as error:
             self.lacks_unit = error.code == diagnostics.UNIT_MISSING
-            is_word = not any(letter.isdigit() for letter in text)
+            is_word = not any(map(str.isdigit, text))
             missed = "; or put # before the line of a run that was not measured"
             hint = error.hint + missed * is_word
             self.wrong[text] = Wrong(error.code, error, hint)
@@ -301,19 +312,23 @@ class CellReader:
 
         Fractions are turns already.
         """
+        if not self.read:
+            return
         if part == _PERCENT:
             are_counts = all(map(numerals.PLAIN.fullmatch, self.read))
         else:
-            are_counts = all(
-                quantity.value.is_integer() for quantity in self.read.values()
-            )
-        if not are_counts or not self.read:
+            values = [quantity.value for quantity in self.read.values()]
+            are_counts = all(map(float.is_integer, values))
+        if not are_counts:
             return
         counted = {
             text: read_cell(_times(part, quantity.value), "number", "")
             for text, quantity in self.read.items()
         }
-        shown = [f"{text} is {_times(part, self.read[text].value)}" for text in counted]
+        shown = [
+            f"{text} is {_times(part, quantity.value)}"
+            for text, quantity in self.read.items()
+        ]
         self.faults.add("parts_of_turns", self.column.cell, said="; ".join(shown[:4]))
         self.read |= counted
 
@@ -348,7 +363,7 @@ class CellReader:
         if self.kind != "number":
             return []
         unclear = [text for text in self.read if not _FRACTION.fullmatch(text)]
-        return [text for text in unclear if fraction_of_date(text)]
+        return list(filter(fraction_of_date, unclear))
 
 
 def _may_be_degrees(text: str) -> bool:
@@ -379,7 +394,7 @@ class Uncertainties(Struct, frozen=True):
         the log.
         """
         common = roles.stated_u(role, self.of_log)
-        if column is not None and column.header.spread:
+        if column and column.header.spread:
             common = _read(column, column.header.spread, unit or "", faults)
         spreads = [common] * len(self.table.rows)
         keys = [key for key in roles.u_keys(role) if key in self.columns]
@@ -409,7 +424,7 @@ class Uncertainties(Struct, frozen=True):
         for i, text in enumerate(column.texts):
             if text in BLANKS:
                 continue
-            cell = self.table.grid.cell(self.table.rows[i], column.at)
+            cell = self.table.cell_of(column, i)
             typed = text if "%" in text else text + percent
             u = _read(column, typed, unit, faults, cell)
             spreads[i] = None if u is None else roles.as_u_of(role, column.role, u)
@@ -436,11 +451,11 @@ def ask_for_unit(column: Chosen, faults: Faults) -> None:
     """Ask for the unit of a column of which neither the header nor a cell has one."""
     kind = kind_of_role(column.role)
     role = column.role
-    texts = column.texts
-    examples = units.KINDS[kind].examples + (", N for a weight" * (role == "mass"))
-    is_numbered = role in ("mass", "position") and all(
-        text.isdigit() and len(text) == 1 for text in texts if text
-    )
+    examples = units.KINDS[kind].examples
+    if role == "mass":
+        examples += ", N for a weight"
+    are_digits = all(text.isdigit() and len(text) == 1 for text in column.filled())
+    is_numbered = are_digits and role in ("mass", "position")
     name = "no_unit_but_numbers" if is_numbered else "no_unit"
     values = {"text": column.header.text[:60], "role": role, "units": examples}
     faults.add(name, column.cell.place, kind=units.KINDS[kind], **values)

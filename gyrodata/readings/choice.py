@@ -20,7 +20,7 @@ from gyrodata.readings.headers import (
     unused_words,
 )
 from gyrodata.readings.lablog import Faults, header_of, listing
-from gyrodata.readings.layout import Choice, Chosen, columns_of
+from gyrodata.readings.layout import Choice, Chosen, columns_of, note_unused
 from gyrodata.readings.names import Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
@@ -85,14 +85,16 @@ def _serve_mapped(
             raise faults.refuse("mapped_twice", header=header, first=first, second=key)
         repeat = re.fullmatch("time_([0-9]+)", key)
         role = "time" if repeat else key
-        mapped[column.at] = replace(
+        unit = _unit_for(role, column.header)
+        chosen = replace(
             column,
-            header=replace(column.header, unit=_unit_for(role, column.header)),
+            header=replace(column.header, unit=unit),
             role=role,
             number=int(repeat[1]) if repeat else None,
             turns=column.header.turns if role == "time" else "",
         )
-        choice.serve(mapped[column.at])
+        mapped[column.at] = chosen
+        choice.serve(chosen)
     return [column for column in columns if column.at not in mapped]
 
 
@@ -107,10 +109,11 @@ def _column_called(
         if column.text and squeeze(column.text) == squeeze(header)
     ]
     if same:
-        return [*exact, *same][0]
+        return (exact or same)[0]
     headers = listing([f'"{column.text}"' for column in columns if column.text], 40)
-    values = {"role": key, "header": header, "headers": headers}
-    raise faults.refuse("mapped_header_unknown", **values)
+    raise faults.refuse(
+        "mapped_header_unknown", role=key, header=header, headers=headers
+    )
 
 
 def _unit_for(role: str, header: Header) -> str | None:
@@ -123,8 +126,9 @@ def _unit_for(role: str, header: Header) -> str | None:
         return unit
     parts = re.split(r"[,;/_ ]", header.text)
     ends = [end for end in parts[1:] if kind in kinds_of(end)]
-    of_spread = header.spread.partition(" ")[2]
-    return (ends[-1] if ends else unit or of_spread) or None
+    if ends:
+        return ends[-1]
+    return unit or header.spread.partition(" ")[2] or None
 
 
 # Legends
@@ -190,7 +194,7 @@ def _counted_by_cells(column: Chosen) -> tuple[str, ...]:
 
     It is an angle above "120°", and turns above "2/3" or "one third".
     """
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     marks = [text.lstrip("0123456789., ") for text in texts]
     if texts and all(kinds_of(mark) == {"angle"} for mark in marks):
         return ("angle",)
@@ -259,9 +263,7 @@ def _serve_stating(columns: list[Chosen], table: layout.Layout, choice: Choice) 
 
     For example, "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
     """
-    rates = [
-        header for header in table.headers if kinds_of(header.unit or "") == {"rate"}
-    ]
+    rates = [header for header in table.headers if header.kinds == {"rate"}]
     spin_is_known = bool(rates) or choice.gives_spin()
     for column in _in_order_of_trust(columns):
         turns = column.header.turns
@@ -285,10 +287,11 @@ def _eliminate(several: list[Chosen], choice: Choice, faults: Faults) -> None:
         column = decided[0]
         several = [other for other in several if other is not column]
         choice.serve(replace(column, role=_left(column, choice)[0]))
-    missing = missing_roles(choice.there, choice.there, loaded=True)
+    missing = missing_roles(choice.there, choice.there)
     lacking: set[str] = {roles.BY_NAME[role].part for role in missing}
-    if not lacking.isdisjoint(("timing", "count")):
-        lacking |= {"timing", "count"}
+    parts_of_times = {"timing", "count"}
+    if lacking & parts_of_times:
+        lacking |= parts_of_times
     for column in several:
         _ask_or_leave_out(column, lacking, choice, faults)
 
@@ -303,9 +306,9 @@ def _ask_or_leave_out(
     )
     if not is_needed:
         fits = " and ".join(column.header.roles)
-        faults.add("not_used", column.cell, why=f"is not used: it fits {fits}")
+        note_unused(column, f"is not used: it fits {fits}", faults)
         return
-    counts = choice.used.get("turns", [])
+    counts = choice.columns("turns")
     without = f' (and take "{counts[0].text}" out)' if counts else ""
     ends = {role: without if role in roles.ONE_TURN else "" for role in left}
     ways = [f'--map {role}="{column.text}"{ends[role]}' for role in left]
@@ -325,7 +328,7 @@ def _ask_or_leave_out(
 def _left(column: Chosen, choice: Choice) -> list[str]:
     """Return the roles that a header may still have."""
     there = set(choice.there)
-    if any(time.turns for time in choice.times()):
+    if choice.states_turns():
         there.add("turns")
     names = column.header.roles
     if _may_be_mean_time(column, there, choice):
@@ -366,8 +369,9 @@ def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
     if bases == names:
         return ""
     for used in choice.used.values():
-        if used[0].header.roles == bases and used[0].role in bases:
-            return f"u_{used[0].role}"
+        first = used[0]
+        if first.header.roles == bases and first.role in bases:
+            return f"u_{first.role}"
     return ""
 
 
@@ -383,7 +387,7 @@ def _is_open(role: str, there: set[str], choice: Choice) -> bool:
 
 def _ask_for_moments(choice: Choice, faults: Faults) -> None:
     """Ask about "rpm 1" and "rpm 2": they may be readings before and after each run."""
-    first = choice.used["spin"][0]
+    first = choice.first("spin")
     for other in (*choice.others, *choice.unplaced):
         has_stem = other.header.name[:-1] == first.header.name[:-1] != ""
         is_alike = has_stem or other.text[:-1] == first.text[:-1]
@@ -399,9 +403,9 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
     A spin before the run without one after it is that of the whole run, and a spin next
     to one after the run was read before it.
     """
-    first = choice.used.get("spin", [])
-    before = choice.used.get("spin_start", [])
-    after = choice.used.get("spin_end", [])
+    first = choice.columns("spin")
+    before = choice.columns("spin_start")
+    after = choice.columns("spin_end")
     every_role = set(chain.from_iterable(roles.SPIN_SETS))
     if before and choice.there.isdisjoint(every_role - {"spin_start"}):
         choice.rename("spin_start", "spin")
@@ -425,10 +429,11 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
         for column in columns:
             words = " ".join(unused_words(column.header))
             if words and _may_change(words, column, role in choice.mapped):
-                named = header_of(role, column.header.unit or "")
-                values = {"words": words, "named": named}
-                values["role"] = role.replace("_", " ")
-                faults.add("words_not_used", column.cell, **values)
+                named = header_of(role, column.header.unit)
+                spoken = role.replace("_", " ")
+                faults.add(
+                    "words_not_used", column.cell, words=words, named=named, role=spoken
+                )
 
 
 def _may_change(words: str, column: Chosen, is_mapped: bool) -> bool:

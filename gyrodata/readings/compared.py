@@ -15,8 +15,14 @@ from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
 from gyrodata.readings.lablog import Column, Faults, Reading, Text
-from gyrodata.readings.layout import Chosen
-from gyrodata.readings.names import COUNTER_WORDS, is_of_the_spin, origin_in, squeeze
+from gyrodata.readings.layout import Chosen, note_unused
+from gyrodata.readings.names import (
+    COUNTER_WORDS,
+    fold_name,
+    is_of_the_spin,
+    origin_in,
+    squeeze,
+)
 from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
 
@@ -52,7 +58,7 @@ def leave_out(column: Chosen, used: Chosen, faults: Faults) -> bool:
     if role not in roles.TEXTS and not role.startswith("u_") and not from_elsewhere:
         return False
     why = f'is not used: {role} is read from "{used.header.text}"'
-    faults.add("not_used", column.cell, why=why)
+    note_unused(column, why, faults)
     return True
 
 
@@ -107,7 +113,7 @@ def compare_with_line(column: Column, setting: Setting, faults: Faults) -> None:
     different = [run for run, reading in readings if differ(stated, reading)]
     if not different:
         return
-    name = squeeze(parse_header(column.header).name).lower()
+    name = fold_name(parse_header(column.header).name)
     is_named = name == squeeze(column.role)
     if setting.place is None or is_named or not roles.BY_NAME[column.role].part:
         faults.add("line_not_used", setting.place, given=setting, header=column.header)
@@ -123,6 +129,11 @@ _SMALL_DOUBT = 0.002
 _AGREE = 0.02
 """Largest difference of turns that agree."""
 # --- Turns ---
+
+
+def counted_turns(columns: Mapping[str, Column]) -> Column | None:
+    """Return the column of the turns or of the swept angle; None without one."""
+    return columns.get("turns") or columns.get("angle")
 
 
 def use_turns_of_headers(
@@ -143,7 +154,7 @@ def use_turns_of_headers(
         if turns is None:
             return
         stated[time.turns] = Reading(turns, None, u, time.turns)
-    counted = columns.get("turns") or columns.get("angle")
+    counted = counted_turns(columns)
     readings = [stated[run.turns] for run in runs]
     headers = [run.text for run in runs]
     if counted is None:
@@ -192,10 +203,7 @@ def compare_turns_with_texts(
     columns: Mapping[str, Column], table: layout.Layout, faults: Faults
 ) -> None:
     """Report each sentence that states turns with which no run agrees."""
-    names = [
-        role for role in ("turns", "angle", "precession_period") if role in columns
-    ]
-    counted = columns[names[0]] if names else None
+    counted = counted_turns(columns) or columns.get("precession_period")
     if counted is None or counted.header.startswith("--"):
         return
     known = turns_of(counted)
@@ -236,7 +244,7 @@ def _report_sentence(
 
 def _may_number_runs(turns: Column) -> bool:
     """Return whether a column of turns has a name such as "Lap", "N" or "count"."""
-    is_counter = squeeze(turns.header).lower() in COUNTER_WORDS
+    is_counter = fold_name(turns.header) in COUNTER_WORDS
     return is_counter or may_number(parse_header(turns.header))
 
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
 from gyrodata.readings import layout, roles
-from gyrodata.readings.compared import turns_of
+from gyrodata.readings.compared import counted_turns, turns_of
 from gyrodata.readings.lablog import Column, Faults, Place, Readings, listing
 from gyrodata.readings.layout import Choice
 from gyrodata.readings.roles import kind_of_role, missing_roles
@@ -100,7 +100,7 @@ def without_wrong_runs(log: Readings) -> Readings | None:
     None if more is wrong: a header, a line for the whole log, or what all runs need.
     """
     wrong = {fault.line for fault in log.diagnostics if fault.severity == "error"}
-    if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns, True):
+    if not wrong <= {*log.lines} or missing_roles({*log.columns}, log.columns):
         return None
     complete = [run for run, line in enumerate(log.lines) if line not in wrong]
     for column in log.columns.values():
@@ -115,14 +115,13 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: I_zz would be very wrong."""
     period = columns["precession_period"]
     time = columns.get("time")
-    counted = columns.get("turns") or columns.get("angle")
+    counted = counted_turns(columns)
     if counted is None:
         return
     if time is None:
         _ask_for_counted_turns(period, counted, faults)
     elif time.header != period.header and _are_exchanged(time, period, counted):
-        names = {"period": period.header, "time": time.header}
-        faults.add("exchanged", period.cell(0), **names)
+        faults.add("exchanged", period.cell(0), period=period.header, time=time.header)
 
 
 def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> None:
@@ -130,8 +129,10 @@ def _ask_for_counted_turns(period: Column, counted: Column, faults: Faults) -> N
     if all(abs(abs(turns) - 1) < _WHOLE for turns in filter(None, turns_of(counted))):
         return
     places = filter(None, map(counted.place, range(len(counted.readings))))
-    values = {"header": period.header, "counted": counted.role}
-    faults.add("turns_for_one_period", next(places, period.place(0)), **values)
+    place = next(places, period.place(0))
+    faults.add(
+        "turns_for_one_period", place, header=period.header, counted=counted.role
+    )
 
 
 def _are_exchanged(time: Column, period: Column, counted: Column) -> bool:

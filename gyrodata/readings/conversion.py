@@ -95,8 +95,9 @@ def faults_of_workbook(data: bytes, shown: str) -> Faults:
 
     Raise InputError if a formula has no value.
     """
-    sheets = _sheets_of(data, Faults(shown))
-    faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
+    faults_of_file = Faults(shown)
+    sheets = _sheets_of(data, faults_of_file)
+    faults = Faults(shown, *_text_of_sheets(sheets, faults_of_file))
     hidden = "; ".join(chain.from_iterable(map(workbook.hidden_parts, sheets)))
     if hidden:
         faults.add("hidden_cells", where=hidden)

@@ -60,14 +60,17 @@ class Filler:
         for i, reading in enumerate(readings):
             if reading.text not in UNKNOWN:
                 continue
-            is_load = column.role in roles.LOADS
-            if self.is_run[i] and not (is_load and self.loads.pulls_nothing(i)):
+            if self.is_run[i] and not self._needs_no_value(column, i):
                 cell = self.table.grid.cell(self.table.rows[i], at)
                 self.faults.add("unknown_cell", cell, role=column.role)
             else:
                 readings[i] = Reading()
         column = replace(column, readings=tuple(readings))
         return column if is_constant else self._fill_down(column, at)
+
+    def _needs_no_value(self, column: Column, row: int) -> bool:
+        """Return whether a column is one of loads, and nothing pulls in a row."""
+        return column.role in roles.LOADS and self.loads.pulls_nothing(row)
 
     def _fill_down(self, column: Column, at: int) -> Column:
         """Give blank cells the value above.
@@ -105,8 +108,7 @@ class Filler:
         for i, reading in enumerate(column.readings):
             if reading.text:
                 return above
-            is_needed = column.role not in roles.LOADS
-            if self.is_run[i] and (is_needed or not self.loads.pulls_nothing(i)):
+            if self.is_run[i] and not self._needs_no_value(column, i):
                 above.append(i)
         return []
 
@@ -117,7 +119,7 @@ class Filler:
         for i, reading in enumerate(column.readings):
             if reading.text:
                 last = i
-            elif column.role in roles.LOADS and self.loads.pulls_nothing(i):
+            elif self._needs_no_value(column, i):
                 last = None
             elif last is not None and self._is_valid_below(column, last, i):
                 above[i] = last

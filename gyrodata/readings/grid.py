@@ -215,8 +215,9 @@ def make_grid(
     lines = _in_usual_signs("\n".join(faults.lines)).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body = _take_notes(grid, faults)
-    if len(body) - 1 > MAX_ROWS:  # without the header
-        raise faults.refuse("too_many_rows", count=len(body) - 1)
+    count = len(body) - 1  # without the header
+    if count > MAX_ROWS:
+        raise faults.refuse("too_many_rows", count=count)
     if body and not grid.delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     for row in _split_lines(grid, body, faults):
@@ -321,19 +322,19 @@ def _split_lines(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     for index in body:
         if index <= until:
             continue
+        place = Place(index + 1, 1)
         line = grid.lines[index]
         if '"' in line:
             line = grid.lines[index] = _without_lone_quotes(grid, index)
         if len(line) > MAX_CELL < max(map(len, line.split(grid.delimiter))):
-            raise faults.refuse("cell_too_long", Place(index + 1, 1))
+            raise faults.refuse("cell_too_long", place)
         texts, until = _split_line(grid, index, faults)
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:
-            place = Place(index + 1, 1)
             raise faults.refuse("too_many_columns", place, count=len(texts))
         if texts:
-            yield Row(index + 1, texts)
+            yield Row(place.line, texts)
 
 
 def _without_lone_quotes(grid: Grid, index: int) -> str:
@@ -342,7 +343,9 @@ def _without_lone_quotes(grid: Grid, index: int) -> str:
     mark = re.escape(grid.delimiter)
     lone = rf'(?<![^{mark}])( *)"( *)(?![^{mark}])'
     without, count = re.subn(lone, r"\1″\2", line)
-    return without if count == line.count('"') else line
+    if count == line.count('"'):
+        return without
+    return line
 
 
 def _split_line(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
@@ -438,15 +441,17 @@ def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
 
 def _with_u(value: str) -> str:
     """Join the cells of a value; of two numbers, the second one is the uncertainty."""
-    first, *more = value.split("\t")
-    if len(more) > 1 and is_bare(first) and is_bare(more[0]):
-        return " ".join([first, "±", *more])
-    return " ".join([first, *more])
+    cells = value.split("\t")
+    if len(cells) > 2 and all(map(is_bare, cells[:2])):
+        cells.insert(1, "±")
+    return " ".join(cells)
 
 
 def _answer(text: str) -> tuple[str, str] | None:
     """Return the key and the value of a result; None for a text that is none."""
-    return None if read_reported("inertia", text).fault else ("I_zz", text)
+    if read_reported("inertia", text).fault:
+        return None
+    return "I_zz", text
 
 
 _CONSTANTS = frozenset((*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES))

@@ -25,16 +25,17 @@ from gyrodata.readings.names import (
     TOKENS,
     Header,
     Phrases,
+    bare_roles,
     contains_word,
     exact_roles,
+    fold_name,
     from_centre,
     is_of_the_spin,
     measures,
     moment_in,
     origin_in,
-    squeeze,
 )
-from gyrodata.readings.roles import BY_NAME, kind_of_role
+from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import (
     NUMBERS,
     TURN,
@@ -74,7 +75,7 @@ def _time_of_symbol(text: str) -> Header | None:
     if match is None:
         return None
     symbol = parse_header(match["symbol"] + match["rest"])
-    if "time" not in kinds_of(symbol.unit or ""):
+    if "time" not in symbol.kinds:
         return None
     if {"time", "precession_period"}.isdisjoint(symbol.roles):
         return None
@@ -116,8 +117,7 @@ def _fitting_roles(
         return tuple(role for role in roles if measures(unit, role))
     if kinds_of(name) not in _KINDS_OF_NAMES:
         return ()
-    bare = tuple(role for role in roles if kind_of_role(role) in _WITHOUT_UNIT)
-    return bare or roles
+    return bare_roles(roles)
 
 
 _USUAL = re.compile(
@@ -128,9 +128,6 @@ _USUAL = re.compile(
 _KINDS_OF_NAMES = (frozenset[str](), OF_TURNS)
 """Kinds of a word that can be a name: it is no unit, or a unit and a name, as
 "revolutions"."""
-
-
-_WITHOUT_UNIT = ("number", "text", "sign")
 
 
 # --- Questions about a header ---
@@ -145,7 +142,7 @@ def can_measure(header: Header) -> bool:
 
 def counts_turns(header: Header) -> bool:
     """Return whether the unit of a header is that of turns, as in "far (turns)"."""
-    return kinds_of(header.unit or "") == OF_TURNS
+    return header.kinds == OF_TURNS
 
 
 def is_one_letter(unit: str) -> bool:
@@ -233,7 +230,7 @@ def unused_words(header: Header) -> tuple[str, ...]:
 
 def _says_number(word: str) -> bool:
     """Return whether a word contains a digit, or is a number; "от" is no "öt"."""
-    is_name = len(word) > 2 and squeeze(word).lower() in NUMBERS
+    is_name = len(word) > 2 and fold_name(word) in NUMBERS
     return is_name or bool(re.search("[0-9]", word))
 
 

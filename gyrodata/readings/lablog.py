@@ -17,7 +17,7 @@ from functools import cached_property
 from itertools import groupby
 from typing import Any, Literal, NamedTuple, TypeVar
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
@@ -224,11 +224,11 @@ class Readings(Struct, frozen=True, dict=True):
     screws: tuple[str, ...] = ()
     blocks: tuple[str, ...] = ()
     files: tuple[tuple[int, Readings], ...] = ()
-    columns: Mapping[str, Column] = field(default_factory=dict)
+    columns: Mapping[str, Column] = {}
     others: tuple[Column, ...] = ()
-    constants: Mapping[str, float] = field(default_factory=dict)
-    uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
-    stated_at: Mapping[str, Place | None] = field(default_factory=dict)
+    constants: Mapping[str, float] = {}
+    uncertainties: Mapping[str, Uncertainty] = {}
+    stated_at: Mapping[str, Place | None] = {}
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     spin_down: tuple[Fall, ...] = ()
@@ -240,8 +240,8 @@ class Readings(Struct, frozen=True, dict=True):
     position_set: str | None = None
     position_from: str | None = None
     origin_u: float = 0.0
-    metadata: Mapping[str, str] = field(default_factory=dict)
-    reported: Mapping[str, Reported] = field(default_factory=dict)
+    metadata: Mapping[str, str] = {}
+    reported: Mapping[str, Reported] = {}
     unmoved: Readings | None = None
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -451,7 +451,7 @@ def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
     return text
 
 
-def header_of(role: str, unit: str = "") -> str:
+def header_of(role: str, unit: str | None = None) -> str:
     """Return the header of a column: ``mass [g]``, ``turns``."""
     return f"{role} [{unit}]" if unit else role
 

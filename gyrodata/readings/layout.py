@@ -7,11 +7,10 @@ from collections import Counter
 from collections.abc import Iterable
 from itertools import chain, pairwise
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.quantities import numerals
-from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import captions, roles
 from gyrodata.readings.grid import (
     HEADERS_LOOKED_AT,
@@ -57,6 +56,10 @@ class Layout(Struct, frozen=True):
     """The runs; each row has at least as many cells as the header."""
     sentences: list[Text]
     """The comments, and the rows of text above, between and below the runs."""
+
+    def cell_of(self, column: Chosen, row: int) -> Text:
+        """Return the cell of a column in a row."""
+        return self.grid.cell(self.rows[row], column.at)
 
     @property
     def statements(self) -> list[Text]:
@@ -266,7 +269,7 @@ def lacking_roles(headers: Iterable[Header], grid: Grid | None = None) -> set[st
         there |= _roles_served(header)
     # A sentence with turns contradicts a period, which is that of one turn.
     there = there.difference(roles.ONE_TURN)
-    missing = roles.missing_roles(there, there, loaded=True)
+    missing = roles.missing_roles(there, there)
     return {"mass", "position", "spin", "turns"}.intersection(missing)
 
 
@@ -283,7 +286,7 @@ def _roles_served(header: Header) -> set[str]:
         served.add("mass")
     # "mass without hanger [g]" is a mass, although gyro has to ask which; "gap [cm]"
     # may be the position, and "disks [g]" the mass.
-    kinds = kinds_of(header.unit or "") & {"length", "mass"}
+    kinds = header.kinds & {"length", "mass"}
     return served | hinted(header) | {captions.ROLE_OF_KIND[kind] for kind in kinds}
 
 
@@ -329,7 +332,11 @@ class Chosen(Struct, frozen=True):
     @property
     def kinds(self) -> frozenset[str]:
         """Kinds of quantity that the unit of the header can measure."""
-        return kinds_of(self.header.unit or "")
+        return self.header.kinds
+
+    def filled(self) -> list[str]:
+        """Return the cells that are not blank."""
+        return [text for text in self.texts if text]
 
 
 def columns_of(table: Layout) -> list[Chosen]:
@@ -346,22 +353,30 @@ class Choice(Struct):
 
     there: set[str]
     """Roles that have a column, or one value for the whole log."""
-    used: dict[str, list[Chosen]] = field(default_factory=dict)
+    used: dict[str, list[Chosen]] = {}
     """One column for each role; several for repeats of the time."""
-    others: list[Chosen] = field(default_factory=list)
+    others: list[Chosen] = []
     """Further columns of a role, and ``inertia``."""
-    unplaced: list[Chosen] = field(default_factory=list)
+    unplaced: list[Chosen] = []
     """Columns whose headers name no role."""
-    asked: set[str] = field(default_factory=set)
+    asked: set[str] = set()
     """Roles that a header may mean, if the log's author has to decide."""
-    corrected: dict[int, str] = field(default_factory=dict)
+    corrected: dict[int, str] = {}
     """Header with a unit of each column that lacks one."""
-    mapped: set[str] = field(default_factory=set)
+    mapped: set[str] = set()
     """Roles whose columns --map names."""
+
+    def columns(self, role: str) -> list[Chosen]:
+        """Return the columns of a role."""
+        return self.used.get(role, [])
+
+    def first(self, role: str) -> Chosen:
+        """Return the first column of a role that has one."""
+        return self.used[role][0]
 
     def serve(self, column: Chosen) -> None:
         """Use a column for its role, or put it with the others."""
-        present = self.used.get(column.role, [])
+        present = self.columns(column.role)
         if column.role == "inertia" or (present and not is_repeat(column, present)):
             self.others.append(column)
         else:
@@ -377,11 +392,16 @@ class Choice(Struct):
         """Use the columns of one role for another one."""
         columns = self.used.pop(role)
         self.used[new] = [replace(column, role=new) for column in columns]
-        self.there = self.there - {role} | {new}
+        self.there.discard(role)
+        self.there.add(new)
 
     def times(self) -> list[Chosen]:
         """Return the columns of the stopwatch."""
-        return self.used.get("time", [])
+        return self.columns("time")
+
+    def states_turns(self) -> bool:
+        """Return whether the header of a time states its turns."""
+        return any(time.turns for time in self.times())
 
     def next_repeat(self) -> int:
         """Return the first number that no column of the stopwatch has."""
@@ -398,6 +418,11 @@ class Choice(Struct):
     def gives_turns(self) -> bool:
         """Return whether the turns of each time are known, or none are needed."""
         return not self.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+
+
+def note_unused(column: Chosen, why: str, faults: Faults) -> None:
+    """Say that a column is not used, or only compared."""
+    faults.add("not_used", column.cell, why=why)
 
 
 def is_repeat(column: Chosen, present: list[Chosen]) -> bool:

@@ -54,14 +54,19 @@ def squeeze(text: str) -> str:
     return "".join(letters.translate(_MARKS).split())
 
 
+def fold_name(text: str) -> str:
+    """Return the letters of a name, squeezed and in lower case."""
+    return squeeze(text).lower()
+
+
 def squeezed_words(text: str) -> set[str]:
     """Return the words of a text, squeezed and in small letters."""
-    return {squeeze(word).lower() for word in re.split(r"[\W_]+", text)}
+    return set(map(fold_name, re.split(r"[\W_]+", text)))
 
 
 def contains_word(text: str, words: Collection[str]) -> bool:
     """Return whether a text contains one of some squeezed words in small letters."""
-    return any(squeeze(word).lower() in words for word in TOKENS.split(text))
+    return any(fold_name(word) in words for word in TOKENS.split(text))
 
 
 class Phrases:
@@ -106,7 +111,7 @@ def squeezed_names(names: str) -> list[str]:
 
     The names are squeezed together, because one by one would take 20 ms at each start.
     """
-    return squeeze(names).lower().split(",")
+    return fold_name(names).split(",")
 
 
 def word_set(key: str) -> set[str]:
@@ -167,12 +172,17 @@ ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
 )
 
 
+def without_weight(text: str) -> str:
+    """Return a text without the centre of the weight, which is no origin."""
+    return re.sub(OF_WEIGHT, "", text)
+
+
 def origin_in(header: str) -> Origin:
     """Return the origin of positions if a header names it; else "".
 
     The origin is the "surface" of the ball or the "tip" of the rod.
     """
-    if len(header) > MAX_HEADER or re.search(CENTRE, re.sub(OF_WEIGHT, "", header)):
+    if len(header) > MAX_HEADER or re.search(CENTRE, without_weight(header)):
         return ""
     return next((origin for origin, words in ORIGINS if words.is_in(header)), "")
 
@@ -193,7 +203,7 @@ def from_centre(header: str) -> bool:
 
 # --- Names of roles ---
 
-NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
+NAMES: dict[str, tuple[str, ...]] = {fold_name(role): (role,) for role in ROLES}
 """Roles by squeezed lower-case name."""
 for _roles in (*ROLES, *SHARED_NAMES):
     _meant = tuple(_roles.split())
@@ -216,7 +226,7 @@ def _all_words() -> frozenset[str]:
 
 def is_word(text: str) -> bool:
     """Return whether a word is a word of headers, or a unit."""
-    return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
+    return fold_name(text) in _all_words() or bool(kinds_of(text))
 
 
 BESIDE = {
@@ -272,12 +282,15 @@ def exact_roles(name: str) -> tuple[str, ...]:
     if symbol in SYMBOLS:
         return SYMBOLS[symbol]
     is_unit_behind = re.search(r"[\s,]s$", name)  # "time s" is not "times"
-    if symbol.lower() in NAMES and not is_unit_behind:
-        return NAMES[symbol.lower()]
+    small = symbol.lower()
+    if small in NAMES and not is_unit_behind:
+        return NAMES[small]
     key = re.sub(r"[\s-]", "_", name.lower())
     if key in UNCERTAINTIES:
         return (key,)
-    return SYMBOLS.get(symbol.lower(), ()) if len(symbol) == 1 else ()
+    if len(symbol) == 1:
+        return SYMBOLS.get(small, ())
+    return ()
 
 
 def _named_twice(words: list[str]) -> tuple[str, ...]:
@@ -301,7 +314,7 @@ def _with_small_words(words: list[str]) -> tuple[str, ...]:
     """Look up a name between small words: "initial spin", "error of T"."""
     before = after = ""
     for small, first, last in _AFFIXES:
-        bare = [word for word in words if squeeze(word).lower() not in small]
+        bare = [word for word in words if fold_name(word) not in small]
         if len(bare) < len(words):
             words = bare
             before = before + first
@@ -318,7 +331,7 @@ def _base_roles(words: list[str]) -> tuple[str, ...]:
 
     Small words may belong to a name: "tiempo de giro".
     """
-    bare = [word for word in words if squeeze(word).lower() not in NOISE_WORDS]
+    bare = [word for word in words if fold_name(word) not in NOISE_WORDS]
     if not bare:
         return ()
     return (
@@ -384,7 +397,7 @@ def _all_fit(role: str, named: dict[str, tuple[str, ...]]) -> bool:
         return False  # "weight radius" is half of its diameter
     if min(map(len, named)) == 1:
         return False  # "mass (x)"
-    return BESIDE.get(role, set()).issuperset(squeeze(word).lower() for word in beside)
+    return BESIDE.get(role, set()).issuperset(map(fold_name, beside))
 
 
 _RADIUS = Phrases("radius")
@@ -396,14 +409,16 @@ def reported_key(key: str) -> str:
     It is ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``.
     """
     bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
-    return "inertia" if exact_roles(bare) == ("inertia",) else bare.lower()
+    if exact_roles(bare) == ("inertia",):
+        return "inertia"
+    return bare.lower()
 
 
 def station_in(line: str) -> str:
     """Return the station that a line names, as "Station 2" and "# poste: B"; else ""."""
     name, *names = re.split(r"[\s:=#]+", line.strip("# \t;,:"))
     is_named = len(names) == 1 and re.fullmatch(STATION, names[0])
-    return names[0] if is_named and squeeze(name).lower() in STATION_WORDS else ""
+    return names[0] if is_named and fold_name(name) in STATION_WORDS else ""
 
 
 STATION = r"[^\W\d]?[0-9]{0,2}"
@@ -441,6 +456,20 @@ class Header(Struct, frozen=True):
     is_of_the_spin: bool = False
     """Whether the text says that the ball turns, and not the rod."""
 
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of quantity that the unit can measure."""
+        return kinds_of(self.unit or "")
+
+
+def bare_roles(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of some roles that need no unit, or else all."""
+    bare = tuple(role for role in names if kind_of_role(role) in _WITHOUT_UNIT)
+    return bare or names
+
+
+_WITHOUT_UNIT = ("number", "text", "sign")
+
 
 def measures(unit: str, role: str) -> bool:
     """Return whether a role, or the uncertainty of one, can have a unit."""
@@ -454,7 +483,9 @@ def moment_in(header: str) -> Literal["", "start", "end"]:
     words = squeezed_words(header)
     if words & START_WORDS:
         return "start"
-    return "end" if words & END_WORDS else ""
+    if words & END_WORDS:
+        return "end"
+    return ""
 
 
 def is_of_the_spin(header: str) -> bool:

@@ -20,17 +20,18 @@ from gyrodata.readings.names import (
     FIRST_SIGN,
     FROM,
     NAMES,
-    OF_WEIGHT,
     ORIGINS,
     ROD,
     SPHERE,
     TOKENS,
     Phrases,
     exact_roles,
+    fold_name,
     from_centre,
     name_roles,
     origin_in,
     squeeze,
+    without_weight,
 )
 from gyrodata.readings.roles import BY_NAME
 from gyrodata.readings.turns import NUMBERS, SIGNS, TURN, turns_in, words_of_turns
@@ -93,7 +94,7 @@ def altered_readings(note: str) -> list[str]:
     """
     bare = re.sub(_HALF_TURN, "…", note) if ALTERED.is_in(note) else note
     is_altered = ALTERED.is_in(bare)
-    if not (is_altered or turns_in(note)) and _A_PERIOD.search(squeeze(note).lower()):
+    if not (is_altered or turns_in(note)) and _A_PERIOD.search(fold_name(note)):
         is_altered = _names_part_of_period(bare)
     if not is_altered and not re.search(_SIGNS, bare):
         return []
@@ -119,8 +120,8 @@ def _roles_of_word(word: str) -> tuple[str, ...]:
         return ("spin",)
     if len(word) <= 2:
         return ()
-    named = NAMES.get(squeeze(word).lower())
-    return named or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
+    named = NAMES.get(fold_name(word))
+    return named or NAMES.get(fold_name(re.sub(r"e?[ns]$", "", word)), ())
 
 
 _SURFACE_NOTE = Phrases("surface_note")
@@ -132,8 +133,10 @@ def noted_origin(note: str) -> str:
     An example is "x is measured from the surface of the ball".
     """
     if _SURFACE_NOTE.is_in(note):
-        bare = re.sub(OF_WEIGHT, "", note)
-        return "" if re.search(CENTRE, bare) else "surface"
+        bare = without_weight(note)
+        if re.search(CENTRE, bare):
+            return ""
+        return "surface"
     if not any(words.is_in(note) for _, words in ORIGINS):
         return ""
     return _origin_of_position(note)
@@ -141,7 +144,7 @@ def noted_origin(note: str) -> str:
 
 def _origin_of_position(note: str) -> str:
     """Return the origin that a note names, if it is about positions."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     origin = origin_in(bare)
     if not origin or _explains_position(bare):
         return origin
@@ -155,7 +158,7 @@ def _origin_of_position(note: str) -> str:
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
-    bare = re.sub(OF_WEIGHT, "", note)
+    bare = without_weight(note)
     is_of_position = _names_position(bare) and re.search(BEHIND_FROM, bare)
     return bool(is_of_position) and from_centre(bare)
 

@@ -94,8 +94,9 @@ def _with_value(read: Reported, quantity: Quantity, text: str) -> Reported:
     if any(not 1 / _LARGEST <= size <= _LARGEST for size in sizes):
         problem = f"{_quoted(read)} is far from anything in a lab"
         return replace(read, fault="unreadable", problem=problem)
-    steps = {"step": quantity.step, "u_step": quantity.u_step}
-    read = replace(read, value=quantity.value, u=u, **steps)
+    read = replace(
+        read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step
+    )
     written = numerals.take_apart(text)
     if written is None or quantity.step is None:
         return read  # a fraction has no digits that could be counted

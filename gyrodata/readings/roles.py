@@ -120,7 +120,9 @@ def kind_of_role(role: str) -> str:
     if role in SHARED_UNCERTAINTIES:
         return SHARED_UNCERTAINTIES[role]
     base = role.removeprefix("u_")
-    return CONSTANTS[base] if base in CONSTANTS else BY_NAME[base].kind
+    if base in CONSTANTS:
+        return CONSTANTS[base]
+    return BY_NAME[base].kind
 
 
 def u_keys(role: str) -> tuple[str, ...]:
@@ -136,11 +138,11 @@ def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
 
     An angle is a share of a turn.
     """
-    kinds = kind_of_role(role), kind_of_role(key)
-    if kinds[0] == kinds[1]:
+    kind = kind_of_role(role)
+    if kind == kind_of_role(key):
         return u
     per_turn = 2 * math.pi
-    if kinds[0] == "number":
+    if kind == "number":
         per_turn = 1 / per_turn
     return Uncertainty(u.absolute * per_turn, u.relative)
 
@@ -218,7 +220,9 @@ def is_key(key: str) -> bool:
 # What is missing
 
 
-def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
+def missing_roles(
+    there: set[str], columns: Collection[str], loaded: bool = True
+) -> list[str]:
     """Name what a run lacks, or the whole log.
 
     Of several roles that serve, one that the log has a column of. A run that is not

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.base.errors import InputError
@@ -64,17 +64,17 @@ class Setting(Struct, frozen=True):
 class Settings(Struct):
     """All values for the whole log."""
 
-    roles: dict[str, Setting] = field(default_factory=dict)
-    constants: dict[str, float] = field(default_factory=dict)
-    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
-    uncertainty_settings: dict[str, Setting] = field(default_factory=dict)
-    fields: dict[str, Any] = field(default_factory=dict)
+    roles: dict[str, Setting] = {}
+    constants: dict[str, float] = {}
+    uncertainties: dict[str, Uncertainty] = {}
+    uncertainty_settings: dict[str, Setting] = {}
+    fields: dict[str, Any] = {}
     """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
-    steps: dict[str, float] = field(default_factory=dict)
+    steps: dict[str, float] = {}
     """One step of the last digit of each constant [SI unit]."""
-    metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, Reported] = field(default_factory=dict)
-    unread: set[str] = field(default_factory=set)
+    metadata: dict[str, str] = {}
+    reported: dict[str, Reported] = {}
+    unread: set[str] = set()
     """Roles whose value could not be read; there is a fault for each."""
     origin: str = ""
     """Point from which positions count, if a note says so."""
@@ -257,7 +257,7 @@ def _is_remark(key: str, text: str) -> bool:
     """Return whether a line with a known key is blank, a sentence or a time of day."""
     if not text or key in roles.TEXTS or (key == "time" and ":" in text):
         return True
-    has_number = any(letter.isdigit() for letter in text)
+    has_number = any(map(str.isdigit, text))
     return key in roles.ROLES and len(text.split()) > 3 and not has_number
 
 
@@ -288,7 +288,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if close[0] in roles.ROLES:
         # Of "14.8 cm from centre" the value is meant.
         match = re.match(rf"{numerals.NUMBER}\s*\S*", value)
-        value = match[0] if match else value
+        if match:
+            value = match[0]
     faults.add("remark", text, written=written, meant=f"{close[0]}: {value}")
 
 
@@ -325,7 +326,7 @@ def _read_value(settings: Settings, item: Setting, ask: bool, faults: Faults) ->
     """Read the value of a key, by what kind of key it is."""
     key = item.key
     text = item.text.strip()
-    line = vocabulary.LINES.get(item.key, {})
+    line = vocabulary.LINES.get(key, {})
     if key == "spin_down":
         # Several lines are several falls.
         parts = filter(None, map(str.strip, text.split(";")))

@@ -45,6 +45,7 @@ from gyrodata.readings.names import (
     Header,
     Phrases,
     contains_word,
+    fold_name,
     squeeze,
 )
 from gyrodata.readings.turns import turns_in
@@ -114,6 +115,11 @@ class _Table(Struct):
     """Whether it has no row yet."""
     is_skipped: bool = False
     """Whether its rows are not runs."""
+
+    @property
+    def first_cell(self) -> Text:
+        """Return the first cell of the header row."""
+        return self.columns[0][0]
 
     @property
     def headers(self) -> list[Header]:
@@ -198,7 +204,9 @@ class _Sheet:
         """Return the units of a row below the names; [] if it is another row."""
         has_units = any(header.unit for header in self.table.headers)
         is_below = self.table.is_new or not has_units
-        return units_of_row(row.texts, below_names=True) if is_below else []
+        if not is_below:
+            return []
+        return units_of_row(row.texts, below_names=True)
 
     def _take_units(self, units: list[str]) -> None:
         """Give the headers the units of a row of units."""
@@ -277,7 +285,7 @@ class _Sheet:
         if lost:
             line = [table.head.line]
             lacks = roles.BY_NAME[min(lost)]
-            cell = table.columns[0][0]
+            cell = table.first_cell
             raise self.faults.refuse("lacks_in_first_row", cell, line=line, lacks=lacks)
 
     def _begin_runs(self) -> None:
@@ -289,7 +297,7 @@ class _Sheet:
         means = self._are_means()
         if why := self._why_skipped(means):
             table.is_skipped = True
-            self.faults.add(why, table.columns[0][0], line=[table.head.line])
+            self.faults.add(why, table.first_cell, line=[table.head.line])
             return
         self.only_means |= means and not self.runs
         check_names(table.columns, self.faults)
@@ -389,7 +397,7 @@ class _Sheet:
         there = {header.roles for _, header in self.columns}
         for role, spot in captioned.items():
             if (role,) not in there:
-                header = Header(role, (role,), None, "")
+                header = Header(role, (role,))
                 self.columns.append((Text(role, self.grid.place_of(spot)), header))
 
     def _joined(self, run: _Run) -> Row:
@@ -474,7 +482,7 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
         return False
     text = row.texts[first]
     start = (re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text))
-    return any(squeeze(word).lower() in SUMMARY_WORDS for word in start)
+    return any(fold_name(word) in SUMMARY_WORDS for word in start)
 
 
 def _is_inertia(text: str) -> bool:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Source = str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame
 
-MAX_BYTES = 10 * 1000 * 1000
+MAX_BYTES = 10_000_000
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
     "a PDF": rb"%PDF",
@@ -84,19 +84,20 @@ def _unpacked(data: bytes, faults: Faults) -> bytes:
 
 def _read_text(data: bytes, shown: str) -> Faults:
     """Decode a log, write JSON as a table; return the faults so far, and its text."""
+    faults_of_file = Faults(shown)
     kinds = [kind for kind, start in _OTHER_FILES.items() if re.match(start, data)]
     kind = "".join(kinds[:1])
     if kind not in ("", "JSON"):
-        raise Faults(shown).refuse("other_kind", kind=kind)
-    text, page = decode(data, Faults(shown))
+        raise faults_of_file.refuse("other_kind", kind=kind)
+    text, page = decode(data, faults_of_file)
     if not text.strip():
-        raise Faults(shown).refuse("empty")
+        raise faults_of_file.refuse("empty")
     if kind == "JSON":
-        text = _table_of_json(text, Faults(shown))
+        text = _table_of_json(text, faults_of_file)
     elif _LIST_OF_PROGRAM.search(text):
-        raise Faults(shown).refuse("other_kind", kind="a program")
+        raise faults_of_file.refuse("other_kind", kind="a program")
     elif text.count("\\\\") > 2 and text.count("&") > 2:
-        raise Faults(shown).refuse("other_kind", kind="LaTeX source")
+        raise faults_of_file.refuse("other_kind", kind="LaTeX source")
     faults = Faults(shown, text)
     if page:
         faults.add("code_page", page=page)
@@ -127,9 +128,10 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
     """
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
-    if isinstance(source, str) and not _ENDS_OF_LINES.isdisjoint(source):
+    is_text = isinstance(source, str)
+    if is_text and not _ENDS_OF_LINES.isdisjoint(source):
         return name or "<text>", _encoded(source)
-    if isinstance(source, str) and source == "-":
+    if is_text and source == "-":
         return _read_stream(sys.stdin.buffer, name or "<stdin>")
     if isinstance(source, str | os.PathLike):
         return _read_file(Path(source), name)

@@ -39,15 +39,20 @@ class Lack(Struct, frozen=True, dict=True):
         return units.DISPLAY[kind_of_role(self.role)]
 
     @property
+    def known(self) -> roles.Role:
+        """What is known of the role."""
+        return roles.BY_NAME[self.role]
+
+    @property
     def question(self) -> str:
         """The role and its meaning."""
-        meaning = roles.BY_NAME[self.role].meaning
+        meaning = self.known.meaning
         return f"{self.role} is missing" + f" ({meaning})" * bool(meaning)
 
     def named(self, column: Chosen | None = None) -> str:
         """Return the header that names the role, with a column's unit if it fits."""
         if column and kind_of_role(self.role) in column.kinds:
-            return header_of(self.role, column.header.unit or "")
+            return header_of(self.role, column.header.unit)
         return header_of(self.role, self.unit)
 
     @cached_property
@@ -100,7 +105,7 @@ def is_nameless(column: Chosen) -> bool:
 
 def _may_be_turns(column: Chosen) -> bool:
     """Return whether a column contains numbers without a unit."""
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return column.header.unit is None and all(map(is_bare, texts))
 
 
@@ -109,7 +114,7 @@ def _may_be_turns(column: Chosen) -> bool:
 
 def _guess(lack: Lack) -> str:
     """Say which column may be the role; "" if no column of the log may be it."""
-    rates = lack.choice.used.get("precession_rate")
+    rates = lack.choice.columns("precession_rate")
     if lack.role == "spin" and rates:
         return _may_be_spin(rates[0].text)
     if len(lack.likely) != 1 or (lack.role == "turns" and "time" in lack.missing):
@@ -121,7 +126,7 @@ def _guess(lack: Lack) -> str:
         return _time_of_turns(column.text, words)
     if lack.instead:
         return f'for each "{column.text}" write {lack.instead}, below "{lack.named()}"'
-    meaning = roles.BY_NAME[lack.role].meaning
+    meaning = lack.known.meaning
     more = FROM_SURFACE * (lack.role == "position")
     return (
         f'if "{column.text}" is {meaning}, write "{lack.named(column)}" above it '
@@ -179,7 +184,7 @@ FROM_SURFACE = (
 
 def _what_it_counts(column: Chosen) -> str:
     """Ask what the only column of numbers without a unit counts."""
-    cells = listing(list(dict.fromkeys(filter(None, column.texts))), 3)
+    cells = listing(list(dict.fromkeys(column.filled())), 3)
     return (
         f'if "{column.text}" ({cells}) counts turns, write "turns" above it; '
         'if thirds, "thirds of a turn"; if percent, "turns [%]"; '
@@ -217,7 +222,8 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
     headers = dict(choice.corrected)
     for lack in lacks:
         if len(lack.likely) == 1 and not lack.instead:
-            headers.setdefault(lack.likely[0].at, lack.named(lack.likely[0]))
+            [column] = lack.likely
+            headers.setdefault(column.at, lack.named(column))
     usual = [lack.named() for lack in lacks]
     added = [header for header in usual if header not in headers.values()]
     return header_row(table, headers, added)
@@ -225,7 +231,7 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
 
 def _how_to_add(lack: Lack) -> str:
     role = lack.role
-    known = roles.BY_NAME[lack.role]
+    known = lack.known
     sample = known.sample or f"1 {lack.unit}"
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]

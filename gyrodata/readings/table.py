@@ -42,7 +42,7 @@ from gyrodata.readings.lablog import (
     header_of,
     listing,
 )
-from gyrodata.readings.layout import Choice, Chosen
+from gyrodata.readings.layout import Choice, Chosen, note_unused
 from gyrodata.readings.notes import read_notes, warn_of_unused
 from gyrodata.readings.positions import count_from_centre
 from gyrodata.readings.roles import TEXTS, kind_of_role
@@ -120,9 +120,8 @@ def read_log(
         table = layout.plain_layout(grid)
     else:
         table = sheet.find_layout(side_by_side.to_rows(grid), faults)
-    if table is None:
-        return replace(log, diagnostics=faults.all_findings())
-    log = _with_runs(log, table, values, mapping, faults)
+    if table is not None:
+        log = _with_runs(log, table, values, mapping, faults)
     return replace(log, diagnostics=faults.all_findings())
 
 
@@ -198,9 +197,9 @@ class TableReader:
         self.faults = faults
         self.grid = table.grid
         self.rows = table.rows
-        typed_signs = decimal_signs(self.grid, by_delimiter=False)
-        expected = typed_signs or decimal_signs(self.grid)
-        self.signs = DecimalSigns(typed_signs, expected)
+        typed = decimal_signs(self.grid, by_delimiter=False)
+        expected = decimal_signs(self.grid)
+        self.signs = DecimalSigns(typed, expected)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""
         for item in (*settings.roles.values(), *settings.uncertainty_settings.values()):
@@ -208,7 +207,7 @@ class TableReader:
                 self._replace(item)
         self.uncertainties = Uncertainties(table, choice.used, settings.uncertainties)
         self.there = {*choice.used, *settings.roles} - TEXTS
-        if any(time.turns for time in choice.times()):
+        if choice.states_turns():
             self.there.add("turns")
         self.derived = roles.derived_roles(self.there)
         self.columns: dict[str, Column] = {}
@@ -273,7 +272,7 @@ class TableReader:
         A decimal comma that splits a number moves all that follows to the right.
         """
         width = len(self.table.cells)
-        notes = self.choice.used.get("note", [])
+        notes = self.choice.columns("note")
         is_noted = any(note.at == width - 1 for note in notes[:1])
         for row in self.rows:
             count = len(row.texts)
@@ -295,11 +294,11 @@ class TableReader:
             # several times.
             instead = f"{min(periods)} is read instead"
             why = f"is not used: its turns are not given; {instead}"
-            self.faults.add("not_used", times[0].cell, why=why)
+            note_unused(times[0], why, self.faults)
             return []
         columns = [(time, self._read_column(time)) for time in times]
         read = [(time, column) for time, column in columns if column is not None]
-        if any(time.turns for time in times):
+        if self.choice.states_turns():
             self._ask_for_turns(times)
         elif len(read) > 1:
             self._ask_for_laps(read)
@@ -315,8 +314,7 @@ class TableReader:
         if not silent or known.intersection(roles.COUNTS):
             return
         headers = {
-            time.at: header_of("time for 1 turn", time.header.unit or "")
-            for time in silent
+            time.at: header_of("time for 1 turn", time.header.unit) for time in silent
         }
         row = header_row(self.table, headers, []) or headers[silent[0].at]
         self.choice.asked.add("turns")
@@ -357,7 +355,7 @@ class TableReader:
         for role in sorted(self.choice.used, key=lambda role: role not in LOADS):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
-            chosen = self.choice.used[role][0]
+            chosen = self.choice.first(role)
             strict = role not in self.derived
             column = self._read_column(chosen, strict)
             if column is None:
@@ -381,7 +379,7 @@ class TableReader:
         if strict or not faults.found:
             return column
         why = f"({chosen.role}) is not compared: {faults.found[0].message}"
-        self.faults.add("not_used", chosen.cell, why=why)
+        note_unused(chosen, why, self.faults)
         return None
 
     def _read_cells(
@@ -394,7 +392,7 @@ class TableReader:
             values = {"role": role, "header": chosen.text, "error": error}
             faults.add("unit", chosen.cell, code=error.code, **values)
             return None
-        places = self.choice.used.get("position")
+        places = self.choice.columns("position")
         positions = places[0].texts if places else ()
         texts = meant_texts(chosen, unit, self.table, positions, faults)
         cells = CellReader(chosen, unit, self.signs, faults)
@@ -415,7 +413,7 @@ class TableReader:
         """Return one reading for each text; blanks get the value of the whole log."""
         role = cells.role
         at = cells.column.at
-        setting = self.settings.roles.get(cells.role)
+        setting = self.settings.roles.get(role)
         readings = [
             self._reading(cells, text, u)
             for text, u in zip(texts, spreads, strict=True)
@@ -461,11 +459,11 @@ class TableReader:
 
     def _report(self, cells: CellReader, texts: list[str], faults: Faults) -> None:
         """Report the cells that cannot be read."""
-        if cells.lacks_unit and faults is self.faults:
-            self.without_unit.append(cells)
-        elif cells.lacks_unit:
-            ask_for_unit(cells.column, faults)
         if cells.lacks_unit:
+            if faults is self.faults:
+                self.without_unit.append(cells)
+            else:
+                ask_for_unit(cells.column, faults)
             return
         loads = Loads.of(self.columns)
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
@@ -476,14 +474,14 @@ class TableReader:
                 self.unmoved.add(i)  # the rod did not move in a run without a weight
             elif len(row.texts) <= len(self.table.cells):
                 values = {"role": cells.role, "fault": wrong.fault, "hint": wrong.hint}
-                cell = self.grid.cell(row, cells.column.at)
+                cell = self.table.cell_of(cells.column, i)
                 faults.add("cell", cell, code=wrong.code, text=text, **values)
 
     def _note_dates(
         self, cells: CellReader, texts: list[str], dates: list[str]
     ) -> None:
         """Say which dates were read as fractions."""
-        cell = self.grid.cell(self.rows[texts.index(dates[0])], cells.column.at)
+        cell = self.table.cell_of(cells.column, texts.index(dates[0]))
         pairs = [(text, fraction_of_date(text)) for text in dates]
         words = [f'{cells.role} "{text}" is {part}' for text, part in pairs]
         self.faults.add("date", cell, said="; ".join(words))
@@ -584,7 +582,7 @@ class TableReader:
                 why = (
                     f'is only compared: {chosen.role} is read from "{used.header.text}"'
                 )
-                self.faults.add("not_used", chosen.cell, why=why)
+                note_unused(chosen, why, self.faults)
             others.append(column.select(rows))
         return others
 
@@ -619,7 +617,7 @@ class TableReader:
 
     def _texts(self, role: str, rows: list[int]) -> tuple[str, ...]:
         """Return the text of each run in the column of a role; "" without a column."""
-        columns = self.choice.used.get(role)
+        columns = self.choice.columns(role)
         return tuple(columns[0].texts[i] if columns else "" for i in rows)
 
     def _blocks(
@@ -637,8 +635,8 @@ class TableReader:
             self.settings.metadata.setdefault("day", day)
             read.add("day")
         for other in {*BLOCKS}.intersection(self.choice.used) - read:
-            cell = self.choice.used[other][0].cell
-            self.faults.add("not_used", cell, why=f"is not used: {NO_BLOCKS}")
+            column = self.choice.first(other)
+            note_unused(column, f"is not used: {NO_BLOCKS}", self.faults)
         return read, blocks
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
@@ -647,7 +645,7 @@ class TableReader:
         It is the log's own label or the number of the run, with .1, .2 for repeats of
         one row.
         """
-        names = self.choice.used.get("run")
+        names = self.choice.columns("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):
             name = (names[0].texts[i] if names else "") or str(number)

@@ -92,8 +92,10 @@ def read_together(logs: Sequence[Readings]) -> Readings:
         **{field: _same(logs, field) for field in _OF_BALANCE},
     )
     still = _all(logs, "unmoved")
+    if None in still:
+        return joined
     # A balance that was seen in all blocks.
-    return joined if None in still else _with_unmoved(joined, still)
+    return _with_unmoved(joined, still)
 
 
 def _without_errors(logs: Sequence[Readings]) -> tuple[Diagnostic, ...]:
@@ -139,7 +141,7 @@ def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:
     """List what the logs say differently, and how they cannot be joined."""
     first = logs[0]
     notes: list[Diagnostic] = []
-    for number, log in enumerate(logs[1:], start=1):
+    for number, log in enumerate(logs[1:], 1):
         if log.sha256 in _all(logs[:number], "sha256"):
             notes.append(_say("log_given_twice", log))
         else:
@@ -162,7 +164,7 @@ def _contradictions_of_two(first: Readings, log: Readings) -> Iterator[Diagnosti
 def _unlike_columns(first: Readings, log: Readings) -> Iterator[Diagnostic]:
     """Yield an error if two logs have no common readings from which I_zz follows."""
     common = {*first.columns} & {*log.columns}
-    lacking = roles.missing_roles(common, common, loaded=True)
+    lacking = roles.missing_roles(common, common)
     only = {*first.columns} ^ {*log.columns}
     lacking += sorted(only & {"transverse_inertia"})
     if lacking:
@@ -180,7 +182,7 @@ def _compared(name: str, first: Readings, log: Readings, key: str) -> Diagnostic
 
 def _line_of(log: Readings, key: str) -> tuple[Place | None, str]:
     """Return the line of a log that states a key, and its text."""
-    for number, line in enumerate(split_lines(log.source_text), start=1):
+    for number, line in enumerate(split_lines(log.source_text), 1):
         words = "_".join(line.lstrip("#; \t").lower().replace("-", " ").split())
         behind = words.removeprefix(key)
         # "balance" is not the key of a line "balance_drift: …".
@@ -200,7 +202,9 @@ def _same(logs: Sequence[Readings], field: str) -> Any:
     first = getattr(logs[0], field)
     if all(getattr(log, field) == first for log in logs):
         return first
-    return () if field == "falling_mass" else None
+    if field == "falling_mass":
+        return ()
+    return None
 
 
 def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
@@ -212,7 +216,9 @@ def _uncertainties(logs: Sequence[Readings]) -> Mapping[str, Uncertainty]:
     usual = SOURCES["time_bias"].default
     hands = [log.uncertainties.get("u_time_bias", usual) for log in logs]
     widest = max(hands, key=lambda u: u.absolute)
-    return same if widest == usual else {**same, "u_time_bias": widest}
+    if widest == usual:
+        return same
+    return {**same, "u_time_bias": widest}
 
 
 # Runs
@@ -222,7 +228,7 @@ def _block_names(logs: Sequence[Readings]) -> tuple[str, ...]:
     """Return the name of the block of each run: its log, and its day in the log."""
     stems = [PurePath(log.name).name.partition(".")[0] or log.name for log in logs]
     if len({*stems}) < len(stems):
-        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, start=1)]
+        stems = [f"{log.name} ({number})" for number, log in enumerate(logs, 1)]
     names: list[str] = []
     for stem, log in zip(stems, logs, strict=True):
         names += [f"{stem} {block}" for block in log.blocks] or [stem] * len(log.runs)

@@ -14,7 +14,7 @@ from gyrodata.readings.names import (
     NAMES,
     PRECESSION,
     TOKENS,
-    squeeze,
+    fold_name,
     word_set,
 )
 
@@ -86,16 +86,16 @@ def turns_in(text: str) -> str:
         return ""
     plain = _in_plain_words(text)
     marked = mark_turns(plain)
-    names_turn = MARK in marked
-    if names_turn:
+    number = ""
+    if MARK in marked:
         # "1/4 turn" for "Vierteldrehung"
         marked = re.sub(
             _JOINED, lambda word: f"{_PARTS_OF_ONE[word[1].lower()]} ", marked
         )
-    counted = _count_of_turns(marked) if names_turn else None
-    if counted is not None:
-        return counted
-    number = _number_of_turns(marked) if names_turn else ""
+        counted = _count_of_turns(marked)
+        if counted is not None:
+            return counted
+        number = _number_of_turns(marked)
     degrees = _part_in_degrees(plain)
     return degrees or number or _one_turn(plain, marked)
 
@@ -230,7 +230,7 @@ def _number_words(text: str) -> list[str]:
     """Return the words of a number, without small words in it and behind it."""
     spaced = re.sub(SIGNS, r" \g<0> ", text.lower())
     words = [
-        word if re.search("[0-9]", word) else squeeze(word).lower()
+        word if re.search("[0-9]", word) else fold_name(word)
         for word in TOKENS.split(spaced)
         if word and word not in _FILLERS and not re.fullmatch(PRECESSION, word)
     ]

@@ -30,8 +30,8 @@ from gyrodata.readings.names import (
     UNSURE_WORDS,
     Header,
     Phrases,
+    fold_name,
     name_roles,
-    squeeze,
     squeezed_words,
 )
 from gyrodata.readings.notes import altered_role
@@ -56,7 +56,7 @@ OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
-    if not choice.gives_turns() and not any(time.turns for time in choice.times()):
+    if not choice.gives_turns() and not choice.states_turns():
         _place_turns(choice, faults)
     there = choice.there | choice.asked
     for role in roles.TABLE:
@@ -73,8 +73,9 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 def _place_turns(choice: Choice, faults: Faults) -> None:
     """Read the only column that can contain turns or an angle."""
-    angles = [column for column in _unplaced(choice) if _is_angle(column)]
-    counts = [column for column in _unplaced(choice) if _counts_turns(column)]
+    unplaced = _unplaced(choice)
+    angles = list(filter(_is_angle, unplaced))
+    counts = list(filter(_counts_turns, unplaced))
     fitting = {column.at: column for column in (*angles, *counts)}
     if len(fitting) != 1:
         return
@@ -105,7 +106,7 @@ def _counts_parts(column: Chosen) -> bool:
     header = column.header
     if header.roles or header.unit not in (None, "%") or not part_counted(header):
         return False
-    texts = [text for text in column.texts if text]
+    texts = column.filled()
     return bool(texts) and all(map(is_bare, texts))
 
 
@@ -186,7 +187,8 @@ def _is_unit_of_column_before(column: Chosen, choice: Choice) -> bool:
 
 def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
     """Warn of each column without a place that counts weights or contains masses."""
-    masses = choice.used["mass"][0].texts if "mass" in choice.used else ()
+    columns = choice.columns("mass")
+    masses = columns[0].texts if columns else ()
     for column in _unplaced(choice):
         if _may_be_of_mass(column, masses):
             faults.add("mass_unused", column.cell, header=column.text)
@@ -209,7 +211,7 @@ def _differ_together(counts: tuple[str, ...], masses: tuple[str, ...]) -> bool:
 def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
-    key = squeeze(name).lower()
+    key = fold_name(name)
     close = difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
     if close and len(key) > 2:
         return NAMES[close[0]][0]

@@ -24,7 +24,9 @@ from gyrodata.readings.names import (
     TOKENS,
     TRIAL_WORDS,
     Header,
+    bare_roles,
     contains_word,
+    fold_name,
     from_centre,
     is_of_the_spin,
     measures,
@@ -33,7 +35,6 @@ from gyrodata.readings.names import (
     origin_in,
     squeeze,
 )
-from gyrodata.readings.roles import kind_of_role
 from gyrodata.readings.turns import (
     TURN,
     turns_in,
@@ -67,8 +68,9 @@ def unusual_header(text: str) -> Header:
 
 def _meant_unit(unit: str | None, spread: str) -> str | None:
     """Return the unit of the cells; that of the ± if the header has no other."""
-    if unit is None and kinds_of(spread.partition(" ")[2]):
-        return spread.partition(" ")[2]
+    unit_of_spread = spread.partition(" ")[2]
+    if unit is None and kinds_of(unit_of_spread):
+        return unit_of_spread
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         return "s"  # its cells say themselves how they are written
     return unit
@@ -114,7 +116,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if split is None and not name_roles(text)[0]:
         # and last, unless the whole header is a name, any that is set apart.
         split = _first(_is_set_apart, splits) or _unknown_unit(text)
-    return (text, None) if split is None else (split.name, split.unit)
+    if split is None:
+        return text, None
+    return split.name, split.unit
 
 
 def _splits_with_units(text: str) -> list[_Split]:
@@ -212,7 +216,9 @@ def _unknown_unit(text: str) -> _Split | None:
     if not unit or is_remark or is_count:
         return None
     is_known = square is not None or name_roles(name)[0]
-    return _Split(name, unit, "bracket") if is_known else None
+    if not is_known:
+        return None
+    return _Split(name, unit, "bracket")
 
 
 # --- The meaning of a name next to its unit ---
@@ -244,10 +250,7 @@ def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
     # A bare "N" counts turns: the other readings would need a unit.
-    bare = tuple(
-        role for role in named if kind_of_role(role) in ("number", "text", "sign")
-    )
-    return bare or named, number
+    return bare_roles(named), number
 
 
 def _in_other_unit(name: str, named: tuple[str, ...], unit: str) -> tuple[str, ...]:
@@ -286,9 +289,7 @@ def _roles_of_statement(
 def _says_only_when(name: str) -> bool:
     """Return whether a name only says that it is a spin, or when it was measured."""
     words = [word for word in TOKENS.split(name) if word]
-    return is_of_the_spin(name) or all(
-        squeeze(word).lower() in SMALL_WORDS for word in words
-    )
+    return is_of_the_spin(name) or all(fold_name(word) in SMALL_WORDS for word in words)
 
 
 _ORDINAL = (
@@ -304,10 +305,7 @@ def _number_of_trial(name: str) -> tuple[tuple[str, ...], int | None]:
         ordinal = re.fullmatch(_ORDINAL, word.lower())
         if ordinal:
             numbers.append(int(ordinal[1]))
-        elif (
-            squeeze(word).lower() not in TRIAL_WORDS
-            and "time" not in name_roles(word)[0]
-        ):
+        elif fold_name(word) not in TRIAL_WORDS and "time" not in name_roles(word)[0]:
             return (), None
     if len(numbers) == 1:
         return (("time",), numbers[0])

@@ -8,30 +8,30 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from datetime import datetime, time, timedelta
 from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from gyrodata.readings.lablog import listing
 
 MAX_ROWS = 100_000
 MAX_COLUMNS = 200
 MAX_CELLS = 200_000
-MAX_TEXT = 10 * 1000 * 1000
+MAX_TEXT = 10_000_000
 """Characters in all cells of a workbook."""
 _ROWS = MAX_ROWS + 10
 _COLUMNS = MAX_COLUMNS + 10
 """Rows and columns that are read: so a file over the limits is refused, and one far
 cell is not."""
-_MAX_UNPACKED = 100 * 1000 * 1000
+_MAX_UNPACKED = 100_000_000
 _MAX_SHEETS = 100
-_MAX_SHEET_BYTES = 10 * 1000 * 1000
-_MAX_STRING_BYTES = 1000 * 1000
-_MAX_STYLE_BYTES = 400 * 1000
+_MAX_SHEET_BYTES = 10_000_000
+_MAX_STRING_BYTES = 1_000_000
+_MAX_STYLE_BYTES = 400_000
 """Bytes that openpyxl reads in two or three seconds."""
 _TAGS_OF_A_CELL = 8
 _MAX_OTHER_TAGS = 100_000
@@ -80,12 +80,12 @@ class Sheet(Struct):
     rows: list[list[Any]]
     """Its cells; a row that is struck out begins with #."""
     is_hidden: bool = False
-    hidden_rows: list[int] = field(default_factory=list)
+    hidden_rows: list[int] = []
     """Numbers of the hidden rows; they count from 1."""
-    hidden_columns: list[int] = field(default_factory=list)
+    hidden_columns: list[int] = []
     """Numbers of the hidden columns; they count from 1."""
-    formulas: list[Formula] = field(default_factory=list)
-    blanked: set[tuple[int, int]] = field(default_factory=set)
+    formulas: list[Formula] = []
+    blanked: set[tuple[int, int]] = set()
     """Row and column of each cell whose format or font shows nothing of it."""
 
 
@@ -133,7 +133,7 @@ def _read_archive(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     parts = {
         sheet.name: relation.target for sheet, relation in reader.parser.find_sheets()
     }
-    _check_sheets(archive, list(parts.values()))
+    _check_sheets(archive, parts.values())
     reader.read()
     sheets = [_sheet_of(sheet) for sheet in reader.wb.worksheets]
     for sheet in sheets:
@@ -165,7 +165,7 @@ def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:
 
 def is_filled(sheet: Sheet) -> bool:
     """Return whether a sheet contains a cell that is not blank."""
-    return any(cell not in (None, "") for cell in chain.from_iterable(sheet.rows))
+    return any(map(_fills, chain.from_iterable(sheet.rows)))
 
 
 def hidden_parts(sheet: Sheet) -> Iterator[str]:
@@ -213,13 +213,17 @@ def _letters(column: int) -> str:
 
 def quoted(title: str) -> str:
     """Return the name of a sheet as a spreadsheet program writes it in a formula."""
-    return title if title.isalnum() else f"'{title}'"
+    if title.isalnum():
+        return title
+    return f"'{title}'"
 
 
 def cell_name(sheet: Sheet, formula: Formula, within: Sheet) -> str:
     """Return the name of a cell, such as B5; with its sheet if this is not `within`."""
     name = f"{_letters(formula.column)}{formula.row}"
-    return name if sheet is within else f"{quoted(sheet.title)}!{name}"
+    if sheet is within:
+        return name
+    return f"{quoted(sheet.title)}!{name}"
 
 
 # --- Limits ---
@@ -247,7 +251,7 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
         )
 
 
-def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
+def _check_sheets(archive: zipfile.ZipFile, parts: Collection[str]) -> None:
     """Raise TooLargeError if the sheets contain more than can be read in seconds."""
     if len(parts) > _MAX_SHEETS:
         raise TooLargeError(f"{len(parts)} sheets; at most {_MAX_SHEETS} are read")
@@ -322,7 +326,9 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
     filled = [cell for cell in cells if cell.value is not None]
     values = [_value_as_typed(cell, in_minutes) for cell in cells]
     is_struck_out = bool(filled) and all(cell.font.strike for cell in filled)
-    return ["#", *values] if is_struck_out else values
+    if is_struck_out:
+        return ["#", *values]
+    return values
 
 
 def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
@@ -349,7 +355,9 @@ def _number_as_typed(value: float, number_format: str) -> float | str:
     if decimals == number_format or decimals.strip("0"):
         return value
     text = f"{value:.{len(decimals)}f}"
-    return text if float(text) == value else value
+    if float(text) == value:
+        return text
+    return value
 
 
 def _duration_as_typed(duration: timedelta, in_minutes: bool) -> str:

@@ -157,12 +157,10 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
         if any(spreads):
             columns.append((header_of(f"u_{role}", SI[kind_of_role(role)]), spreads))
     columns.append(("run", [*readings.runs]))
-    if any(readings.notes):
-        columns.append(("note", [*readings.notes]))
-    if any(readings.screws):
-        columns.append(("screw", [*readings.screws]))
-    if any(readings.blocks):
-        columns.append(("day", [*readings.blocks]))
+    others = {"note": readings.notes, "screw": readings.screws, "day": readings.blocks}
+    for header, cells in others.items():
+        if any(cells):
+            columns.append((header, [*cells]))
     return head, columns
 
 

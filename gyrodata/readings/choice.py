@@ -21,7 +21,7 @@ from gyrodata.readings.headers import (
 )
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of, note_unused
-from gyrodata.readings.names import Header, squeeze
+from gyrodata.readings.names import TOKENS, Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import DIVIDED
@@ -364,15 +364,18 @@ def _without_second_motion(
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
     """Return the uncertainty of the role of its symbol here: "σ_T" next to "T"."""
-    names = column.header.roles
-    bases = tuple(role.removeprefix("u_") for role in names)
-    if bases == names:
-        return ""
-    for used in choice.used.values():
-        first = used[0]
-        if first.header.roles == bases and first.role in bases:
-            return f"u_{first.role}"
+    symbol = _last_word(column)
+    for role, used in choice.used.items():
+        is_open = f"u_{role}" in column.header.roles
+        if is_open and _last_word(used[0]) == symbol:
+            return f"u_{role}"
     return ""
+
+
+def _last_word(column: Chosen) -> str:
+    """Return the symbol at the end of a name: "T" of "σ_T" and of "Period T"."""
+    words = list(filter(None, TOKENS.split(column.header.name)))
+    return words[-1] if words else ""
 
 
 def _is_open(role: str, there: set[str], choice: Choice) -> bool:

@@ -33,7 +33,8 @@ FIRST_SIGN = "\u2e80"
 """
 MAX_HEADER = 200
 """Characters of the longest header that is read."""
-TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
+TOKENS = re.compile(r"[\s_,;()\[\]\-]+|(?<=^[ΔδσΣ∆])(?=\w)")
+"""What is between words; the sign of an uncertainty, as in "Δm", is a word as well."""
 _MARKS = units.Letters(
     {**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"},
     categories=("Mn",),

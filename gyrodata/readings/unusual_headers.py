@@ -249,6 +249,8 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
 def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
+    if named[1:] and named[0].startswith("u_"):
+        return named, number  # the unit of its reading decides
     # A bare "N" counts turns: the other readings would need a unit.
     return bare_roles(named), number
 

@@ -287,7 +287,8 @@ def _in_usual_signs(text: str) -> str:
 
 def _unknown(text: str, word: str | None) -> UnitError:
     inside = f' ("{word}")' if word and word != text else ""
-    return UnitError(f'the unit "{text}"{inside} is not known')
+    several = "write one line for each value" * bool(re.search("[,;].*[:=]", text))
+    return UnitError(f'the unit "{text}"{inside} is not known', several)
 
 
 def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import pairwise
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.numerals import to_float
-from gyrodata.quantities.units import Uncertainty, UnitError
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of, parse_unit
 from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import ROLE_OF_KIND
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
@@ -23,8 +24,10 @@ from gyrodata.readings.names import (
     origin_in,
     squeeze,
 )
+from gyrodata.readings.notes import CORRECTED
 from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
+from gyrodata.readings.unusual_headers import IN
 
 CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
@@ -301,3 +304,43 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
         if meant and doubt > _SMALL_DOUBT * to_float(text):
             place = turns.place(texts.index(text))
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)
+
+
+# What sentences say of the readings
+
+
+def warn_of_units(
+    sentences: Iterable[Text], columns: Mapping[str, Column], faults: Faults
+) -> None:
+    """Warn of each sentence that names another unit than a header."""
+    for sentence in sentences:
+        for column in _in_other_units(sentence.text, columns):
+            values = {"note": sentence.text, "role": column.role}
+            faults.add("unit_in_note", sentence, header=column.header, **values)
+
+
+def _in_other_units(note: str, columns: Mapping[str, Column]) -> list[Column]:
+    """Return the columns of which a note, as "x is in inches", names another unit."""
+    if CORRECTED.is_in(note):
+        return []
+    named: dict[str, list[float]] = {}
+    words = re.findall(r"[^\W\d_]+(?:/[^\W\d_]+)?", note.lower())
+    for before, word in pairwise(["", *words]):
+        kind = "".join(kinds_of(word))
+        role = ROLE_OF_KIND.get(kind, "")
+        # "per minute" and "m" are not units of a column; "not rpm" says so.
+        is_sure = re.fullmatch(IN, before) or (len(word) > 2 and role != "time")
+        if role in columns and word != "in" and is_sure and before not in _NOT:
+            named.setdefault(role, []).append(parse_unit(word, kind).factor)
+    return [
+        columns[role]
+        for role, factors in named.items()
+        if columns[role].unit and _factor_of(columns[role]) not in factors
+    ]
+
+
+_NOT = ("not", "nicht", "pas", "no", "non", "nie")
+
+
+def _factor_of(column: Column) -> float:
+    return parse_unit(column.unit, roles.kind_of_role(column.role)).factor

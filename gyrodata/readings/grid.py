@@ -257,19 +257,19 @@ def _take_note(grid: Grid, index: int, line: str) -> None:
     # A spreadsheet may have put the line in quotes or added delimiters.
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
+    place = Place(index + 1, start)
     match = _KEY.fullmatch(content)
     is_one_value = match and match[1] in roles.KEYS and not re.search("[,;]", match[2])
     if SPHERE.is_in(content) and not is_one_value and (pairs := constants_in(content)):
-        place = Place(index + 1, start + 1)
         grid.metadata.extend((key, Text(value, place)) for key, value in pairs)
     elif match:
         key = "_".join(match[1].replace("-", " ").split())
         place = Place(index + 1, start + match.start(2) + 1)
         grid.metadata.append((key, Text(match[2].strip(), place)))
     elif len(content) <= _SHORT_LINE and (station := station_in(content)):
-        grid.metadata.append(("station", Text(station, Place(index + 1, start + 1))))
+        grid.metadata.append(("station", Text(station, place)))
     else:
-        grid.comments.append(Text(content.strip(), Place(index + 1, start)))
+        grid.comments.append(Text(content.strip(), place))
 
 
 _SHORT_LINE = 30

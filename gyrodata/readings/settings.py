@@ -301,8 +301,6 @@ def _enter(settings: Settings, item: Setting, ask: bool, faults: Faults) -> None
         _read_value(settings, item, ask, faults)
     except UnitError as error:
         hint = error.hint or notation.how_to_write(roles.kind_of_role(item.key))
-        if re.search("[,;].*[:=]", item.text):
-            hint = "write one line for each value"
         values = {"label": item.label, "text": item.text, "error": error, "hint": hint}
         if item.place is None:
             raise Faults(faults.name).refuse("option_value", **values) from None

@@ -161,6 +161,9 @@ def _with_runs(
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
         check_completeness(log, choice, table, lost | values.unread, faults)
+    # A unit next to a number is that of the number.
+    if words := [each for each in table.sentences if not re.search("[0-9]", each.text)]:
+        compared.warn_of_units(words, log.columns, faults)
     rows_of_text = table.sentences[len(table.grid.comments) :]
     if rows_of_text:
         warn_of_unused(rows_of_text, faults)

@@ -98,7 +98,9 @@ class _Split(NamedTuple):
 
 
 _BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
-_WORD = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+"
+IN = "in|en|em|w|в"
+"""Words between a quantity and its unit."""
+_WORD = rf"(?<!\s)\s+(?:{IN}|/)\s+"
 _BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
 _SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
 _LETTER = r"[^\W\d_]|[°%]"

@@ -424,14 +424,14 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
 def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
     """Ask about a number, the ball or the tip in a header, if no rule has used it.
 
-    What --map names is decided, but the number in "T/2" or "10 spins" is not.
+    What --map names is decided, but not how often a time contains it: "T/2", "three".
     """
     for role, columns in choice.used.items():
         if role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
             words = " ".join(unused_words(column.header))
-            if words and _may_change(words, column, role in choice.mapped):
+            if words and _may_change(column, role in choice.mapped):
                 named = header_of(role, column.header.unit)
                 spoken = role.replace("_", " ")
                 faults.add(
@@ -439,12 +439,11 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
                 )
 
 
-def _may_change(words: str, column: Chosen, is_mapped: bool) -> bool:
+def _may_change(column: Chosen, is_mapped: bool) -> bool:
     """Return whether words of a header may change the meaning of its column."""
     if _uses_words(column):
         return False
-    is_count = column.role in _TIMED and re.search("[0-9]", words) is not None
-    return is_count or not is_mapped
+    return column.role in _TIMED or not is_mapped
 
 
 _TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")

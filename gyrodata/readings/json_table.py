@@ -31,8 +31,11 @@ def table_of(text: str) -> str:
     )
     named = data if isinstance(data, dict) else {"runs": data}
     keys = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
+    units = named.get("units")
+    has_units = isinstance(units, dict) and all(map(_is_cell, units.values()))
+    table = {key: value for key, value in named.items() if value is not units}
     try:
-        frame = pd.DataFrame(_table_in(named), dtype=object)
+        frame = pd.DataFrame(_table_in(table if has_units else named), dtype=object)
     except NoTableError:
         raise
     except (ValueError, TypeError, AttributeError):
@@ -44,6 +47,7 @@ def table_of(text: str) -> str:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
+    frame.attrs = {"units": units} if has_units else {}
     lines = [*keys, conversion.frame_text(frame)[0]]
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()

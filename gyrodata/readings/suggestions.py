@@ -151,7 +151,7 @@ def _time_of_turns(header: str, words: str) -> str:
     return (
         f'"{header}" contains "{words}": if it is the time of a part of a turn, or of '
         'several turns, write "time for 1/2 turn [s]" above it, with the number of its '
-        "turns"
+        "turns; if it is the sum of several times, write their mean"
     )
 
 

@@ -450,10 +450,14 @@ _TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")
 """Roles of times: a header may name a part, or several, of what they measure."""
 
 
+_MULTIPLE = r"[2-9]\s?[x×*·]|[x×*·/]\s?[2-9]"
+
+
 def _uses_words(column: Chosen) -> bool:
     """Return whether the words say that the ball turns, or which part is counted."""
     if column.role.startswith("spin"):
-        return column.role not in _TIMED
+        is_multiple = re.search(_MULTIPLE, column.header.name) is not None
+        return column.role not in _TIMED and not is_multiple
     return column.role in roles.COUNTS and part_counted(column.header) != ""
 
 

@@ -160,7 +160,7 @@ _WEIGHT_NAMES = [
     if " " not in name.strip()
 ]
 _WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
-CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
+CENTRE = r"(?i)cent(?:re|er)|middle|milieu|mittel|Mitte|центр|środk"
 OF_WEIGHT = (
     rf"(?i)(?:{CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})"
     rf"|{vocabulary.pattern('not_centre')}"

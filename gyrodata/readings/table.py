@@ -219,6 +219,8 @@ class TableReader:
         """Roles without a stated uncertainty that a DataFrame has as floats."""
         self.without_unit: list[CellReader] = []
         """Columns of which neither the header nor a cell has a unit."""
+        self.untimed: list[int] = []
+        """Lines of the rows without a time, which are not runs."""
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
@@ -256,6 +258,7 @@ class TableReader:
             log,
             runs=self._labels(rows),
             lines=tuple(self.rows[i].line for i in rows),
+            untimed=tuple(self.untimed),
             notes=self._texts("note", rows),
             screws=self._texts("screw", rows),
             blocks=blocks,
@@ -343,8 +346,9 @@ class TableReader:
         is_run = [any(map(str.isdigit, "".join(texts))) for texts in rows]
         if set(is_run) == {True, False}:
             pairs = zip(self.rows, is_run, strict=True)
-            lines = [row.line for row, is_timed in pairs if not is_timed]
-            self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
+            self.untimed = [row.line for row, is_timed in pairs if not is_timed]
+            place = Place(self.untimed[0], 1)
+            self.faults.add("row_without_time", place, lines=self.untimed)
         return is_run
 
     # Columns

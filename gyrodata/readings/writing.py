@@ -63,22 +63,25 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     Returns
     -------
     text : str
-        CSV text like that of `write_log`. A cell that could not be read is ``?``. If
-        the log contains an error, ``#`` lines that were not understood are as in the
-        file.
+        CSV text like that of `write_log`. A cell that could not be read is ``?``, and a
+        row without a time is behind ``# left out``. If the log contains an error, ``#``
+        lines that were not understood are as in the file.
     left : tuple of str
-        What the author of the log has to correct; empty if the log contains no error.
+        What the author of the log has to correct, the rows without a time included.
     """
     readings = _joined(readings)
     head, columns = _parts(readings)
     columns += _unread(readings)
+    source = readings.source_text.splitlines()
+    head += [f"# left out: {source[line - 1]}" for line in readings.untimed]
+    untimed = [f"line {line}: it has no time" for line in readings.untimed]
     errors = [
         diagnostic
         for diagnostic in readings.diagnostics
         if diagnostic.severity == "error"
     ]
     if not errors:
-        return _text(head, columns), ()
+        return _text(head, columns), tuple(untimed)
     lines = _lines_with_errors(readings, errors)
     left = [error.message for error in errors if error.line is None]
     left += [f"the line {line}" for line in lines]
@@ -87,7 +90,7 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
         for header, _ in readings.unread
         if TEXTS.isdisjoint(parse_header(header).roles)
     ]
-    left += _unread_cells(readings)
+    left += [*_unread_cells(readings), *untimed]
     left = left or [error.message for error in errors]
     return _text([*head, *lines], columns), tuple(left)
 

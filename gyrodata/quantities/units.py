@@ -287,8 +287,7 @@ def _in_usual_signs(text: str) -> str:
 
 def _unknown(text: str, word: str | None) -> UnitError:
     inside = f' ("{word}")' if word and word != text else ""
-    several = "write one line for each value" * bool(re.search("[,;].*[:=]", text))
-    return UnitError(f'the unit "{text}"{inside} is not known', several)
+    return UnitError(f'the unit "{text}"{inside} is not known')
 
 
 def _split(text: str, usual: str) -> Iterator[tuple[str, int]]:
@@ -396,6 +395,8 @@ def parse_unit(text: str, kind: str) -> Unit:
         product = parse(text)
     except UnitError as fault:
         hint = "; convert the numbers if they are in another unit" if SI[kind] else ""
+        if re.search("[,;].*[:=]", text):
+            hint = "; write one line for each value"
         raise UnitError(
             str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}{hint}"
         ) from None

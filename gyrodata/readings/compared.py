@@ -314,33 +314,26 @@ def warn_of_units(
 ) -> None:
     """Warn of each sentence that names another unit than a header."""
     for sentence in sentences:
-        for column in _in_other_units(sentence.text, columns):
-            values = {"note": sentence.text, "role": column.role}
-            faults.add("unit_in_note", sentence, header=column.header, **values)
+        for kind, factors in _units_in(sentence.text).items():
+            column = columns.get(ROLE_OF_KIND[kind])
+            if column is None or not column.unit:
+                continue
+            if parse_unit(column.unit, kind).factor not in factors:
+                note = sentence.text
+                faults.add("unit_in_note", sentence, note=note, column=column)
 
 
-def _in_other_units(note: str, columns: Mapping[str, Column]) -> list[Column]:
-    """Return the columns of which a note, as "x is in inches", names another unit."""
-    if CORRECTED.is_in(note):
-        return []
-    named: dict[str, list[float]] = {}
+def _units_in(note: str) -> dict[str, set[float]]:
+    """Return the size of the units in a note, as "x is in inches, not cm", by kind."""
+    units: dict[str, set[float]] = {}
     words = re.findall(r"[^\W\d_]+(?:/[^\W\d_]+)?", note.lower())
     for before, word in pairwise(["", *words]):
         kind = "".join(kinds_of(word))
-        role = ROLE_OF_KIND.get(kind, "")
-        # "per minute" and "m" are not units of a column; "not rpm" says so.
-        is_sure = re.fullmatch(IN, before) or (len(word) > 2 and role != "time")
-        if role in columns and word != "in" and is_sure and before not in _NOT:
-            named.setdefault(role, []).append(parse_unit(word, kind).factor)
-    return [
-        columns[role]
-        for role, factors in named.items()
-        if columns[role].unit and _factor_of(columns[role]) not in factors
-    ]
+        # "per minute" and "m" are not units of a column.
+        is_sure = re.fullmatch(IN, before) or (len(word) > 2 and kind != "time")
+        if kind in ROLE_OF_KIND and word != "in" and is_sure and before not in _NOT:
+            units.setdefault(kind, set()).add(parse_unit(word, kind).factor)
+    return {} if CORRECTED.is_in(note) else units
 
 
-_NOT = ("not", "nicht", "pas", "no", "non", "nie")
-
-
-def _factor_of(column: Column) -> float:
-    return parse_unit(column.unit, roles.kind_of_role(column.role)).factor
+_NOT = ("not", "nicht", "pas", "no", "non")

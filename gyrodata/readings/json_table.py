@@ -31,11 +31,10 @@ def table_of(text: str) -> str:
     )
     named = data if isinstance(data, dict) else {"runs": data}
     keys = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
-    units = named.get("units")
-    has_units = isinstance(units, dict) and all(map(_is_cell, units.values()))
-    table = {key: value for key, value in named.items() if value is not units}
+    has_units = isinstance(named.get("units"), dict)
+    units = named.pop("units") if has_units else {}
     try:
-        frame = pd.DataFrame(_table_in(table if has_units else named), dtype=object)
+        frame = pd.DataFrame(_table_in(named), dtype=object)
     except NoTableError:
         raise
     except (ValueError, TypeError, AttributeError):
@@ -47,7 +46,7 @@ def table_of(text: str) -> str:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
-    frame.attrs = {"units": units} if has_units else {}
+    frame.attrs = {"units": units}
     lines = [*keys, conversion.frame_text(frame)[0]]
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()

@@ -12,6 +12,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata.base.errors import insist_on_type
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import compared, layout, roles, sheet
@@ -126,22 +127,14 @@ def read_log(
 
 
 def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
-    kinds = {
-        "name": (name, str | None),
-        "config": (config, str | os.PathLike | None),
-        "settings": (settings, Mapping),
-        "mapping": (mapping, Mapping),
-    }
-    for argument, (value, kind) in kinds.items():
-        if not isinstance(value, kind):
-            wrong = f"{type(value).__name__} ({value!r:.60})"
-            raise TypeError(f"{argument} cannot be {wrong}")
+    insist_on_type("name", name, str | None, "a text")
+    insist_on_type("config", config, str | os.PathLike | None, "the path of a file")
+    insist_on_type("settings", settings, Mapping, "a mapping from keys to values")
+    insist_on_type("mapping", mapping, Mapping, "a mapping from roles to headers")
     for text in (*settings, *mapping, *mapping.values()):
-        if not isinstance(text, str):
-            raise TypeError(
-                "a key of settings or mapping, or a header, cannot be "
-                f"{type(text).__name__}"
-            )
+        insist_on_type(
+            "a key of settings or mapping, or a header,", text, str, "a text"
+        )
 
 
 def _with_runs(

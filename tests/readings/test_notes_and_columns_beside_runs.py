@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import pytest
 from simulated_labs import analyze_briefly
 from typed_labs import FOUR, START, is_true, log, questions
 
 from gyrodata import read_log
 from gyrodata.base.errors import Diagnostic
+from gyrodata.readings import fixed_log
 
 PLAIN = log(f"{START},turns", f"{FOUR},{{turns}}")
 WITHOUT_TURNS = log(START, "{mass},14.8,{spin},{period:.2f}")
@@ -27,16 +31,24 @@ HEADERS_OF_U = [
     "m (g),σm (g),x (cm),σx (cm),n (rpm),σn (rpm),t (s),σt (s),turns",
     "m (g),dm (g),x (cm),dx (cm),n (rpm),dn (rpm),t (s),dt (s),turns",
     "m (g),Δm,x (cm),Δx,n (rpm),Δn,t (s),Δt,turns",
-    "mass (g),Δmass (g),position (cm),Δposition (cm),spin (rpm),Δspin (rpm),time (s),"
-    "Δtime (s),turns",
+    (
+        "mass (g),Δmass (g),position (cm),Δposition (cm),spin (rpm),Δspin (rpm),time (s),"
+        "Δtime (s),turns"
+    ),
     "mass (g),± (g),position (cm),± (cm),spin (rpm),± (rpm),time (s),± (s),turns",
     "mass (g),+/- g,position (cm),+/- cm,spin (rpm),+/- rpm,time (s),+/- s,turns",
-    "mass (g),uncertainty (g),position (cm),uncertainty (cm),spin (rpm),"
-    "uncertainty (rpm),time (s),uncertainty (s),turns",
-    "Masse (g),Fehler (g),Abstand (cm),Fehler (cm),Drehzahl (1/min),Fehler (1/min),"
-    "Zeit (s),Fehler (s),Umdrehungen",
-    "masse (g),incertitude (g),position (cm),incertitude (cm),rotation (tr/min),"
-    "incertitude (tr/min),temps (s),incertitude (s),tours",
+    (
+        "mass (g),uncertainty (g),position (cm),uncertainty (cm),spin (rpm),"
+        "uncertainty (rpm),time (s),uncertainty (s),turns"
+    ),
+    (
+        "Masse (g),Fehler (g),Abstand (cm),Fehler (cm),Drehzahl (1/min),Fehler (1/min),"
+        "Zeit (s),Fehler (s),Umdrehungen"
+    ),
+    (
+        "masse (g),incertitude (g),position (cm),incertitude (cm),rotation (tr/min),"
+        "incertitude (tr/min),temps (s),incertitude (s),tours"
+    ),
     "m (g),u_m,x (cm),u_x,n (rpm),u_n,t (s),u_t,turns",
     "m (g),error m,x (cm),error x,N (rpm),error N,t (s),error t,turns",
 ]
@@ -60,8 +72,6 @@ def test_a_lonely_delta_t_is_asked_about() -> None:
 
 
 def test_a_symbol_that_may_be_of_two_readings_is_asked_about() -> None:
-    text = log("m (g),x (cm),spin (rpm),u_n,t (s),turns", f"{FOUR},{{turns}}")
-    text = text.replace(",14.8,", ",14.8,2,", 0)
     row = "{mass},14.8,{spin},9,{time:.2f},{turns}"
     text = log("m (g),x (cm),spin (rpm),u_n,t (s),turns", row)
     (question,) = questions(text)
@@ -98,9 +108,7 @@ def test_another_error_is_no_uncertainty_of_the_column_before(
         ("Precesszió: harmad fordulat ideje", "1/3"),
     ],
 )
-def test_turns_in_a_sentence_are_quoted_and_proposed(
-    sentence: str, turns: str
-) -> None:
+def test_turns_in_a_sentence_are_quoted_and_proposed(sentence: str, turns: str) -> None:
     text = f"{sentence}\n{WITHOUT_TURNS}"
     (question,) = questions(text)
     assert f'the log says "{sentence.strip("# ")}"' in question.message
@@ -187,3 +195,202 @@ def test_a_line_that_says_more_than_constants_is_a_note(line: str) -> None:
 def test_a_line_with_another_key_is_to_be_written_as_two() -> None:
     (fault,) = questions(f"# ball_mass: 4.3 kg, label: B7\n{PLAIN}")
     assert "one line for each value" in fault.hint
+
+
+# --- Units in notes ---
+
+
+@pytest.mark.parametrize(
+    ("note", "role"),
+    [
+        ("# positions are in inches", "position"),
+        ("Note: positions in inches, not cm", "position"),
+        ("Achtung: Abstand in Zoll gemessen", "position"),
+        ("# les positions sont en pouces", "position"),
+        ("# spin is in Hz, not rpm", "spin"),
+        ("Drehzahl in Hz", "spin"),
+        ("# masses are in ounces", "mass"),
+        ("# times in minutes", "time"),
+        ("# time in min not s", "time"),
+    ],
+)
+def test_a_note_that_names_another_unit_is_a_doubt(note: str, role: str) -> None:
+    answer = analyze_briefly(f"{note}\n{PLAIN}".encode())
+    said = [each for each in answer.diagnostics if "names another unit" in each.message]
+    (warning,) = said
+    assert f"another unit of the {role}" in warning.message
+    assert warning.doubt == "note"
+    assert diagnostics(f"corrected: {note.strip('# ')}\n{PLAIN}", "G240") == []
+
+
+def test_a_unit_in_the_header_answers_the_note() -> None:
+    text = log(f"{START},turns".replace("[cm]", "[in]"), f"{FOUR},{{turns}}")
+    text = f"# positions are in inches\n{text.replace('14.8', '5.827')}"
+    assert diagnostics(text, "G240") == []
+    assert is_true(text)
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "# all in g, cm, rpm and seconds",
+        "# masses in grams, positions in centimetres",
+        "# number of revolutions per minute",
+        "# wait two minutes",
+        "# one second of reaction",
+        "# the rod is 12 inches long",
+        "# time in s",
+    ],
+)
+def test_a_note_with_the_same_unit_or_of_another_thing_is_no_doubt(note: str) -> None:
+    assert diagnostics(f"{note}\n{PLAIN}", "G240") == []
+
+
+# --- Words in headers and notes that change a reading ---
+
+
+@pytest.mark.parametrize(
+    ("header", "role", "words"),
+    [
+        ("sum of three times (s)", "time", "three"),
+        ("Summe drei Zeiten (s)", "time", "drei"),
+        ("time for 10 revolutions of the ball (s)", "spin_period", "ball"),
+    ],
+)
+def test_a_mapped_time_is_not_several_times(header: str, role: str, words: str) -> None:
+    names = START.split(",")
+    at = 3 if role == "time" else 2
+    names[at] = header
+    text = log(f"{','.join(names)},turns", f"{FOUR},{{turns}}")
+    found = read_log(text.encode(), mapping={role: header}).diagnostics
+    (error,) = [each for each in found if each.severity == "error"]
+    assert (error.code, f'"{words}"' in error.message) == ("G207", True)
+    assert "a sum" in error.hint
+
+
+def test_a_sum_of_times_is_to_be_divided() -> None:
+    head = f"{START},turns".replace("time [s]", "sum of three times (s)")
+    (question,) = questions(log(head, f"{FOUR},{{turns}}"))
+    assert "if it is the sum of several times, write their mean" in question.hint
+
+
+@pytest.mark.parametrize("header", ["2 x spin (rpm)", "spin x 2 (rpm)", "spin/2 [rpm]"])
+def test_a_multiple_of_the_spin_is_asked_about(header: str) -> None:
+    head = f"{START},turns".replace("spin [rpm]", header)
+    (question,) = questions(log(head, f"{FOUR},{{turns}}"))
+    assert question.code == "G207"
+    assert '"spin [rpm]"' in question.hint
+
+
+@pytest.mark.parametrize("header", ["spin 1 (rpm)", "Drehzahl n in 1/min", "n [1/min]"])
+def test_a_number_or_a_fraction_beside_the_spin_is_none(header: str) -> None:
+    head = f"{START},turns".replace("spin [rpm]", header)
+    assert is_true(log(head, f"{FOUR},{{turns}}"))
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        "# mass per piece, 2 pieces on the rod",
+        "the mass is that of a single one",
+        "# Masse pro Stück",
+        "# la masse est celle d'une seule",
+        "# each time is the sum of two measurements",
+    ],
+)
+def test_a_note_on_one_of_several_is_a_doubt(note: str) -> None:
+    (warning,) = diagnostics(f"{note}\n{PLAIN}", "G240")
+    assert warning.doubt == "note"
+
+
+def test_the_zero_of_the_ruler_is_no_origin_that_is_read() -> None:
+    (warning,) = diagnostics(f"ruler zero at 1.5 cm\n{PLAIN}", "G240")
+    assert "position" in warning.message
+
+
+def test_the_middle_of_the_weight_is_not_the_centre_of_the_ball() -> None:
+    note = "x = distance from the surface of the ball to the middle of the weight"
+    (question,) = questions(f"{note}\n{PLAIN}")
+    assert "positions count from the surface" in question.message
+
+
+# --- Runs that are taken out, and cells that cannot be read ---
+
+
+@pytest.mark.parametrize(
+    "remark", ["bumped the table, do not use", '"bumped, do not use"', "discard"]
+)
+def test_a_run_with_an_excluding_remark_is_left_out(remark: str) -> None:
+    lines = log(f"{START},turns,remark", f"{FOUR},{{turns}},").splitlines()
+    cells = lines[4].split(",")
+    cells[3] = f"{2 * float(cells[3]):.2f}"
+    lines[4] = ",".join([*cells[:-1], remark])
+    text = "\n".join(lines)
+    assert len(read_log(text.encode()).runs) == 8
+    assert [each.line for each in diagnostics(text, "G228")] == [5]
+    assert is_true(text)
+
+
+def test_a_remark_with_a_comma_does_not_leave_its_run_out() -> None:
+    lines = log(f"{START},turns,remark", f"{FOUR},{{turns}},").splitlines()
+    lines[4] += "good, went well"
+    read = read_log("\n".join(lines).encode())
+    assert len(read.runs) == 9
+    (note,) = [each for each in read.diagnostics if each.code == "G214"]
+    assert "left out" not in note.message
+
+
+@pytest.mark.parametrize("mark", ["〃", '"', "small"])
+def test_equal_cells_are_one_message_with_their_lines(mark: str) -> None:
+    lines = log(
+        f"{START},turns".replace(",", ";"), f"{FOUR},{{turns}}".replace(",", ";")
+    )
+    rows = lines.splitlines()
+    for at in (3, 4, 6, 7):
+        _, rest = rows[at].split(";", 1)
+        rows[at] = f"{mark};{rest}"
+    (error,) = questions("\n".join(rows))
+    assert error.line == 4
+    assert error.message.endswith("also in lines 5, 7-8")
+    for at in (3, 4, 6, 7):
+        rows[at] = rows[at].removeprefix(mark)
+    assert read_log("\n".join(rows).encode()).ok
+
+
+@pytest.mark.parametrize("time", ["?", "abc", "", "-"])
+def test_a_row_without_a_time_is_kept_in_the_fixed_log(time: str) -> None:
+    lines = log(f"{START},turns", f"{FOUR},{{turns}}").splitlines()
+    cells = lines[5].split(",")
+    cells[3] = time
+    lines[5] = ",".join(cells)
+    text, left = fixed_log(read_log("\n".join(lines).encode()))
+    assert f"# left out: {lines[5]}" in text.splitlines()
+    assert left == ("line 6: it has no time",)
+    again = read_log(text.encode())
+    assert again.ok
+    assert len(again.runs) == 8
+
+
+# --- Captions and units elsewhere ---
+
+
+@pytest.mark.parametrize("sign", ["#", "##"])
+def test_captions_behind_a_sign_are_of_the_table_below_them(sign: str) -> None:
+    head, *runs = PLAIN.splitlines()[1:]
+    head = head.split(",", 1)[1].split(",", 1)[1]
+    parts = []
+    for mass in (20.1, 40.3, 60.2):
+        own = [run.split(",", 2)[2] for run in runs if run.startswith(f"{mass},")]
+        parts += [f"{sign} Weight {mass} g at 14.8 cm", head, *own, ""]
+    assert is_true("\n".join(parts))
+
+
+def test_units_in_json_are_those_of_the_columns() -> None:
+    names, *rows = [line.split(",") for line in PLAIN.splitlines()[1:]]
+    pairs = [re.fullmatch(r"(\w+)(?: \[(\w+)\])?", name) for name in names]
+    keys = [pair[1] for pair in pairs if pair]
+    units = {pair[1]: pair[2] for pair in pairs if pair and pair[2]}
+    runs = [dict(zip(keys, row, strict=True)) for row in rows]
+    assert is_true(json.dumps({"g": "9.80665 m/s^2", "units": units, "runs": runs}))
+    columns = {key: [run[key] for run in runs] for key in keys}
+    assert is_true(json.dumps({"units": units, **columns}))

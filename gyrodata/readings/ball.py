@@ -7,7 +7,7 @@ import re
 from gyrodata.quantities import numerals
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
-from gyrodata.readings.names import DIAMETER, SPHERE, name_roles
+from gyrodata.readings.names import DIAMETER, SPHERE, from_centre, name_roles, origin_in
 from gyrodata.readings.turns import AND
 
 _END_OF_PART = rf"[,;]\s+|\s(?:{'|'.join(AND)})\s+"
@@ -38,6 +38,8 @@ def _constant_named(name: str, is_of_ball: bool) -> str:
     key = "_".join(re.split(r"[\W_]+", name)).lower()
     if key in roles.CONSTANTS:
         return key
+    if origin_in(name) or from_centre(name):
+        return ""  # a sentence about positions
     bare = re.sub(SPHERE.pattern, "", name).strip(" :(_")
     is_of_ball |= bare != name
     if is_of_ball and "mass" in name_roles(bare)[0]:

@@ -312,8 +312,14 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
 def warn_of_units(
     sentences: Iterable[Text], columns: Mapping[str, Column], faults: Faults
 ) -> None:
-    """Warn of each sentence that names another unit than a header."""
+    """Warn of each sentence that names another unit than a header.
+
+    A sentence that may change a reading for another reason is a doubt already.
+    """
+    doubts = {fault.line for fault in faults.found if fault.doubt == "note"}
     for sentence in sentences:
+        if sentence.place.line in doubts:
+            continue
         for kind, factors in _units_in(sentence.text).items():
             column = columns.get(ROLE_OF_KIND[kind])
             if column is None or not column.unit:

@@ -276,7 +276,7 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
 
 def _is_understood(note: str) -> bool:
     """Return whether other rules read a note, or it says that readings are corrected."""
-    is_place = noted_centre(note) or noted_origin(note) != ""
+    is_place = from_centre(note) or noted_origin(note) != ""
     return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
 
 

@@ -325,14 +325,18 @@ def possible_range(role: str) -> tuple[float, float]:
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Return another unit that brings a column into a usual range [SI unit].
 
-    The median must be in the range, and each reading must be possible. The result is ""
-    if there is no such unit.
+    Each reading must be possible, and nine in ten must be in the range; all of them if
+    that is so already without another unit. The result is "" if there is no such unit.
     """
     values = sorted(abs(value) for value in readings.columns[role].values if value)
-    low, high = possible_range(role)
+    few = len(values) // 10
+    least = values[few]
+    most = values[-1 - few]
+    is_usual = usual[0] <= least and most <= usual[1]
+    low, high = usual if is_usual else possible_range(role)
     for unit, factor in other_units(readings.columns[role]):
         is_possible = low <= factor * values[0] and factor * values[-1] <= high
-        if is_possible and usual[0] <= factor * values[len(values) // 2] <= usual[1]:
+        if is_possible and usual[0] <= factor * least and factor * most <= usual[1]:
             return unit
     return ""
 

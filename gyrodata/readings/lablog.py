@@ -430,16 +430,15 @@ class Faults:
 
     def _without_repeats(self) -> Iterator[Diagnostic]:
         """Yield what was found, with the lines of all cells of the same message."""
-        lines: dict[str, list[int]] = {}
-        for fault in self.found:
-            if fault.code == diagnostics.CELL_IS_NO_NUMBER:
-                lines.setdefault(fault.message, []).append(fault.line or 0)
-        for fault in self.found:
-            if fault.code != diagnostics.CELL_IS_NO_NUMBER:
-                yield fault
-            elif same := lines.pop(fault.message, None):
-                more = f", also in {self.span(same[1:])}" * (len(same) > 1)
-                yield replace(fault, message=fault.message + more)
+        equal: dict[str | int, list[Diagnostic]] = {}
+        for number, fault in enumerate(self.found):
+            is_of_cell = fault.code == diagnostics.CELL_IS_NO_NUMBER
+            key = fault.message if is_of_cell else number
+            equal.setdefault(key, []).append(fault)
+        for first, *others in equal.values():
+            lines = [other.line or 0 for other in others]
+            more = f", also in {self.span(lines)}" * bool(lines)
+            yield replace(first, message=first.message + more)
 
     def _not_shown(self) -> Iterator[Diagnostic]:
         """Yield how many more messages there are of each code."""

@@ -9,7 +9,7 @@ import pytest
 from simulated_labs import analyze_briefly
 from typed_labs import FOUR, START, is_true, log, questions
 
-from gyrodata import read_log
+from gyrodata import LogError, read_log
 from gyrodata.base.errors import Diagnostic
 from gyrodata.readings import fixed_log
 
@@ -394,3 +394,16 @@ def test_units_in_json_are_those_of_the_columns() -> None:
     assert is_true(json.dumps({"g": "9.80665 m/s^2", "units": units, "runs": runs}))
     columns = {key: [run[key] for run in runs] for key in keys}
     assert is_true(json.dumps({"units": units, **columns}))
+
+
+def test_seconds_below_ms_are_proposed_although_a_time_is_short() -> None:
+    runs = [(m, s) for m in (20.1, 40.3, 60.2) for s in (196, 302, 404, 566)]
+    rows = [f"{m},14.8,{s},1/3,{0.66 * s / m + 0.3:.2f}" for m, s in runs]
+    rows[8] = "60.2,14.8,196,1/3,0.4"
+    head = "mass (g),position (cm),spin (rpm),turns,time (ms)"
+    with pytest.raises(LogError) as refused:
+        analyze_briefly("\n".join([head, *rows]).encode())
+    hints = [each.hint for each in refused.value.diagnostics if each.code == "G440"]
+    assert any(
+        'If s is meant, write the header as "time [s]"' in hint for hint in hints
+    )

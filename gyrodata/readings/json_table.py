@@ -31,8 +31,7 @@ def table_of(text: str) -> str:
     )
     named = data if isinstance(data, dict) else {"runs": data}
     keys = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
-    has_units = isinstance(named.get("units"), dict)
-    units = named.pop("units") if has_units else {}
+    units = _taken_units(named)
     try:
         frame = pd.DataFrame(_table_in(named), dtype=object)
     except NoTableError:
@@ -50,6 +49,13 @@ def table_of(text: str) -> str:
     lines = [*keys, conversion.frame_text(frame)[0]]
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()
+
+
+def _taken_units(named: dict[str, Any]) -> dict[str, Any]:
+    """Take the units of the columns out of JSON; {} if it has none."""
+    if isinstance(named.get("units"), dict):
+        return dict(named.pop("units"))
+    return {}
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

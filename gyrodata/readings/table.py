@@ -154,9 +154,7 @@ def _with_runs(
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
         check_completeness(log, choice, table, lost | values.unread, faults)
-    # A unit next to a number is that of the number.
-    if words := [each for each in table.sentences if not re.search("[0-9]", each.text)]:
-        compared.warn_of_units(words, log.columns, faults)
+    _warn_of_units(log, table, faults)
     rows_of_text = table.sentences[len(table.grid.comments) :]
     if rows_of_text:
         warn_of_unused(rows_of_text, faults)
@@ -164,6 +162,13 @@ def _with_runs(
     if unmoved and moved:
         return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
     return log
+
+
+def _warn_of_units(log: Readings, table: layout.Layout, faults: Faults) -> None:
+    """Warn of other units in sentences without a number, whose unit it may be."""
+    words = [each for each in table.sentences if re.search("[0-9]", each.text) is None]
+    if words:
+        compared.warn_of_units(words, log.columns, faults)
 
 
 # From cells to readings

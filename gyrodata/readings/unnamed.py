@@ -75,19 +75,19 @@ def _unplaced(choice: Choice) -> list[Chosen]:
 
 # Uncertainties, by the column to their left
 
-_SIGN_OF_U = r"(±|\+/-|\+-|[^\W\d]+)(.*)"
+_SIGN_OF_U = r"±|\+/-|\+-|[^\W\d]+"
 _SIGNS_OF_U = UNSURE_WORDS | set(map(fold_name, ("±", "+/-", "+-")))
 
 
 def _place_uncertainty(column: Chosen, choice: Choice) -> None:
     """Read "± (g)", "error (g)" and "dm (g)" next to "m (g)" as its uncertainty."""
-    match = re.fullmatch(_SIGN_OF_U, column.text)
+    match = re.match(_SIGN_OF_U, column.text)
     for measured in map(choice.first, list(choice.used)):
         if match is None or measured.at != column.at - 1:
             continue
         name = measured.header.name
-        if match[1] == f"d{name}" or fold_name(match[1]) in _SIGNS_OF_U:
-            header = parse_header(f"u {name}{match[2]}")
+        if match[0] == f"d{name}" or fold_name(match[0]) in _SIGNS_OF_U:
+            header = parse_header(f"u {name}{column.text[match.end() :]}")
             role = f"u_{measured.role}"
             if role in header.roles and header.kinds & measured.kinds:
                 choice.place(replace(column, header=header), role)

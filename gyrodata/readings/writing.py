@@ -72,14 +72,9 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     readings = _joined(readings)
     head, columns = _parts(readings)
     columns += _unread(readings)
-    source = readings.source_text.splitlines()
-    head += [f"# left out: {source[line - 1]}" for line in readings.untimed]
-    untimed = [f"line {line}: it has no time" for line in readings.untimed]
-    errors = [
-        diagnostic
-        for diagnostic in readings.diagnostics
-        if diagnostic.severity == "error"
-    ]
+    untimed = list(map("line {}: it has no time".format, readings.untimed))
+    head += _rows_without_time(readings)
+    errors = _errors_in(readings)
     if not errors:
         return _text(head, columns), tuple(untimed)
     lines = _lines_with_errors(readings, errors)
@@ -93,6 +88,16 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     left += [*_unread_cells(readings), *untimed]
     left = left or [error.message for error in errors]
     return _text([*head, *lines], columns), tuple(left)
+
+
+def _errors_in(readings: Readings) -> list[Diagnostic]:
+    return [fault for fault in readings.diagnostics if fault.severity == "error"]
+
+
+def _rows_without_time(readings: Readings) -> list[str]:
+    """Return the rows without a time as ``#`` lines."""
+    source = readings.source_text.splitlines()
+    return [f"# left out: {source[line - 1]}" for line in readings.untimed]
 
 
 def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str]:

@@ -173,7 +173,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
         gyrodata.InputError,
         "did you mean g",
     ),
-    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping cannot be str"),
+    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),
     (lambda g: g.analyze(SAMPLE).plot("torq"), ValueError, "did you mean 'torque'"),
     (
         lambda g: g.analyze(SAMPLE).plot("torque", ax=Figure()),

@@ -328,12 +328,18 @@ def possible_range(role: str) -> tuple[float, float]:
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Return another unit that brings a column into a usual range [SI unit].
 
-    All readings of the column must be in the range. The result is "" if there is no
-    such unit.
+    Each reading must be possible, and nine in ten must be in the range; all of them if
+    that is so already without another unit. The result is "" if there is no such unit.
     """
-    values = [abs(value) for value in readings.columns[role].values if value]
+    values = sorted(abs(value) for value in readings.columns[role].values if value)
+    few = len(values) // 10
+    least = values[few]
+    most = values[-1 - few]
+    is_usual = usual[0] <= least and most <= usual[1]
+    low, high = usual if is_usual else possible_range(role)
     for unit, factor in other_units(readings.columns[role]):
-        if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
+        is_possible = low <= factor * values[0] and factor * values[-1] <= high
+        if is_possible and usual[0] <= factor * least and factor * most <= usual[1]:
             return unit
     return ""
 

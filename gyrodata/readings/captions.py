@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections.abc import Iterable, Iterator
-from itertools import accumulate, pairwise
+from itertools import accumulate, chain, filterfalse, pairwise
 
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
@@ -20,11 +20,13 @@ from gyrodata.readings.names import (
     BESIDE,
     CENTRE_WORDS,
     MAX_HEADER,
+    PRECESSION,
     ROD,
     SMALL_WORDS,
     TRIAL_WORDS,
     fold_name,
     from_centre,
+    is_of_the_spin,
     name_roles,
     origin_in,
     word_set,
@@ -132,11 +134,12 @@ def _named_turns(parts: Iterable[str]) -> str:
     """Return the turns of "Number of turns: 1/3" and "turns 1"; "" if there is none."""
     named = ""
     for part in parts:
-        name, *value = re.split("[:=：]", part[:MAX_HEADER], maxsplit=1)
-        if not value:
-            name, *value = part.rsplit(maxsplit=1) or [""]
-        if value and parse_header(name.strip("# ")).roles == ("turns",):
+        name, *value = re.split("[:=：]|(?=[0-9])", part[:MAX_HEADER], maxsplit=1)
+        names = parse_header(name.strip("# ")).roles
+        if value and names == ("turns",):
             named = turns_in(f"{value[0].strip()} turns") or named
+        elif value and names == ("angle",) and re.search(PRECESSION, name.lower()):
+            named = turns_in(value[0]) or named
     return named
 
 
@@ -251,12 +254,19 @@ def quoted(kinds: set[str], sentences: Iterable[Text]) -> str:
     for sentence in sentences:
         quantities = QUANTITY.finditer(sentence.text)
         units = [match[2] or match[3] for match in quantities]
-        if any(map(kinds.intersection, map(kinds_of, units))):
+        is_of_kind = any(map(kinds.intersection, map(kinds_of, units)))
+        if is_of_kind or ("number" in kinds and turns_in(sentence.text)):
             texts.append(f'"{sentence.text}"')
     return f"; the log says {', '.join(texts[:3])}" if texts else ""
 
 
 # --- Turns ---
+
+
+def turns_stated(sentences: Iterable[Text]) -> set[str]:
+    """Return all numbers of turns that some sentences state."""
+    clauses = chain.from_iterable(_clauses(sentence.text) for sentence in sentences)
+    return set(map(turns_in, filterfalse(is_of_the_spin, clauses))) - {""}
 
 
 _FORMULA = r"=|[^\W\d_]\s*/\s*[0-9]"

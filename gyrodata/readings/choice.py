@@ -21,7 +21,7 @@ from gyrodata.readings.headers import (
 )
 from gyrodata.readings.lablog import Faults, header_of, listing
 from gyrodata.readings.layout import Choice, Chosen, columns_of, note_unused
-from gyrodata.readings.names import Header, squeeze
+from gyrodata.readings.names import TOKENS, Header, squeeze
 from gyrodata.readings.roles import can_be_found_by_unit, kind_of_role, missing_roles
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.turns import DIVIDED
@@ -359,15 +359,18 @@ def _without_second_motion(
 
 def _uncertainty_of_symbol(column: Chosen, choice: Choice) -> str:
     """Return the uncertainty of the role of its symbol here: "σ_T" next to "T"."""
-    names = column.header.roles
-    bases = tuple(role.removeprefix("u_") for role in names)
-    if bases == names:
-        return ""
-    for used in choice.used.values():
-        first = used[0]
-        if first.header.roles == bases and first.role in bases:
-            return f"u_{first.role}"
+    symbol = _last_word(column)
+    for role, used in choice.used.items():
+        is_open = f"u_{role}" in column.header.roles
+        if is_open and _last_word(used[0]) == symbol:
+            return f"u_{role}"
     return ""
+
+
+def _last_word(column: Chosen) -> str:
+    """Return the symbol at the end of a name: "T" of "σ_T" and of "Period T"."""
+    words = list(filter(None, TOKENS.split(column.header.name)))
+    return words[-1] if words else ""
 
 
 def _is_open(role: str, there: set[str], choice: Choice) -> bool:
@@ -416,14 +419,14 @@ def _name_moment_of_spin(choice: Choice, faults: Faults) -> None:
 def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
     """Ask about a number, the ball or the tip in a header, if no rule has used it.
 
-    What --map names is decided, but the number in "T/2" or "10 spins" is not.
+    What --map names is decided, but not how often a time contains it: "T/2", "three".
     """
     for role, columns in choice.used.items():
         if role in roles.TEXTS or role.startswith("u_"):
             continue
         for column in columns:
             words = " ".join(unused_words(column.header))
-            if words and _may_change(words, column, role in choice.mapped):
+            if words and _may_change(column, role in choice.mapped):
                 named = header_of(role, column.header.unit)
                 spoken = role.replace("_", " ")
                 faults.add(
@@ -431,22 +434,25 @@ def _ask_about_unused_words(choice: Choice, faults: Faults) -> None:
                 )
 
 
-def _may_change(words: str, column: Chosen, is_mapped: bool) -> bool:
+def _may_change(column: Chosen, is_mapped: bool) -> bool:
     """Return whether words of a header may change the meaning of its column."""
     if _uses_words(column):
         return False
-    has_number = re.search("[0-9]", words) is not None
-    return not is_mapped or (has_number and column.role in _TIMED)
+    return column.role in _TIMED or not is_mapped
 
 
 _TIMED = (*roles.TIMINGS, "spin_period", "spin_period_start", "spin_period_end")
 """Roles of times: a header may name a part, or several, of what they measure."""
 
 
+_MULTIPLE = r"[2-9]\s?[x×*·]|[x×*·/]\s?[2-9]"
+
+
 def _uses_words(column: Chosen) -> bool:
     """Return whether the words say that the ball turns, or which part is counted."""
     if column.role.startswith("spin"):
-        return column.role not in _TIMED
+        is_multiple = re.search(_MULTIPLE, column.header.name) is not None
+        return column.role not in _TIMED and not is_multiple
     return column.role in roles.COUNTS and part_counted(column.header) != ""
 
 

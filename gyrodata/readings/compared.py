@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import pairwise
 
 from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.numerals import to_float
-from gyrodata.quantities.units import Uncertainty, UnitError
+from gyrodata.quantities.units import Uncertainty, UnitError, kinds_of, parse_unit
 from gyrodata.readings import layout, roles
+from gyrodata.readings.captions import ROLE_OF_KIND
 from gyrodata.readings.cells import part_counted, rounded_turns
 from gyrodata.readings.grid import Row
 from gyrodata.readings.headers import may_number, parse_header
@@ -23,8 +24,10 @@ from gyrodata.readings.names import (
     origin_in,
     squeeze,
 )
+from gyrodata.readings.notes import CORRECTED
 from gyrodata.readings.settings import Setting
 from gyrodata.readings.turns import turns_in
+from gyrodata.readings.unusual_headers import IN
 
 CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
@@ -311,3 +314,42 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
         if meant and doubt > _SMALL_DOUBT * to_float(text):
             place = turns.place(texts.index(text))
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)
+
+
+# What sentences say of the readings
+
+
+def warn_of_units(
+    sentences: Iterable[Text], columns: Mapping[str, Column], faults: Faults
+) -> None:
+    """Warn of each sentence that names another unit than a header.
+
+    A sentence that may change a reading for another reason is a doubt already.
+    """
+    doubts = {fault.line for fault in faults.diagnostics if fault.doubt == "note"}
+    for sentence in sentences:
+        if sentence.place.line in doubts:
+            continue
+        for kind, factors in _units_in(sentence.text).items():
+            column = columns.get(ROLE_OF_KIND[kind])
+            if column is None or not column.unit:
+                continue
+            if parse_unit(column.unit, kind).factor not in factors:
+                note = sentence.text
+                faults.add("unit_in_note", sentence, note=note, column=column)
+
+
+def _units_in(note: str) -> dict[str, set[float]]:
+    """Return the size of the units in a note, as "x is in inches, not cm", by kind."""
+    units: dict[str, set[float]] = {}
+    words = re.findall(r"[^\W\d_]+(?:/[^\W\d_]+)?", note.lower())
+    for before, word in pairwise(["", *words]):
+        kind = "".join(kinds_of(word))
+        # "per minute" and "m" are not units of a column.
+        is_sure = re.fullmatch(IN, before) or (len(word) > 2 and kind != "time")
+        if kind in ROLE_OF_KIND and word != "in" and is_sure and before not in _NOT:
+            units.setdefault(kind, set()).add(parse_unit(word, kind).factor)
+    return {} if CORRECTED.is_in(note) else units
+
+
+_NOT = ("not", "nicht", "pas", "no", "non")

@@ -31,6 +31,7 @@ def check_completeness(
 
     `unread` are the roles that are there, and that could not be read.
     """
+    _set_lonely_apart(log, choice)
     missing = _missing_from_log(log, choice, unread)
     if missing:
         ask_for(missing, choice, table, faults)
@@ -38,21 +39,20 @@ def check_completeness(
         _report_runs_that_lack(log, faults)
     if "precession_period" in log.columns.keys() - choice.mapped:
         _check_period(log.columns, faults)
-    idle = _idle_headers(log, choice)
+    idle = [column.text for column in choice.unplaced]
     if idle and not missing:
         name = "headers_unknown" if len(idle) > 1 else "header_unknown"
         faults.add(name, headers=listing(idle))
 
 
-def _idle_headers(log: Readings, choice: Choice) -> list[str]:
-    """Return the headers without a role, and uncertainties without a reading."""
+def _set_lonely_apart(log: Readings, choice: Choice) -> None:
+    """Put uncertainties without a reading to the columns without a role."""
     known = set(chain.from_iterable(map(roles.u_keys, log.columns)))
-    lonely = [
+    choice.unplaced += [
         columns[0]
         for key, columns in choice.used.items()
         if key.startswith("u_") and key not in known
     ]
-    return [column.text for column in (*choice.unplaced, *lonely)]
 
 
 def _missing_from_log(log: Readings, choice: Choice, unread: set[str]) -> list[str]:

@@ -17,9 +17,10 @@ from msgspec.structs import replace
 from gyrodata.quantities import numerals, vocabulary
 from gyrodata.quantities.units import kinds_of
 from gyrodata.readings import roles
+from gyrodata.readings.ball import constants_in
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import BLANKS, Faults, Place, Text
-from gyrodata.readings.names import MAX_HEADER, reported_key, station_in
+from gyrodata.readings.names import MAX_HEADER, SPHERE, reported_key, station_in
 from gyrodata.readings.reported import read_reported
 from gyrodata.readings.settings import YES_OR_NO
 from gyrodata.readings.turns import turns_in
@@ -262,14 +263,19 @@ def _take_note(grid: Grid, index: int, line: str) -> None:
     # A spreadsheet may have put the line in quotes or added delimiters.
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
-    if match := _KEY.fullmatch(content):
+    place = Place(index + 1, start)
+    match = _KEY.fullmatch(content)
+    is_one_value = match and match[1] in roles.KEYS and not re.search("[,;]", match[2])
+    if SPHERE.is_in(content) and not is_one_value and (pairs := constants_in(content)):
+        grid.metadata.extend((key, Text(value, place)) for key, value in pairs)
+    elif match:
         key = "_".join(match[1].replace("-", " ").split())
         place = Place(index + 1, start + match.start(2) + 1)
         grid.metadata.append((key, Text(match[2].strip(), place)))
     elif len(content) <= _SHORT_LINE and (station := station_in(content)):
-        grid.metadata.append(("station", Text(station, Place(index + 1, start + 1))))
+        grid.metadata.append(("station", Text(station, place)))
     else:
-        grid.comments.append(Text(content.strip(), Place(index + 1, start)))
+        grid.comments.append(Text(content.strip(), place))
 
 
 _SHORT_LINE = 30
@@ -407,22 +413,30 @@ def _take_key(row: Row, grid: Grid, faults: Faults) -> bool:
     """
     cells = row.filled()
     station = station_in("\t".join(cells))
-    stated = ("station", station) if station else _value_of_log(cells)
-    if stated is None:
-        return False
-    key, value = stated
+    stated = [("station", station)] if station else _values_of_log(cells)
     cell = grid.first_cell(row)
-    grid.metadata.append((key, replace(cell, text=value)))
-    if key != "I_zz":
-        faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
-    return True
+    for key, value in stated:
+        grid.metadata.append((key, replace(cell, text=value)))
+        if key != "I_zz":
+            faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
+    return stated != []
 
 
 _KEY_OF_CELLS = re.compile(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*(.+)")
 
 
+def _values_of_log(cells: list[str]) -> list[tuple[str, str]]:
+    """Return the keys and the values that a row states for the whole log."""
+    if SPHERE.is_in(cells[0]):
+        constants = constants_in(", ".join(cells)) or constants_in(" ".join(cells))
+        if constants:
+            return constants
+    value = _value_of_log(cells)
+    return [value] if value else []
+
+
 def _value_of_log(cells: list[str]) -> tuple[str, str] | None:
-    """Return the key and the value that a row states for the whole log.
+    """Return the key and the value of a row with one value.
 
     An example is "u_time", "0.2", "s".
     """

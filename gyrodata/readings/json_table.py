@@ -31,6 +31,7 @@ def table_of(text: str) -> str:
     )
     named = data if isinstance(data, dict) else {"runs": data}
     lines = [f"# {key}: {value}" for key, value in named.items() if _is_cell(value)]
+    units = _taken_units(named)
     try:
         frame = pd.DataFrame(_table_in(named), dtype=object)
     except NoTableError:
@@ -44,10 +45,18 @@ def table_of(text: str) -> str:
         raise NoTableError(
             "it contains no list of objects, and no lists with the names of columns"
         )
+    frame.attrs = {"units": units}
     table, _ = conversion.frame_text(frame)
     lines.append(table)
     # Half of a sign of two parts, which JSON can contain, is not a letter.
     return "\n".join(lines).encode("utf-8", "replace").decode()
+
+
+def _taken_units(named: dict[str, Any]) -> dict[str, Any]:
+    """Take the units of the columns out of JSON; {} if it has none."""
+    if isinstance(named.get("units"), dict):
+        return dict(named.pop("units"))
+    return {}
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

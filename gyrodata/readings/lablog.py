@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import groupby
 from typing import Any, Literal, NamedTuple, TypeVar
@@ -142,6 +142,8 @@ class Readings(Struct, frozen=True, dict=True):
         ``time_2`` of one row.
     lines : tuple of int
         Line in the file of each run.
+    untimed : tuple of int
+        Line of each row that is not a run because it has no time.
     notes : tuple of str
         Free text of each run.
     blocks : tuple of str
@@ -215,6 +217,7 @@ class Readings(Struct, frozen=True, dict=True):
     sha256: str
     runs: tuple[str, ...] = ()
     lines: tuple[int, ...] = ()
+    untimed: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     screws: tuple[str, ...] = ()
     blocks: tuple[str, ...] = ()
@@ -418,23 +421,31 @@ class Faults:
         return f"{word} {listing(parts)}"
 
     def all_findings(self) -> tuple[Diagnostic, ...]:
-        """Return what was found, and how many more there are of each code."""
-        more = {
-            code: count - MOST_OF_ONE_CODE
-            for code, count in self._count.items()
-            if count > MOST_OF_ONE_CODE
-        }
+        """Return what was found; equal messages about cells are one message."""
+        messages = {fault.message for fault in self.diagnostics}
+        if len(messages) == self._count.total():
+            return tuple(self.diagnostics)
+        return (*self._without_repeats(), *self._not_shown())
+
+    def _without_repeats(self) -> Iterator[Diagnostic]:
+        """Yield what was found, with the lines of all cells of the same message."""
+        equal: dict[str | int, list[Diagnostic]] = {}
+        for number, fault in enumerate(self.diagnostics):
+            is_of_cell = fault.code == diagnostics.CELL_IS_NO_NUMBER
+            key = fault.message if is_of_cell else number
+            equal.setdefault(key, []).append(fault)
+        for first, *others in equal.values():
+            lines = [other.line or 0 for other in others]
+            more = f", also in {self.span(lines)}" * bool(lines)
+            yield replace(first, message=first.message + more)
+
+    def _not_shown(self) -> Iterator[Diagnostic]:
+        """Yield how many more messages there are of each code."""
         severities = {fault.code: fault.severity for fault in self.diagnostics}
-        hidden = [
-            Diagnostic(
-                code,
-                severities[code],
-                f"{n} more of this kind are not shown",
-                file=self.name,
-            )
-            for code, n in more.items()
-        ]
-        return (*self.diagnostics, *hidden)
+        for code, count in self._count.items():
+            if count > MOST_OF_ONE_CODE:
+                text = f"{count - MOST_OF_ONE_CODE} more of this kind are not shown"
+                yield Diagnostic(code, severities[code], text, file=self.name)
 
     def has_error(self) -> bool:
         """Return whether a fault found so far stops the analysis."""
@@ -461,7 +472,7 @@ def header_of(role: str, unit: str | None = None) -> str:
 
 
 UNKNOWN = frozenset(
-    {"n/a", "N/A", "n.a.", "#N/A", "NA", "?", "″", '"', "idem", "ditto"}
+    {"n/a", "N/A", "n.a.", "#N/A", "NA", "?", "″", "〃", '"', "idem", "ditto"}
 )
 """What students write for a value that they do not know, or for the one above."""
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UNKNOWN

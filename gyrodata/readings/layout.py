@@ -195,7 +195,7 @@ def layout_of(
         cell if cell.text else replace(cell, text=f"column {number}")
         for number, (cell, _) in enumerate(columns, 1)
     ]
-    texts = [Text(" ".join(row.texts), grid.cell(row, 0).place) for row in words]
+    texts = [Text(", ".join(row.filled()), grid.cell(row, 0).place) for row in words]
     headers = [header for _, header in columns]
     return Layout(grid, cells, headers, rows, [*grid.comments, *texts])
 

@@ -33,7 +33,8 @@ FIRST_SIGN = "\u2e80"
 """
 MAX_HEADER = 200
 """Characters of the longest header that is read."""
-TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
+TOKENS = re.compile(r"[\s_,;()\[\]\-]+|(?<=^[ΔδσΣ∆])(?=\w)")
+"""What is between words; the sign of an uncertainty, as in "Δm", is a word as well."""
 _MARKS = units.Letters(
     {**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"},
     categories=("Mn",),
@@ -159,7 +160,7 @@ _WEIGHT_NAMES = [
     if " " not in name.strip()
 ]
 _WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
-CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
+CENTRE = r"(?i)cent(?:re|er)|middle|milieu|mittel|Mitte|центр|środk"
 OF_WEIGHT = (
     rf"(?i)(?:{CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})"
     rf"|{vocabulary.pattern('not_centre')}"

@@ -276,8 +276,8 @@ def warn_of_unused(sentences: Iterable[Text], faults: Faults) -> None:
 
 
 def _is_understood(note: str) -> bool:
-    """Return whether a note is for other rules, or says that readings are corrected."""
-    is_place = from_centre(note) or origin_in(note) != ""
+    """Return whether other rules read a note, or it says that readings are corrected."""
+    is_place = from_centre(note) or noted_origin(note) != ""
     return is_place or turns_in(note) != "" or CORRECTED.is_in(note)
 
 

@@ -28,8 +28,6 @@ from gyrodata.readings.lablog import (
     listing,
 )
 from gyrodata.readings.names import (
-    DIAMETER,
-    SPHERE,
     exact_roles,
     from_centre,
     name_roles,
@@ -178,7 +176,7 @@ class _Lines:
 
     def take(self, key: str, text: Text) -> None:
         """Read one line: a report, an answer, a value or a remark."""
-        known = _known_key(key, text.text)
+        known = key.lower()
         if _is_report(key, text.text):
             self.report(key, text)
         elif known in roles.KEYS and not _is_remark(known, text.text):
@@ -226,18 +224,6 @@ class _Lines:
         self.settings.reported[name] = read
         if read.problem:
             self.faults.add("reported_value", text, name=name, problem=read.problem)
-
-
-def _known_key(key: str, value: str) -> str:
-    """Return a key in lower case; ball_diameter for "diamètre de la boule: 10 cm"."""
-    small = key.lower()
-    if small in roles.KEYS or not value[:1].isdigit():
-        return small
-    words = key.replace("_", " ")
-    is_length = "length" in kinds_of(value.split()[-1])
-    if is_length and DIAMETER.is_in(words) and SPHERE.is_in(words):
-        return "ball_diameter"
-    return small
 
 
 def _is_report(key: str, text: str) -> bool:

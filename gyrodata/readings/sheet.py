@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 from itertools import chain, pairwise
+from operator import attrgetter
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -76,7 +77,8 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
 def _with_captions(grid: Grid, head: Row) -> Grid:
     """Add the comments that give a quantity without a column to the rows, at the top.
 
-    An example is "# each time is for one full turn".
+    An example is "# each time is for one full turn". Several comments may be the
+    captions of several tables: each is at its own line.
     """
     lacking = lacking_roles(_headers_in(grid) or map(parse_header, head.texts), grid)
     if not lacking:
@@ -84,7 +86,10 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
     lines = [*grid.comments, *grid.remarks()]
     rows = [Row(text.place.line, [f"# {text.text}"]) for text in lines]
     added = [row for row in rows if lacking.intersection(statements_in(row))]
-    return replace(grid, rows=[*added, *grid.rows])
+    rows = [*added, *grid.rows]
+    if len(added) > 1 and sum(map(is_head, grid.rows)) > 1:
+        rows.sort(key=attrgetter("line"))
+    return replace(grid, rows=rows)
 
 
 def _headers_in(grid: Grid) -> list[Header]:
@@ -143,7 +148,7 @@ class _Sheet:
         self.sentences: list[Row] = []
         """All rows of text above the last run."""
         self.left_out: dict[str, list[tuple[Row, int]]] = {
-            name: [] for name in ("title", "taken_out", "summary")
+            name: [] for name in ("title", "beside", "taken_out", "summary")
         }
         """Rows that are not runs, with the cell that shows it."""
         self.given: Statements = {}
@@ -169,6 +174,7 @@ class _Sheet:
     def take(self, row: Row) -> None:
         """Read the next row."""
         table = self.table
+        is_taken_out = _is_taken_out(row)
         row = self._without_remark(row)
         if not any(row.texts):
             return
@@ -179,7 +185,7 @@ class _Sheet:
             self.begin(row)
         elif units := self._units_of(row):
             self._take_units(units)
-        elif _is_taken_out(row):
+        elif is_taken_out:
             self._leave_out("taken_out", row)
         elif _is_summary(row, table.headers):
             self._leave_out("summary", row)
@@ -198,7 +204,7 @@ class _Sheet:
         is_longer = has_number or is_head(row)
         if is_longer and not self.table.is_apart:
             return row
-        self.left_out["title"].append((row, beyond[0]))
+        self.left_out["beside"].append((row, beyond[0]))
         return replace(row, texts=row.texts[:width])
 
     def _units_of(self, row: Row) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from itertools import chain
 
@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from gyrodata.quantities import units
 from gyrodata.readings import layout, roles
-from gyrodata.readings.captions import quoted
+from gyrodata.readings.captions import quoted, turns_stated
 from gyrodata.readings.grid import is_bare
 from gyrodata.readings.headers import counts_weights, unused_words
 from gyrodata.readings.lablog import Faults, header_of, listing
@@ -32,6 +32,8 @@ class Lack(Struct, frozen=True, dict=True):
     missing: tuple[str, ...]
     """All roles that the log lacks, this one included."""
     choice: Choice
+    stated: Collection[str] = ()
+    """Turns that sentences of the log state, if the turns are missing."""
 
     @property
     def unit(self) -> str:
@@ -148,7 +150,7 @@ def _time_of_turns(header: str, words: str) -> str:
     return (
         f'"{header}" contains "{words}": if it is the time of a part of a turn, or of '
         'several turns, write "time for 1/2 turn [s]" above it, with the number of its '
-        "turns"
+        "turns; if it is the sum of several times, write their mean"
     )
 
 
@@ -196,7 +198,10 @@ def ask_for(
 
     If several are missing, the hint begins with the corrected header row.
     """
-    lacks = [Lack(role, tuple(missing), choice) for role in missing]
+    stated = {"turns": turns_stated(table.statements)}
+    lacks = [
+        Lack(role, tuple(missing), choice, stated.get(role, ())) for role in missing
+    ]
     message = "; ".join(lack.question for lack in lacks)
     if choice.unplaced:
         texts = [column.text for column in choice.unplaced]
@@ -226,10 +231,11 @@ def _corrected_row(lacks: list[Lack], choice: Choice, table: layout.Layout) -> s
 def _how_to_add(lack: Lack) -> str:
     role = lack.role
     known = lack.known
-    sample = known.sample or f"1 {lack.unit}"
+    sample = [*lack.stated, known.sample or f"1 {lack.unit}"][0]
     quoted = f'"{sample}"' if " " in sample else sample
     ways = [f"add a column {lack.named()}"]
-    if role != "time":
+    # Several numbers of turns need a column.
+    if role != "time" and len(lack.stated) < 2:
         ways.append(f'or a line "# {role}: {sample}"')
         ways.append(f"or --set {role}={quoted}")
     ways.append(

@@ -12,6 +12,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata.base.errors import insist_on_type
 from gyrodata.quantities import units
 from gyrodata.quantities.units import Uncertainty, UnitError
 from gyrodata.readings import compared, layout, roles, sheet
@@ -126,22 +127,14 @@ def read_log(
 
 
 def _check_types(name: Any, settings: Any, mapping: Any, config: Any) -> None:
-    kinds = {
-        "name": (name, str | None),
-        "config": (config, str | os.PathLike | None),
-        "settings": (settings, Mapping),
-        "mapping": (mapping, Mapping),
-    }
-    for argument, (value, kind) in kinds.items():
-        if not isinstance(value, kind):
-            wrong = f"{type(value).__name__} ({value!r:.60})"
-            raise TypeError(f"{argument} cannot be {wrong}")
+    insist_on_type("name", name, str | None, "a text")
+    insist_on_type("config", config, str | os.PathLike | None, "the path of a file")
+    insist_on_type("settings", settings, Mapping, "a mapping from keys to values")
+    insist_on_type("mapping", mapping, Mapping, "a mapping from roles to headers")
     for text in (*settings, *mapping, *mapping.values()):
-        if not isinstance(text, str):
-            raise TypeError(
-                "a key of settings or mapping, or a header, cannot be "
-                f"{type(text).__name__}"
-            )
+        insist_on_type(
+            "a key of settings or mapping, or a header,", text, str, "a text"
+        )
 
 
 def _with_runs(
@@ -161,6 +154,7 @@ def _with_runs(
             faults.add("no_torque")
         lost = set(choice.used).difference(log.columns) if faults.has_error() else set()
         check_completeness(log, choice, table, lost | values.unread, faults)
+    _warn_of_units(log, table, faults)
     rows_of_text = table.sentences[len(table.grid.comments) :]
     if rows_of_text:
         warn_of_unused(rows_of_text, faults)
@@ -168,6 +162,13 @@ def _with_runs(
     if unmoved and moved:
         return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
     return log
+
+
+def _warn_of_units(log: Readings, table: layout.Layout, faults: Faults) -> None:
+    """Warn of other units in sentences without a number, whose unit it may be."""
+    words = [each for each in table.sentences if re.search("[0-9]", each.text) is None]
+    if words:
+        compared.warn_of_units(words, log.columns, faults)
 
 
 # From cells to readings
@@ -216,6 +217,8 @@ class TableReader:
         """Roles without a stated uncertainty that a DataFrame has as floats."""
         self.without_unit: list[CellReader] = []
         """Columns of which neither the header nor a cell has a unit."""
+        self.untimed: list[int] = []
+        """Lines of the rows without a time, which are not runs."""
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
@@ -253,6 +256,7 @@ class TableReader:
             log,
             runs=self._labels(rows),
             lines=tuple(self.rows[i].line for i in rows),
+            untimed=tuple(self.untimed),
             notes=self._texts("note", rows),
             screws=self._texts("screw", rows),
             blocks=blocks,
@@ -341,8 +345,9 @@ class TableReader:
         is_run = [any(map(str.isdigit, "".join(texts))) for texts in rows]
         if set(is_run) == {True, False}:
             pairs = zip(self.rows, is_run, strict=True)
-            lines = [row.line for row, is_timed in pairs if not is_timed]
-            self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
+            self.untimed = [row.line for row, is_timed in pairs if not is_timed]
+            place = Place(self.untimed[0], 1)
+            self.faults.add("row_without_time", place, lines=self.untimed)
         return is_run
 
     # Columns

@@ -6,6 +6,8 @@ import difflib
 import re
 from operator import attrgetter
 
+from msgspec.structs import replace
+
 from gyrodata.quantities import units
 from gyrodata.readings import roles
 from gyrodata.readings.cells import part_counted
@@ -15,6 +17,7 @@ from gyrodata.readings.headers import (
     counts_turns,
     counts_weights,
     is_one_letter,
+    parse_header,
 )
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Choice, Chosen, hinted
@@ -56,6 +59,8 @@ OF_DIFFERENCES = ("δ", "∆", "±", "delta", "+/-")
 
 def place_columns(choice: Choice, faults: Faults) -> None:
     """Give each missing role to the only column without a name that can have it."""
+    for column in _unplaced(choice):
+        _place_uncertainty(column, choice)
     if not choice.gives_turns() and not choice.states_turns():
         _place_turns(choice, faults)
     there = choice.there | choice.asked
@@ -66,6 +71,26 @@ def place_columns(choice: Choice, faults: Faults) -> None:
 
 def _unplaced(choice: Choice) -> list[Chosen]:
     return sorted(choice.unplaced, key=attrgetter("at"))
+
+
+# Uncertainties, by the column to their left
+
+_SIGN_OF_U = r"±|\+/-|\+-|[^\W\d]+"
+_SIGNS_OF_U = UNSURE_WORDS | set(map(fold_name, ("±", "+/-", "+-")))
+
+
+def _place_uncertainty(column: Chosen, choice: Choice) -> None:
+    """Read "± (g)", "error (g)" and "dm (g)" next to "m (g)" as its uncertainty."""
+    match = re.match(_SIGN_OF_U, column.text)
+    for measured in map(choice.first, list(choice.used)):
+        if match is None or measured.at != column.at - 1:
+            continue
+        name = measured.header.name
+        if match[0] == f"d{name}" or fold_name(match[0]) in _SIGNS_OF_U:
+            header = parse_header(f"u {name}{column.text[match.end() :]}")
+            role = f"u_{measured.role}"
+            if role in header.roles and header.kinds & measured.kinds:
+                choice.place(replace(column, header=header), role)
 
 
 # Turns, by cells
@@ -195,7 +220,9 @@ def warn_of_unused_masses(choice: Choice, faults: Faults) -> None:
 
 def _may_be_of_mass(column: Chosen, masses: tuple[str, ...]) -> bool:
     if "mass" in column.kinds and column.text != column.header.unit:
-        return NOT_THE_WEIGHT.isdisjoint(squeezed_words(column.text))
+        words = squeezed_words(column.text)
+        is_difference = column.text.lower().startswith(OF_DIFFERENCES)
+        return not is_difference and words.isdisjoint(NOT_THE_WEIGHT | UNSURE_WORDS)
     are_all_one = set(column.texts) <= {"", "1"}
     if are_all_one or not counts_weights(column.header):
         return False

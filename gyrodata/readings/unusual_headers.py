@@ -100,7 +100,9 @@ class _Split(NamedTuple):
 
 
 _BRACKET = r"\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\)"
-_WORD = r"(?<!\s)\s+(?:in|en|em|w|в|/)\s+"
+IN = "in|en|em|w|в"
+"""Words between a quantity and its unit."""
+_WORD = rf"(?<!\s)\s+(?:{IN}|/)\s+"
 _BLANK = r"(?<![/\s])[\s_,;]+(?!/)"
 _SNAKE_CASE = r"(\w+?)_([^\W\d_]+)_(?:per_)?([^\W\d_]+)"
 _LETTER = r"[^\W\d_]|[°%]"
@@ -258,6 +260,8 @@ def _roles_in(name: str, unit: str | None) -> tuple[tuple[str, ...], int | None]
 def _roles_without_unit(name: str) -> tuple[tuple[str, ...], int | None]:
     """Return the roles that a name means on its own."""
     named, number = name_roles(name)
+    if named[1:] and named[0].startswith("u_"):
+        return named, number  # the unit of its reading decides
     # A bare "N" counts turns: the other readings would need a unit.
     return bare_roles(named), number
 

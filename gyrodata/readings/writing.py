@@ -64,22 +64,20 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     Returns
     -------
     text : str
-        CSV text like that of `write_log`. A cell that could not be read is ``?``. If
-        the log contains an error, ``#`` lines that were not understood are as in the
-        file.
+        CSV text like that of `write_log`. A cell that could not be read is ``?``, and a
+        row without a time is behind ``# left out``. If the log contains an error, ``#``
+        lines that were not understood are as in the file.
     left : tuple of str
-        What the author of the log has to correct; empty if the log contains no error.
+        What the author of the log has to correct, the rows without a time included.
     """
     readings = _joined(readings)
     head, columns = _parts(readings)
     columns += _unread(readings)
-    errors = [
-        diagnostic
-        for diagnostic in readings.diagnostics
-        if diagnostic.severity == "error"
-    ]
+    untimed = list(map("line {}: it has no time".format, readings.untimed))
+    head += _rows_without_time(readings)
+    errors = _errors_in(readings)
     if not errors:
-        return _text(head, columns), ()
+        return _text(head, columns), tuple(untimed)
     lines = _lines_with_errors(readings, errors)
     left = [error.message for error in errors if error.line is None]
     left += [f"the line {line}" for line in lines]
@@ -87,8 +85,19 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
         if TEXTS.isdisjoint(parse_header(header).roles):
             left.append(f'the column "{header}": its name, or its unit')
     left += _unread_cells(readings)
+    left += untimed
     left = left or [error.message for error in errors]
     return _text([*head, *lines], columns), tuple(left)
+
+
+def _errors_in(readings: Readings) -> list[Diagnostic]:
+    return [fault for fault in readings.diagnostics if fault.severity == "error"]
+
+
+def _rows_without_time(readings: Readings) -> list[str]:
+    """Return the rows without a time as ``#`` lines."""
+    source = readings.source_text.splitlines()
+    return [f"# left out: {source[line - 1]}" for line in readings.untimed]
 
 
 def _lines_with_errors(readings: Readings, errors: list[Diagnostic]) -> list[str]:

@@ -94,18 +94,6 @@ def test_sigma_t_is_the_uncertainty_of_t() -> None:
     assert u[1] > 1.4 * u[0]
 
 
-@pytest.mark.slow
-def test_delta_t_is_named_as_a_column_that_is_not_used() -> None:
-    text = log(
-        "m (g),x (cm),f (rpm),t (s),Δt (s),turns",
-        lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2,1",
-    )
-    assert gives_truth(text)
-    assert "not used: the column Δt (s)" in [
-        one["message"] for one in analyze(text)[1] if one["code"] == "G221"
-    ]
-
-
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
     title = "Mass {} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{}"
     parts = (

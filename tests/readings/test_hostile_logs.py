@@ -116,7 +116,7 @@ def test_a_log_over_ten_megabytes_is_refused():
 
 @pytest.mark.slow
 def test_faults_of_one_kind_are_counted_behind_the_hundredth():
-    readings = read_log(HEAD + "2O,15,400,7,1\n" * 2000)
+    readings = read_log(HEAD + "".join(f"{i}O,15,400,7,1\n" for i in range(2000)))
     assert len(readings.diagnostics) == 101
     assert readings.diagnostics[-1].message == "1900 more of this kind are not shown"
 

@@ -93,14 +93,20 @@ def test_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
 @pytest.mark.parametrize(
     "sign", ["±", "+/-", "+-", "± [{unit}]", "error", "uncertainty"]
 )
-def test_header_of_an_uncertainty_alone_is_not_used_or_asked_about(sign):
+def test_header_of_an_uncertainty_alone_is_used_with_a_unit(sign):
     signs = [sign.format(unit=unit) for unit in ("s", "rpm")]
     readings = read_log(
         f"time [s],{signs[0]},spin [rpm],{signs[1]},mass [g],position [cm],turns\n"
         f"13.06,0.2,406,3,20,15.0,1/3\n"
     )
     told = " ".join(map(str, readings.diagnostics))
-    assert not readings.ok or all(f"{one}" in told for one in signs)
+    is_told = not readings.ok or all(f"{one}" in told for one in signs)
+    assert is_told != ("[" in sign)
+    if "[" in sign:
+        columns = (readings.columns[role] for role in ("time", "spin"))
+        assert [column.readings[0].u.absolute for column in columns] == pytest.approx(
+            [0.2, 3 * 0.10471975511965977]
+        )
 
 
 @pytest.mark.parametrize(

@@ -170,7 +170,6 @@ def test_findings_of_other_runs_are_shown_next_to_an_unreadable_cell(
 @pytest.mark.parametrize(
     ("header", "replaced"),
     [
-        ("half time [s]", "time [s]"),
         ("half distance [cm]", "position [cm]"),
         ("turns x2", "turns"),
         ("turns 2", "turns"),

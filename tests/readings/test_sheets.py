@@ -184,8 +184,9 @@ def test_row_that_is_struck_out_is_left_out_with_a_note():
     book.save(stream)
     readings = read_log(stream.getvalue())
     assert readings.lines == (2, 4)
-    assert "line 3 left out (taken out with # or by striking it out)" in " ".join(
-        d.message for d in readings.diagnostics
+    assert (
+        "line 3 left out (taken out with #, a line through it, or a note)"
+        in " ".join(d.message for d in readings.diagnostics)
     )
 
 

@@ -181,11 +181,16 @@ def _is_draft(candidate: Candidate) -> bool:
 
 
 def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
-    """Ask about an answer that a person may not see, unless it is elsewhere too."""
+    """Ask about an answer that a person may not see, unless it is elsewhere too.
+
+    Also ask about one with a statistical and another uncertainty.
+    """
     seen = [each.read for each in candidates if each.rank.is_named and not each.doubt]
+    where = f'the answer "{chosen.read.text}" in {chosen.place}'
     if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
-        where = f'the answer "{chosen.read.text}" in {chosen.place}'
         yield f"{where} may be hidden; look whether the file shows it"
+    if chosen.has_second_u:
+        yield f"{where} may have another uncertainty behind it: give the total one"
 
 
 def _lost_powers(chosen: Candidate) -> Iterator[str]:

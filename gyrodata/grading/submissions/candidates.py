@@ -49,6 +49,7 @@ class Candidate(Struct, frozen=True):
     read: Reported
     doubt: bool = False  # whether a person may not see it
     compared: bool = False  # whether it is no answer by a word of a comparison alone
+    has_second_u: bool = False  # whether a total uncertainty may follow its u
 
     @property
     def file(self) -> str:
@@ -118,7 +119,9 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
         if not has_number and not set(line) <= set("-: |"):
             titles = cells * is_table
         if has_number and is_table:
-            line = _row_as_prose(_with_title_of_u(titles, cells), cells)
+            line = _row_as_prose(
+                _with_title_of_u(titles, cells), _unit_behind_number(cells)
+            )
         yield line
 
 
@@ -185,6 +188,17 @@ def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[st
     whole = [*missing, *titles]
     whole[numbers[1]] = f"± {whole[numbers[1]]}"
     return whole
+
+
+def _unit_behind_number(cells: Sequence[str]) -> Sequence[str]:
+    """Move the unit of a row, as in "g m² | I_zz | 4.40", behind the first number."""
+    value = next(filter(_is_number, cells))
+    at = cells.index(value)
+    unit = next((cell for cell in cells[:at] if "inertia" in kinds_of(cell)), None)
+    if unit is None or re.search(_UNIT, value):
+        return cells
+    names = ["" if cell == unit else cell for cell in cells[:at]]
+    return [*names, f"{value} {unit}", *cells[at + 1 :]]
 
 
 def _may_be_u(value: str, number: str) -> bool:
@@ -352,7 +366,7 @@ def _candidate(
     quantity: _Quantity, heading: str, document: Document
 ) -> Iterator[Candidate]:
     """Give a quantity as an answer, unless the words around say that it is none."""
-    read, before, _, after, _ = quantity
+    read, before, behind, after, _ = quantity
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
@@ -372,7 +386,8 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    yield Candidate(rank, place, read, document.doubt, compared)
+    has_second_u = re.search(SAYS["second_u"], behind) is not None
+    yield Candidate(rank, place, read, document.doubt, compared, has_second_u)
 
 
 # --- versions: a draft, a corrected and a final value ---

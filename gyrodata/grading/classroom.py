@@ -608,11 +608,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def totals(self) -> list[float]:
         """Points of the graded students, in the order of the grades."""
-        return [
-            grade.points
-            for grade in self.grades
-            if grade.status == "graded" and grade.points is not None
-        ]
+        graded = [grade for grade in self.grades if grade.status == "graded"]
+        points = [grade.points for grade in graded]
+        return [total for total in points if total is not None]
 
     def count(self, status: str) -> int:
         """Count the grades with a status."""
@@ -674,10 +672,8 @@ class ClassGrades(Struct, frozen=True, dict=True):
         if not missing or reference is None or not reference.is_vague:
             return ""
         logs = count_text(missing, "log")
-        return (
-            f"{logs} without a station, and I_zz of the class has several values: ask "
-            f"for the stations, and write them into {DESK}"
-        )
+        why = f"{logs} without a station, and I_zz of the class has several values"
+        return f"{why}: ask for the stations, and write them into {DESK}"
 
     @property
     def mean(self) -> float | None:

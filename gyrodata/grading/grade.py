@@ -472,14 +472,21 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
     disagree = (grade.d or 0.0) > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
     far = reference.zeta(inertia, share * inertia)
-    away = abs(inertia - reference.inertia)
-    u_of_answer = min(share, yardsticks.COARSEST) * value
-    near = reference.zeta(value, u_of_answer) <= AGREES
-    away_of_answer = abs(value - reference.inertia)
-    wrong_log = disagree and near and away > MUCH * away_of_answer
+    u = min(share, yardsticks.COARSEST) * value
+    wrong_log = disagree and _is_answer_nearer(reference, inertia, value, u)
     if not wrong_log and (disagree or far <= LOOKED_AT):
         return None
     return _Doubt(reference, inertia, value, far, wrong_log)
+
+
+def _is_answer_nearer(
+    reference: yardsticks.Reference, inertia: float, value: float, u: float
+) -> bool:
+    """Return whether an answer agrees with the reference, and its log does not."""
+    agrees = reference.zeta(value, u) <= AGREES
+    away_of_log = abs(inertia - reference.inertia)
+    away_of_answer = abs(value - reference.inertia)
+    return agrees and away_of_log > MUCH * away_of_answer
 
 
 def is_doubtful(grade: Grade, references: References) -> bool:
@@ -589,8 +596,8 @@ def _looks(evidence: Evidence) -> list[str]:
     reasons = []
     words = " or ".join(slip.words for slip in evidence.slips)
     # Two mistakes with the same factor cost the same: nothing needs a decision.
-    ratios = (slip.factor / evidence.factor for slip in evidence.slips)
-    if any(abs(ratio - 1) > yardsticks.SAME for ratio in ratios):
+    factor = evidence.factor
+    if any(abs(slip.factor / factor - 1) > yardsticks.SAME for slip in evidence.slips):
         reasons.append(
             f"several mistakes explain the reported I_zz equally well: {words}"
         )

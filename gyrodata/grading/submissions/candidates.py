@@ -68,9 +68,7 @@ def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
     sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
-    short = [
-        sentence for sentence in sentences if len(sentence[1]) <= _LONGEST_SENTENCE
-    ]
+    short = [(line, text) for line, text in sentences if len(text) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
         *document.lines[end:],
@@ -149,7 +147,8 @@ def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
             is_value = re.fullmatch(SAYS["value"], key)
             prose[at] += f"{table} = {value}" if is_value else part
         else:
-            whole, more = (text.partition(" #")[0] for text in (prose[at], value))
+            whole = prose[at].partition(" #")[0]
+            more = value.partition(" #")[0]
             prose[at] = f"{whole} {sign} {more}"
     return prose
 
@@ -204,7 +203,8 @@ def _unit_behind_number(cells: Sequence[str]) -> Sequence[str]:
 def _may_be_u(value: str, number: str) -> bool:
     """Return whether a number may be the uncertainty of a value, by its size."""
     both = read_reported("inertia", f"{value} ± {number} kg m^2")
-    return both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
+    most = 0.2 * abs(both.value or 0)
+    return both.fault is None and 0 < (both.u or 0) < most
 
 
 def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:
@@ -218,12 +218,10 @@ def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:
             line += f" ± {text}{' %' * ('%' in title)}"
         elif _is_blank_or_unit(text) and not _is_number(cell):
             line += f" {text}"
+        elif re.search(SAYS["other"], title):
+            line += f" | {title}: {text}"
         else:
-            line += (
-                f" | {title}: {text}"
-                if re.search(SAYS["other"], title)
-                else f" | {text}"
-            )
+            line += f" | {text}"
     return line
 
 
@@ -244,10 +242,9 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return (
-        bool(squeezed_words(text) & UNSURE_WORDS)
-        or re.search(SAYS["unsure"], text) is not None
-    )
+    if squeezed_words(text) & UNSURE_WORDS:
+        return True
+    return re.search(SAYS["unsure"], text) is not None
 
 
 def _unit_behind(text: str) -> str:
@@ -259,11 +256,10 @@ def _unit_behind(text: str) -> str:
         rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
     )
     power, unit = match.groups("") if match else ("", "")
-    return (
-        power.lstrip(" x×·*") + unit
-        if (power and not unit) or "inertia" in kinds_of(unit)
-        else ""
-    )
+    is_power = power and not unit
+    if not is_power and "inertia" not in kinds_of(unit):
+        return ""
+    return power.lstrip(" x×·*") + unit
 
 
 # --- numbers with a unit or a name become quantities ---
@@ -312,9 +308,7 @@ def _candidates(
     """Find the quantities of sentences that may be the answer."""
     above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
-        below = [
-            next_sentence for _, next_sentence in sentences[at + 1 : at + MOST_BELOW]
-        ]
+        below = [text for _, text in sentences[at + 1 : at + MOST_BELOW]]
         end = 0
         for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
@@ -350,16 +344,13 @@ def _quantities(
         if not re.fullmatch(rf"[\s,|]*+{SAYS['range']}?\s*", words):
             before = words
         behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
-        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[
-            0
-        ]
+        rest = sentence[end:]
+        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", rest)[0]
         read = read_reported("inertia", value[0], number)
         quantity = _Quantity(read, before, behind, after, end)
         # A row of an uncertainty does not get that of the next row.
-        quantity = quantity._replace(
-            read=with_u(read, sentence[end:] if quantity.is_unsure else behind)
-        )
-        yield quantity
+        read = with_u(read, rest if quantity.is_unsure else behind)
+        yield quantity._replace(read=read)
 
 
 def _candidate(
@@ -428,11 +419,12 @@ def _cuts(text: str) -> Iterator[tuple[str, bool]]:
     The second part of each result shows whether no other word follows.
     """
     for cut in reversed(list(re.finditer(_CUT, text))):
-        value = text[: cut.start()].strip(" |_").rstrip(".,;")
-        value = (
-            value.removesuffix(")") if value.count(")") > value.count("(") else value
-        )
-        yield value, re.match(r"\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+        at = cut.start()
+        value = text[:at].strip(" |_").rstrip(".,;")
+        if value.count(")") > value.count("("):
+            value = value.removesuffix(")")
+        is_whole = re.match(r"\s*(?:[,;.|(]|$)", text[at:]) is not None
+        yield value, is_whole
 
 
 class _Label(NamedTuple):
@@ -509,16 +501,13 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     text = re.sub(rf"[\[(][^\])]{{0,300}}[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
-    names = [
-        (" ".join(words[max(0, end - count) : end]), end)
-        for end in ends
-        for count in (1, 2, 3)
-    ]
-    return any(
-        name_roles(name)[0] == ("inertia",)
-        for name, end in names
-        if len(name) > 1 or end == len(words)
-    )
+    for end in ends:
+        for count in (1, 2, 3):
+            name = " ".join(words[max(0, end - count) : end])
+            counts = len(name) > 1 or end == len(words)
+            if counts and name_roles(name)[0] == ("inertia",):
+                return True
+    return False
 
 
 # --- the uncertainty of a quantity ---

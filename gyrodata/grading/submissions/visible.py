@@ -90,7 +90,8 @@ class _Seen(HTMLParser):
         """The open elements, and whether each is hidden."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag in _PARAGRAPHS and self.open[-1][0] == "p":
+        outer, _ = self.open[-1]
+        if outer == "p" and tag in _PARAGRAPHS:
             self.open.pop()
         self.written.append(f"<{tag}>")
         if tag in _WITHOUT_END:
@@ -98,8 +99,9 @@ class _Seen(HTMLParser):
         attributes = dict(attrs)
         style = f";{attributes.get('style')};color:{attributes.get('color')}"
         plain = re.sub(r"\s", "", style.lower())
-        is_hidden = self.open[-1][1] or tag in _NO_TEXT or "hidden" in attributes
-        is_hidden = is_hidden or _HIDES.search(plain) is not None
+        _, is_hidden = self.open[-1]
+        is_hidden |= tag in _NO_TEXT or "hidden" in attributes
+        is_hidden |= _HIDES.search(plain) is not None
         is_hidden |= not self.shows_white and _WHITE.search(plain) is not None
         self.open.append((tag, is_hidden))
         if not is_hidden:

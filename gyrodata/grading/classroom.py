@@ -311,8 +311,8 @@ def _looks_of_shared_logs(
     """Ask about each log that only the student without one says is shared."""
     looks = {}
     for item in items:
-        is_lent = item.shares_answer or partners.lends(item.log_of, item.student)
-        if item.log_of and not is_lent:
+        is_confirmed = partners.lends(item.log_of, item.student)
+        if item.log_of and not item.shares_answer and not is_confirmed:
             looks[item.student] = (
                 f"graded on the log of {item.log_of}, but only {item.student} says "
                 f"that they are partners: confirm it with a line partner in {DESK}"
@@ -350,7 +350,9 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
         made = replace(made, partner=partners_in(None, made.documents))
     digest = made.digest
     log = made.texts.get(made.log_name or "")
-    log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
+    log_digest = ""
+    if isinstance(log, bytes):
+        log_digest = hashlib.sha256(log).hexdigest()
     notes = []
     if choice:
         words = f"{made.name}: {choice}"
@@ -483,7 +485,9 @@ class _Work(Struct):
     def begun(cls, rubric: Rubric, options: GradingOptions, desk: Desk) -> _Work:
         """Read the journal."""
         path = options.journal
-        journal = path.read_bytes() if path is not None and path.is_file() else b""
+        journal = b""
+        if path is not None and path.is_file():
+            journal = path.read_bytes()
         known, damaged = read_journal(journal)
         return cls(rubric, options, desk, journal, known, damaged, {}, {})
 
@@ -563,7 +567,8 @@ def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
     item, reported = task
     # Only a copy keeps the texts that are read.
     grade = grade_submission(replace(item), rubric, reported or None)
-    return encode(Entry(inputs=_inputs_of(item, rubric, reported), grade=grade))
+    inputs = _inputs_of(item, rubric, reported)
+    return encode(Entry(inputs=inputs, grade=grade))
 
 
 # --- a class that has been graded ---
@@ -662,12 +667,16 @@ class ClassGrades(Struct, frozen=True, dict=True):
         stations = sorted(self.scatters, key=yardsticks.in_order)
         scatters = [self.scatters[station] for station in stations]
         lines = [scatter.words for scatter in scatters if scatter.factor > 1]
-        return f"{'; '.join(lines)}: φ̇ψ̇ is judged by that" if lines else ""
+        if not lines:
+            return ""
+        words = "; ".join(lines)
+        return f"{words}: φ̇ψ̇ is judged by that"
 
     @property
     def without_station(self) -> str:
         """Ask for the stations if the logs without one have several values of I_zz."""
-        missing = sum(grade.station is None for grade in self.grades if grade.own)
+        with_log = [grade for grade in self.grades if grade.own]
+        missing = sum(grade.station is None for grade in with_log)
         reference = self.references.get("all")
         if not missing or reference is None or not reference.is_vague:
             return ""
@@ -678,7 +687,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @property
     def mean(self) -> float | None:
         """Mean of the points; None if nobody is graded."""
-        return round(statistics.fmean(self.totals), 4) if self.totals else None
+        if not self.totals:
+            return None
+        mean = statistics.fmean(self.totals)
+        return round(mean, 4)
 
     @property
     def median(self) -> float | None:
@@ -714,7 +726,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def label(self, student: str) -> str:
         """Return the name of a student, with the key if it is not in the name."""
         name = self.names.get(student, student)
-        return name if student in name else f"{name} ({student})"
+        if student in name:
+            return name
+        return f"{name} ({student})"
 
     @cached_property
     def groups(self) -> list[list[str]]:
@@ -740,7 +754,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
             judged = [value for value in points if value is not None]
             full = sum(value >= criterion.points for value in judged)
             none = sum(value <= 0 for value in judged)
-            mean = round(statistics.fmean(judged), 4) if judged else None
+            mean = None
+            if judged:
+                mean = round(statistics.fmean(judged), 4)
             yield exports.CriterionFigures(
                 criterion.id,
                 criterion.title,

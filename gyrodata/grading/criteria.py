@@ -141,9 +141,14 @@ def mark(
     """
     number = detail.get(criterion.curve.variable)
     if share is not None and math.isnan(share):
-        share = criterion.curve.share(number) if isinstance(number, float) else 0.0
-    points = None if share is None else round(share * criterion.points, 2)
-    rule = criterion.told if number is not None and "slip_cost" not in detail else ""
+        share = 0.0
+        if isinstance(number, float):
+            share = criterion.curve.share(number)
+    points = None
+    if share is not None:
+        points = round(share * criterion.points, 2)
+    is_by_rule = number is not None and "slip_cost" not in detail
+    rule = criterion.told if is_by_rule else ""
     return Mark(
         criterion.id,
         criterion.title,
@@ -250,7 +255,8 @@ def _scatter_mark(
         p = -math.expm1(len(chances) * math.log1p(-smallest))
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
-        agrees = "agrees with" if criterion.curve.share(p) == 1 else "is more than"
+        is_usual = criterion.curve.share(p) == 1
+        agrees = "agrees with" if is_usual else "is more than"
         reason += f", which {agrees} {words} ({p_text(p)})"
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
@@ -318,7 +324,9 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     own_value = inertia_text(matched.value, matched.u)
     own = f"{own_value} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
-    d = evidence.slips[0].distance if evidence.slips else evidence.d
+    d = evidence.d
+    if evidence.slips:
+        d = evidence.slips[0].distance
     number = _away(criterion, evidence)
     detail: dict[str, float | str | None] = {
         "d": evidence.d,
@@ -336,11 +344,11 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
             share = less
             detail["slip_cost"] = cost
         words = "; or ".join(slip.words for slip in evidence.slips)
-        either = "either of these" if len(evidence.slips) > 1 else "a common mistake"
-        reason = (
-            f"{reported_words}, {times} what your runs give, {own}: {either} would explain "
-            f"this: {words}"
-        )
+        either = "a common mistake"
+        if len(evidence.slips) > 1:
+            either = "either of these"
+        reason = f"{reported_words}, {times} what your runs give, {own}: "
+        reason += f"{either} would explain this: {words}"
     elif d == 0:
         reason = f"{reported_words}, which agrees with your runs: {own}"
     else:
@@ -390,9 +398,9 @@ def judge_reference(
             "points, can be given by hand"
         )
         return mark(criterion, reason, pending.detail, None)
-    undone = (
-        ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
-    )
+    undone = ""
+    if pending.detail.get("slip") != 1.0:
+        undone = ", after correcting the mistake,"
     own = pending.detail.get("own")
     zeta = reference.zeta(value, u)
     if isinstance(own, float) and reference.zeta(own, u) < zeta:
@@ -448,7 +456,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
-        verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
+        is_accepted = criterion.curve.share(ratio) == 1
+        verdict = "a little" if is_accepted else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits"
         reason += f" of your runs give, {whole}"
     detail = {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
@@ -519,7 +528,9 @@ def _fault_of_last_digit(evidence: Evidence) -> str:
         return ""
     low, high = _last_place(reported.step, value, reported.digits)
     if not reported.u_step:
-        u = reported.u or evidence.own.yardstick * abs(value)
+        u = reported.u
+        if not u:
+            u = evidence.own.yardstick * abs(value)
         if high < u / 150:
             return "the value has more digits than its uncertainty justifies"
         return ""

@@ -437,7 +437,10 @@ def flag_scatter(logs: Logs) -> list[Flag]:
     flags = []
     for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
-        p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
+        p = 1.0
+        if size < HAND:
+            chi2 = dof * (size / HAND) ** 2
+            p = chi2_lower_tail(chi2, dof)
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {len(log.time)} times are within {size:.2g} s of straight lines "
@@ -627,7 +630,8 @@ def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
     few = np.partition(square, NEIGHBOURS, axis=1)[:, :NEIGHBOURS]
     nearest = np.sort(few, axis=1)
     # Logs with equal spins say nothing of the distance of honest ones.
-    apart = nearest[:, 1][nearest[:, 1] > 0]
+    second = nearest[:, 1]
+    apart = second[second > 0]
     middle = np.minimum(2 * np.mean(size, axis=1), np.median([*apart, np.inf]))
     usual = np.minimum(nearest[:, NEIGHBOURS - 1], middle)[:, None]
     chance = np.ones_like(square)
@@ -721,7 +725,8 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
         words += " and the same precession period"
     shared_rows = np.flatnonzero(same.any(axis=1))
     lines = _lines_in_words(logs.prints[first], shared_rows)
-    other_lines = _lines_in_words(logs.prints[second], np.flatnonzero(same.any(axis=0)))
+    shared_by_other = np.flatnonzero(same.any(axis=0))
+    other_lines = _lines_in_words(logs.prints[second], shared_by_other)
     return (
         f"{len(shared_rows)} of {min(same.shape)} rows of {logs.keys[first]} "
         f"({lines}) are in {logs.keys[second]} ({other_lines}), {words}"

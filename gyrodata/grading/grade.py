@@ -79,7 +79,9 @@ class Decision(Struct, frozen=True):
     @property
     def told(self) -> str:
         """Why, and who says so."""
-        return f"{self.why} ({self.by})".lstrip() if self.by else self.why
+        if not self.by:
+            return self.why
+        return f"{self.why} ({self.by})".lstrip()
 
     def __str__(self) -> str:
         decision = f"{self.what} {self.value}".rstrip()
@@ -194,8 +196,9 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
         """Reported I_zz over that of the nearest fit [1]; None without one of them."""
         value = self.reported_inertia
         own = self.own.get(self.matched or "")
-        own_value = own["value"] if own else None
-        return value / own_value if value is not None and own_value else None
+        if value is None or not own or not own["value"]:
+            return None
+        return value / own["value"]
 
 
 def grade_submission(
@@ -573,14 +576,17 @@ def added_up(grade: Grade) -> Grade:
     if reasons:
         why = "; ".join(reasons) if grade.own else grade.why
         return replace(grade, status="not graded", why=why, points=None)
-    total = sum(mark.points or 0.0 for mark in grade.marks) - grade.late_deduction
+    total = sum(mark.points or 0.0 for mark in grade.marks)
+    left = max(0.0, total - grade.late_deduction)
     status: Status = "so far" if open_marks else "graded"
-    return replace(grade, status=status, why=None, points=round(max(0.0, total), 2))
+    return replace(grade, status=status, why=None, points=round(left, 2))
 
 
 def points_text(points: float | None) -> str:
     """Write points: "6", "4.35", or "–" where there are none yet."""
-    return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
+    if points is None:
+        return "–"
+    return f"{points:.2f}".rstrip("0").rstrip(".")
 
 
 def two_decimals(points: float | None) -> str:
@@ -588,7 +594,9 @@ def two_decimals(points: float | None) -> str:
 
     The text never contains a mark between thousands.
     """
-    return "" if points is None else f"{points:.2f}"
+    if points is None:
+        return ""
+    return f"{points:.2f}"
 
 
 def _looks(evidence: Evidence) -> list[str]:
@@ -630,8 +638,10 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     fits = yardsticks.with_mistake(known[evidence.slips[0].kind], evidence.own)
     reported, value, _ = evidence.answer
     half_step = (reported.step or 0.0) / 2
-    apart = (abs(value - fit.value) - half_step for fit in fits)
-    shares = (left / abs(fit.value) for left, fit in zip(apart, fits, strict=True))
+    shares = []
+    for fit in fits:
+        apart = abs(value - fit.value) - half_step
+        shares.append(apart / abs(fit.value))
     if min(shares) > SAME_VALUE:
         return ["a mistake explains the reported I_zz, but not to its digits"]
     if all(known[slip.kind].rank > 0 for slip in evidence.slips):
@@ -695,12 +705,13 @@ def _why_not(error: Exception) -> str:
             f"the analysis failed with these numbers ({type(error).__name__}: {error})"
         )
     done = "analysed" if isinstance(error, LogError) else "read"
-    first, *more = [
-        diagnostic for diagnostic in error.diagnostics if diagnostic.severity == "error"
-    ]
-    where = f"line {first.line}: " if first.line else ""
-    others = f", and {len(more)} more" if more else ""
-    return f"the log cannot be {done}: {where}{first.message}{others}"
+    first, *more = [note for note in error.diagnostics if note.severity == "error"]
+    words = first.message
+    if first.line:
+        words = f"line {first.line}: {words}"
+    if more:
+        words += f", and {len(more)} more"
+    return f"the log cannot be {done}: {words}"
 
 
 # --- ``gyro check --hand-in`` ---
@@ -734,7 +745,9 @@ def _note_on_answer(
     """Say which answer is read, or why none is."""
     log = shown(PurePosixPath(submission.log_file or "").name)
     file = handed_in.file or log
-    problem = answers.inertia.problem if answers.inertia is not None else None
+    problem = None
+    if answers.inertia is not None:
+        problem = answers.inertia.problem
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
         return Diagnostic.named("answer_read", file, handed_in.line, told=words)

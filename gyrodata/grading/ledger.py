@@ -151,7 +151,8 @@ class Desk(Struct, frozen=True):
 
     def decides(self, student: str, what: str) -> bool:
         """Return whether a line decides something, or leaves it as it is."""
-        return (student, what) in self.left or self.value(student, what) is not None
+        is_left = (student, what) in self.left
+        return is_left or self.value(student, what) is not None
 
     def open_requests(self) -> Iterator[Offer]:
         """Offer a line for the answer to each request."""
@@ -161,7 +162,8 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        return not offer.can_be_left or not self.decides(offer.student, offer.what)
+        is_decided = self.decides(offer.student, offer.what)
+        return not offer.can_be_left or not is_decided
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -220,7 +222,8 @@ class Desk(Struct, frozen=True):
         digest = hashlib.sha256(about).hexdigest()
         stale = _stale(lines, grade, item, first_seen)
         grade = _with_points(_with_marks(grade, decisions), decisions)
-        looks = () if any(what in decisions for what in SETTLING) else grade.look
+        is_settled = any(what in decisions for what in SETTLING)
+        looks = () if is_settled else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
 
 
@@ -275,7 +278,8 @@ def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
         grade = replace(grade, why=None, late_deduction=0.0)
     bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
-        points = round(grade.points + (read_number(bonus.value) or 0.0), 2)
+        added = read_number(bonus.value) or 0.0
+        points = round(grade.points + added, 2)
         grade = replace(grade, points=max(0.0, points))
     if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
@@ -435,8 +439,8 @@ def _word_of(row: Mapping[str, str], words: Mapping[str, Word]) -> str:
     what = written if written in words else written.casefold()
     if what != "log":
         return what
-    is_points = what in words and (not value or read_number(value) is not None)
-    return what if is_points else CORRECTED
+    is_number = not value or read_number(value) is not None
+    return what if is_number and what in words else CORRECTED
 
 
 def _student(name: str, known: Known) -> str:
@@ -545,7 +549,9 @@ LONGEST = 300  # characters of a text in a table or on the page of the class
 
 def short(text: str) -> str:
     """Return a text, or its beginning if it is very long."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST - 1]}…"
 
 
 class Offer(Struct, frozen=True):
@@ -582,7 +588,9 @@ class Offer(Struct, frozen=True):
     @property
     def people(self) -> tuple[str, ...]:
         """All students that the line is about."""
-        return self.flag.students if self.flag is not None else (self.student,)
+        if self.flag is None:
+            return (self.student,)
+        return self.flag.students
 
 
 def in_general(why: str) -> str:

@@ -225,7 +225,9 @@ def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
 
 def _checksum(page: Path) -> int | None:
     """Return the checksum of a page as a zip contains it; None without the page."""
-    return zlib.crc32(page.read_bytes()) if page.exists() else None
+    if not page.exists():
+        return None
+    return zlib.crc32(page.read_bytes())
 
 
 def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
@@ -298,7 +300,8 @@ def told_of(
         (why, class_grades.names[student])
         for student, why in class_grades.again.items()
     )
-    skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
+    left_out = filled.skipped if filled else []
+    skipped = grouped((why, who) for who, why in left_out)
     values = {
         "class_grades": class_grades,
         "again": again,

@@ -178,7 +178,9 @@ def _seconds_late(
     It is negative or zero for a submission in time.
     """
     own_due = exception.due if exception else None
-    extra = seconds_of(exception.extra or "0 s") if exception else 0.0
+    extra = 0.0
+    if exception and exception.extra:
+        extra = seconds_of(exception.extra)
     by_stamp = _seconds_between(own_due or rule.due, submission.submitted)
     if by_stamp is not None:
         return by_stamp - extra
@@ -251,7 +253,9 @@ class Curve(NamedTuple):
         # The value may be "not a number", and the two ends may be equal.
         if not least < value < most:
             return 0.0
-        near, far = (low, least) if value < low else (high, most)
+        near, far = high, most
+        if value < low:
+            near, far = low, least
         share = (far - value) / (far - near)
         return max(0.0, share)
 
@@ -265,7 +269,8 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
+    sign = (match["sign"] or "").replace("≤", "<=").replace("≥", ">=")
+    relation = match["word"] or sign
     low = float(match["low"] or match["bound"])
     high = float(match["high"] or match["bound"])
     if match["word"] and low >= high:

@@ -133,7 +133,9 @@ def _spot(text: str, path: Path) -> tuple[int, int, int]:
     spot = (1, 1, 1)
     start = 0
     for name, number in zip(path, (*path, 0)[1:], strict=True):
-        marks = _marks(text[start:], name) if isinstance(name, str) else []
+        marks = []
+        if isinstance(name, str):
+            marks = _marks(text[start:], name)
         if marks:
             # After the name of an array of tables, the number of the table follows.
             index = number if isinstance(number, int) else 0

@@ -42,7 +42,9 @@ class SectionFigures(Struct, frozen=True):
     @property
     def differs(self) -> bool:
         """Return whether chance alone hardly explains the difference."""
-        return self.p is not None and self.p < RARE
+        if self.p is None:
+            return False
+        return self.p < RARE
 
     @property
     def words(self) -> str:

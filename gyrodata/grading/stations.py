@@ -123,7 +123,9 @@ def class_references(
         if station == "all":
             words = f"all {number} logs"
             u = max(u, combined.spread)
-        source = f"the mean of {words}" if number > 1 else "this log alone"
+        source = f"the mean of {words}"
+        if number == 1:
+            source = "this log alone"
         references[station] = Reference(mean, u, source)
     return references
 

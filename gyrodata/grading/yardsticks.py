@@ -203,7 +203,8 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
         # digits it has.
         share = 3.0 - apart / most
         rounding *= min(1.0, max(0.0, share))
-    return max(0.0, apart - rounding) / (yardstick * abs(own))
+    unit = yardstick * abs(own)
+    return max(0.0, apart - rounding) / unit
 
 
 # --- known slips: a reported I_zz that would be right without one common mistake ---
@@ -404,7 +405,9 @@ def _changed(column: Column, factor: Any, unit: str) -> Column:
 
 def _times(reading: Reading, factor: float) -> Reading:
     """Multiply a reading, its step and its uncertainty."""
-    u = reading.u and replace(reading.u, absolute=factor * reading.u.absolute)
+    u = reading.u
+    if u:
+        u = replace(u, absolute=factor * u.absolute)
     value = reading.value and factor * reading.value
     step = reading.step and factor * reading.step
     return replace(reading, value=value, step=step, u=u)
@@ -414,10 +417,11 @@ def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a very unusual reading."""
     count = 0
     for size in SIZES:
-        column = readings.columns.get(size.role)
         low, high = size.usual
-        sizes = [abs(value) for value in column.values if value] if column else []
-        count += any(not low <= value <= high for value in sizes)
+        column = readings.columns.get(size.role)
+        if column is not None:
+            sizes = [abs(value) for value in column.values if value]
+            count += any(not low <= value <= high for value in sizes)
     return count
 
 
@@ -444,7 +448,8 @@ class Reference(Struct, frozen=True, dict=True):
         """The value and its origin."""
         if self.is_vague:
             return f"no value, because the logs differ ({self.source})"
-        return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
+        value = inertia_text(self.inertia, self.u or None)
+        return f"{value} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:
         """Return the distance of a value from the reference, over the u of both [1].
@@ -533,7 +538,9 @@ def check_bench(lines: Mapping[str, str]) -> None:
         if key not in ("from", *BENCH):
             hint = nearest(key, BENCH, "take it out")
             raise unfit("bench_key_unknown", "bench", key, key=key, hint=hint)
-        settings = [Setting(key, text, key, None)] if key != "from" else []
+        settings = []
+        if key != "from":
+            settings.append(Setting(key, text, key, None))
         try:
             read_settings([], [], settings, Faults(""), True)
         except InputError as error:
@@ -633,8 +640,8 @@ def class_scatter(
     scatters = {}
     for name, squares in by_station(reduced, ENOUGH).items():
         count = len(squares)
-        factor = math.sqrt(statistics.fmean(squares)) if count >= ENOUGH else 1.0
-        if factor <= PLAIN:
+        factor = math.sqrt(statistics.fmean(squares))
+        if count < ENOUGH or factor <= PLAIN:
             factor = 1.0
         whose = "the class" if name == "all" else f"station {name}"
         scatters[name] = BenchScatter(factor, count, whose)

@@ -71,9 +71,10 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         others.remove(grade.student)
         names = listing(others, MOST_NAMED)
         remarks.append(f"{flag.kind} with {names}" if others else flag.kind)
-    late = "" if grade.points is None else two_decimals(grade.late_deduction)
-    d = None if grade.d is None else float(f"{grade.d:.4g}")
-    z = None if grade.zeta is None else float(f"{grade.zeta:.4g}")
+    late = ""
+    if grade.points is not None:
+        late = two_decimals(grade.late_deduction)
+
     points = {mark.criterion: two_decimals(mark.points) for mark in grade.marks}
     return {
         "student": grade.student,
@@ -87,8 +88,8 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "reported [kg*m^2]": grade.reported.get("value"),
         "u_reported [kg*m^2]": grade.reported.get("u"),
         "matched": grade.matched,
-        "d": d,
-        "z": z,
+        "d": _four_digits(grade.d),
+        "z": _four_digits(grade.zeta),
         "slips": "; ".join(slip.kind for slip in grade.slips),
         "flags": "; ".join(remarks),
         "look": "; ".join(grade.look),
@@ -96,6 +97,13 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "why_not_graded": grade.why,
         "section": grade.section,
     }
+
+
+def _four_digits(distance: float | None) -> float | None:
+    """Round a distance to four digits, which are enough for a table."""
+    if distance is None:
+        return None
+    return float(f"{distance:.4g}")
 
 
 MOST_NAMED = 50  # students or files in a cell; flags.csv names all students

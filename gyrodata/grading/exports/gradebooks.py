@@ -91,7 +91,7 @@ def fill_book(
     Raises InputError for a sheet that cannot be filled.
     """
     sheet = read_sheet(data, name)
-    is_canvas = re.match("(?i)student|lastname", sheet.head[0])
+    is_canvas = sheet.head[0].lower().startswith(("student", "lastname"))
     rows = {} if is_canvas else _participants(sheet)
     layout = _worksheet(sheet, rows) if rows else _columns(sheet, assignment)
     _insist_on_points(sheet, layout, next(iter(grades)).out_of)
@@ -270,7 +270,9 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
     rows = range(1, len(sheet.rows))
     of_maximum = [row for row in rows if "Points Possible" in sheet.value(row, 0)]
     grade = _chosen_assignment(sheet, assignment)
-    most = sheet.value(of_maximum[0], grade) if of_maximum else ""
+    most = ""
+    if of_maximum:
+        most = sheet.value(of_maximum[0], grade)
     _insist_on_open(sheet, grade, most)
     labels: dict[int, str] = {}
     for row in rows:
@@ -363,8 +365,9 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     most = sheet.value(next(iter(rows)), top)
     # Dates may be in the last column instead.
     last = columns[-1]
-    has_comments = any(re.match("<|$", text) for text in values[last])
-    comment = last if has_comments and last >= top + 2 else None
+    has_comments = any(not text or text.startswith("<") for text in values[last])
+    is_behind = last >= top + 2
+    comment = last if has_comments and is_behind else None
     places = _groups_and_numbers(sheet, rows, top - 1)
     return _Layout("moodle", top - 1, most, labels, places, top, comment)
 

@@ -24,6 +24,7 @@ from msgspec.structs import replace
 
 from gyrodata.base.errors import shown
 from gyrodata.base.version import __version__
+from gyrodata.grading.criteria import Mark
 from gyrodata.grading.exports.review import (
     MOST_STUDENTS,
     address,
@@ -91,8 +92,9 @@ def sentence(text: object) -> str:
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     if re.match("[a-z]{2}", line):
         line = line[:1].upper() + line[1:]
-    has_end = not line or line.endswith(("?", "!"))
-    return line if has_end else f"{line}."
+    if not line or line.endswith(("?", "!")):
+        return line
+    return f"{line}."
 
 
 def _columns(text: str) -> str:
@@ -150,8 +152,7 @@ def _content(grade: Grade) -> dict[str, Any]:
             grade, marks=(), slips=(), own={}, diagnostics=(), late_reason=""
         )
     words: Any = environment().get_template("words.jinja").module
-    judged = [mark for mark in grade.marks if mark.points is not None]
-    short = [mark for mark in judged if (mark.points or 0.0) < mark.out_of]
+    short = [mark for mark in grade.marks if _is_short(mark)]
     costs = (mark.detail.get("slip_cost") for mark in grade.marks)
     cost = next((cost for cost in costs if cost is not None), None)
     hands = [line for line in words.hands(grade).split("\n") if line]
@@ -159,6 +160,11 @@ def _content(grade: Grade) -> dict[str, Any]:
     verdict = words.verdict(grade).strip()
     fields = {"lead": lead, "verdict": verdict, "hands": hands}
     return {"grade": grade, "short": short, "slip_cost": cost, **fields}
+
+
+def _is_short(mark: Mark) -> bool:
+    """Return whether a mark has less than all points."""
+    return mark.points is not None and mark.points < mark.out_of
 
 
 # --- a class as a page ---
@@ -181,7 +187,10 @@ def class_page(
     inertias = [
         grade.inertia for grade in class_grades.grades if grade.inertia is not None
     ]
-    factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
+    factor = 1.0
+    power = ""
+    if inertias:
+        factor, power = power_of_ten(statistics.median(inertias))
     items = {item.student: item for item in class_grades.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:

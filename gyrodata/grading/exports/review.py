@@ -144,7 +144,8 @@ def _student(
 
 def _about(grade: Grade) -> Iterator[str]:
     """Say in short lines what a grade is and why."""
-    points = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
+    given = points_text(grade.points)
+    points = f"{given} of {points_text(grade.out_of)} points"
     yield points if grade.status == "graded" else f"{grade.status}, {points}"
     if grade.section:
         yield f"section {_plain(grade.section)}"
@@ -163,7 +164,8 @@ def _own_runs(grade: Grade) -> str:
     for name in (grade.matched or "", *grade.own):
         if name in grade.own:
             fit = grade.own[name]
-            return f"{inertia_text(fit['value'], fit['u'])} by {fit_words(name)}"
+            value = inertia_text(fit["value"], fit["u"])
+            return f"{value} by {fit_words(name)}"
     return ""
 
 
@@ -172,12 +174,17 @@ def _answer(grade: Grade, with_file: bool) -> list[str]:
     text = grade.reported.get("text")
     if not text:
         return []
-    file = grade.reported.get("file") if with_file else ""
+    file = grade.reported.get("file")
     line = grade.reported.get("line")
-    place = [shown(file) if file else "", f"line {line}" if line else ""]
-    ratio = f"{grade.ratio:.4g} times the own runs" if grade.ratio else ""
-    parts = [short(", ".join(filter(None, place))), ratio]
-    return [_plain(text), "; ".join(filter(None, parts))]
+    place = []
+    if file and with_file:
+        place.append(shown(file))
+    if line:
+        place.append(f"line {line}")
+    parts = [short(", ".join(place))] if place else []
+    if grade.ratio:
+        parts.append(f"{grade.ratio:.4g} times the own runs")
+    return [_plain(text), "; ".join(parts)]
 
 
 def file_links(
@@ -204,8 +211,9 @@ def file_links(
 
 def _note(diagnostic: DiagnosticJson) -> str:
     """Write what was found in a log."""
-    place = f"line {diagnostic['line']}: " if diagnostic["line"] else ""
-    return place + _plain(diagnostic["message"])
+    message = _plain(diagnostic["message"])
+    line = diagnostic["line"]
+    return f"line {line}: {message}" if line else message
 
 
 def _rows(log: Fingerprint) -> list[list[str]]:

@@ -238,7 +238,9 @@ def submission_of(
     for name, file in own.items():
         parts[name] = replace(submission, log_file=file)
     made, choice = choose(_joined(files.root, parts, "newest"))
-    notes = [Diagnostic.named("one_of_logs", choice=choice)] if choice else []
+    notes = []
+    if choice:
+        notes.append(Diagnostic.named("one_of_logs", choice=choice))
     return made, (*files.diagnostics, *notes)
 
 
@@ -283,7 +285,9 @@ def _joined(
     first = next(iter(parts.values()))
     is_marked = any(part.late for part in parts.values())
     late = is_marked or (first.late_seconds or 0.0) > 0
-    seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
+    seconds = first.late_seconds
+    if seconds is not None:
+        seconds = max(0.0, seconds)
     made = replace(first, source=root, log_file=None, late=late, late_seconds=seconds)
     return replace(made, parts=parts, attempts=attempts)
 

@@ -231,7 +231,9 @@ def _differ(read: Reported, other: Reported) -> bool:
     if other.u is None and abs(another) < SMALL * abs(value):
         return False
     u = read.u or 0.0
-    another_u = WITHOUT_U * abs(another) if other.u is None else other.u
+    another_u = other.u
+    if another_u is None:
+        another_u = WITHOUT_U * abs(another)
     return abs(value - another) > u + another_u
 
 

@@ -104,7 +104,9 @@ def list_files(root: Path) -> Listing:
         # A workbook is a zip as well.
         if ending(root.name) in {*LOGS, *TEXTS} - {""}:
             here = Path.cwd()
-            near = root.relative_to(here) if root.is_relative_to(here) else root
+            near = root
+            if root.is_relative_to(here):
+                near = root.relative_to(here)
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         with root.open("rb") as file:
             is_zip = file.read(2) == b"PK"

@@ -89,7 +89,9 @@ def find_candidates(document: Document) -> Text:
 def _end_of_read(lines: Sequence[str]) -> int:
     """Return the number of lines that are read, of which blank ones do not count."""
     filled = [at for at, line in enumerate(lines, 1) if line.strip()]
-    return filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(lines)
+    if len(filled) <= MOST_LINES:
+        return len(lines)
+    return filled[MOST_LINES - 1]
 
 
 # --- lines become sentences ---
@@ -233,7 +235,9 @@ def _with_unit(title: str, cell: str) -> str:
 
 
 def _is_blank_or_unit(cell: str) -> bool:
-    return not cell or bool(_unit_behind(f"/{cell}") or kinds_of(cell))
+    if not cell or kinds_of(cell):
+        return True
+    return bool(_unit_behind(f"/{cell}"))
 
 
 def _is_number(text: str) -> bool:
@@ -255,7 +259,9 @@ def _unit_behind(text: str) -> str:
     match = re.search(
         rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
     )
-    power, unit = match.groups("") if match else ("", "")
+    if match is None:
+        return ""
+    power, unit = match.groups("")
     is_power = power and not unit
     if not is_power and "inertia" not in kinds_of(unit):
         return ""
@@ -334,7 +340,9 @@ def _quantities(
     for start in (match.start() for match in re.finditer(_START, sentence)):
         if start < end:
             continue
-        words = sentence[end:start] if end else f"{above} | {sentence[:start]}"
+        words = sentence[end:start]
+        if not end:
+            words = f"{above} | {words}"
         text = sentence[start : start + _LONGEST_VALUE]
         value = _value(text, words)
         if value is None:
@@ -390,7 +398,9 @@ _RANKS = {"draft": -1, "new": 1, "final": 98}
 def version_in(text: str) -> int:
     """Return the rank of the version that the last of such words states."""
     words = [*re.finditer(SAYS["version"], text)]
-    return _version(words[-1]) if words else 0
+    if not words:
+        return 0
+    return _version(words[-1])
 
 
 def _version_around(before: str, after: str) -> int:
@@ -486,7 +496,8 @@ def _is_nearly_value(read: Reported, cut: str, label: _Label) -> bool:
     if not label.is_near:
         return False
     if read.u is not None:
-        return read.fault == "no unit" or re.fullmatch(_OTHER_UNIT, cut) is not None
+        has_other_unit = re.fullmatch(_OTHER_UNIT, cut) is not None
+        return has_other_unit or read.fault == "no unit"
     # A single letter may be the name of anything.
     has_long_name = re.search(r"\w\w\W*$", label.name) is not None
     return has_long_name and read.fault == "no unit"
@@ -530,7 +541,9 @@ def with_u(read: Reported, behind: str) -> Reported:
     words = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
     if not _is_unsure(words) or re.search(SAYS["other"], words):
         return read
-    unit = gap[2] if kinds_of(gap[2] or "") else ""
+    unit = gap[2] or ""
+    if not kinds_of(unit):
+        unit = ""
     return _with_number(read, number, unit, _other_words(words))
 
 
@@ -570,4 +583,5 @@ def _with_text(read: Reported, u: str) -> Reported | None:
     both = read_reported("inertia", text, read.line)
     if (both.fault, both.value) != (read.fault, read.value):
         return None
-    return both if (both.u or 0) < abs(read.value or 0) else read
+    size = abs(read.value or 0)
+    return both if (both.u or 0) < size else read

@@ -146,7 +146,9 @@ def _text_of_word(data: bytes) -> tuple[str, bool]:
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         text = _part(archive, "word/document.xml")
-        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
+        styles = ""
+        if _STYLES in archive.namelist():
+            styles = _part(archive, _STYLES)
     names = re.findall(r'<w:(?:[pr]Style|basedOn)\s+w:val="([^"]*)"', text + styles)
     used = ""
     for style in re.split(r"(?=<w:style\b)", styles):
@@ -181,7 +183,9 @@ def _without_struck(text: str, kind: str) -> str:
         patterns.append(r"(?m)^[ \t]*%.*")
     for pattern in patterns:
         text = re.sub(pattern, lambda match: "\n" * match[0].count("\n"), text)
-    return text.partition(r"\end{document}")[0] if kind == ".tex" else text
+    if kind == ".tex":
+        text = text.partition(r"\end{document}")[0]
+    return text
 
 
 _PAGES = (".html", ".htm")

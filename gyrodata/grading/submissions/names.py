@@ -105,7 +105,9 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
         return "folder", _name_by_folders(files, outer)
     for below in dict.fromkeys(("", outer)):
         inner = {name: name.removeprefix(below) for name in files.names}
-        platform = _platform_of([*inner.values()]) if lms == "auto" else lms
+        platform: str | None = lms
+        if lms == "auto":
+            platform = _platform_of([*inner.values()])
         if platform is None:
             continue
         named = {}
@@ -231,7 +233,9 @@ def _with_user_names(platform: str, named: Named) -> Named:
         return named
     owners = {part.student for part in named.values() if part}
     # These are not paths, but names whose beginning is equal.
-    shared = commonprefix([*owners]) if len(owners) > 1 else ""  # noqa: RUF071
+    shared = ""
+    if len(owners) > 1:
+        shared = commonprefix([*owners])  # noqa: RUF071
     at = shared.rfind("_") + 1
     for name, part in named.items():
         if part is not None:
@@ -407,7 +411,9 @@ def read_live(data: bytes) -> dict[str, Any]:
         dues = [_time((assignment or {}).get("due_date")) for assignment in assignments]
         due = max(filter(None, dues[:-1]), default=dues[-1])
         time = _time(live.created_at)
-        late = (time - due).total_seconds() if time and due else None
+        late = None
+        if time and due:
+            late = (time - due).total_seconds()
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
     return live.about("submission", str(live.id)) | {"late_seconds": late}

@@ -130,7 +130,9 @@ class Submission(Struct, frozen=True, dict=True):
         name = PurePosixPath(self.log_file or self.log_name or "").name
         data = self.log()
         log = readings.read_log(data, name=name, settings=settings)
-        completed = self._completed(data, log, settings) if log.columns else None
+        completed = None
+        if log.columns:
+            completed = self._completed(data, log, settings)
         reads_file(place_of(self.log_name or ""))
         if completed is not None:
             data, log = completed
@@ -166,7 +168,9 @@ class Submission(Struct, frozen=True, dict=True):
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:
         """Return the reported value, and which texts cannot be read."""
-        answers = read_answers(None, self.documents) if self.log_of else Answers()
+        answers = Answers()
+        if self.log_of:
+            answers = read_answers(None, self.documents)
         # The answer in the log of a partner is that of the partner.
         if answers.inertia is None and (self.shares_answer or not self.log_of):
             answers = self._answers_with_log(log, name, data)

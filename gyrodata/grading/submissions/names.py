@@ -110,15 +110,24 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
             platform = _platform_of([*inner.values()])
         if platform is None:
             continue
-        named = {}
-        for name, rest in inner.items():
-            match = PLATFORMS[platform].match(rest)
-            named[name] = _take_apart(match, files.root) if match else None
+        named = _read_names(PLATFORMS[platform], inner, files.root)
         if lms == "auto" or any(named.values()):
             return platform, _with_user_names(platform, named)
     if lms in NAMED:
         return lms, dict.fromkeys(files.names)
     return "folder", _name_by_folders(files, outer)
+
+
+def _read_names(platform: Platform, inner: Mapping[str, str], root: Path) -> Named:
+    """Read the name of each file as a platform writes it.
+
+    `inner`: The names without the folder of the class, by the whole names.
+    """
+    named: Named = {}
+    for name, rest in inner.items():
+        match = platform.match(rest)
+        named[name] = _take_apart(match, root) if match else None
+    return named
 
 
 def _only_folder(files: Listing) -> str:

@@ -289,13 +289,17 @@ def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str,
     return shown_names
 
 
+_COPY_AND_ENDING = re.compile(
+    r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$"
+)
+
+
 def _flat_key(name: str) -> str:
     """Return the key of a student with a file.
 
     It is ``jdoe`` for ``jdoe.csv``, ``jdoe (1).csv`` and ``jdoe_answers.toml``.
     """
-    copy_and_ending = r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$"
-    stem = re.sub(copy_and_ending, "", name) or name
+    stem = _COPY_AND_ENDING.sub("", name) or name
     key = re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem
     return shown(key) or "_"
 

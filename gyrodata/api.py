@@ -224,7 +224,7 @@ def notebook_html(analysis: results.Analysis) -> str:
     answer = escape(summary(analysis))
     parts = [f'<pre style="white-space: pre-wrap">{answer}</pre>']
     words = escape(figures.alternatives(analysis)["torque"])
-    # With `faults`, a figure that cannot be drawn is left out, and is no error.
+    # With `faults`, a figure that cannot be drawn is left out without an error.
     drawn = figures.render(analysis, "svg", names=("torque",), faults={})
     if "torque" in drawn:
         image = b64encode(drawn["torque"]).decode()

@@ -341,7 +341,7 @@ class _Output(Struct):
     """The texts of the answers so far."""
 
     def folder_of(self, logs: Sequence[Log], below: Path) -> Path | None:
-        """Return the folder of a report; None if there is no report.
+        """Return the folder of a report; None without a report.
 
         Standard input has a report only with ``--out``.
         """

@@ -260,7 +260,7 @@ def _alone_in(folder: Path | None) -> Iterator[None]:
 
 
 class _Inputs(NamedTuple):
-    """What a class is graded by, in addition to the submissions."""
+    """The rubric, gradebook and roster of a class."""
 
     rubric: Rubric
     rubric_text: bytes

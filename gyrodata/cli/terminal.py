@@ -51,7 +51,7 @@ class Door(TyperGroup):
         return code
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Print the help if there are no arguments; refuse an empty one."""
+        """Print the help without arguments; refuse an empty one."""
         if "" in args:
             refuse("empty_word")
         return super().parse_args(ctx, args or ["--help"])
@@ -157,10 +157,7 @@ class _Closed(TextIOBase):
 
 
 def _open_streams() -> None:
-    """Write UTF-8 to files and pipes on every system.
-
-    On a terminal without a character, its name takes its place: no number is damaged.
-    """
+    """Write UTF-8 to files and pipes on every system."""
     closed: Any = _Closed()
     sys.stdout = sys.stdout or closed
     sys.stderr = sys.stderr or closed
@@ -169,8 +166,80 @@ def _open_streams() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(
                 encoding=stream.encoding if stream.isatty() else "utf-8",
-                errors="namereplace",
+                errors="replace",
             )
+
+
+_PLAIN = {
+    "±": "+/-",
+    "·": "*",
+    "×": "x",
+    "−": "-",
+    "–": "-",
+    "→": "->",
+    "≤": "<=",
+    "≥": ">=",
+    "√": "sqrt",
+    "°": " deg",
+    "’": "'",
+    "“": '"',
+    "”": '"',
+    "∝": "~",
+    "∞": "infinity",
+    "⁄": "/",
+    "─": "-",
+    "━": "-",
+    "│": "|",
+    "▌": "|",
+    "•": "*",
+    "\u0307": "_dot",
+}
+"""ASCII text for characters that `unicodedata` does not describe."""
+
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+
+
+def readable(text: str, encoding: str) -> str:
+    """Write a text in ASCII if the encoding lacks a character.
+
+    Every number stays the same: 4.4 × 10⁻³ as 4.4e-3.
+    """
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        text = re.sub(
+            " ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
+            lambda match: "e" + match[1].translate(_RAISED),
+            text,
+        )
+        text = re.sub(
+            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), text
+        )
+        text = "".join(map(_plain, text))
+    return text
+
+
+def _plain(sign: str) -> str:
+    """Write a character in ASCII: π as pi, é as e.
+
+    A question mark for a character without such a name.
+    """
+    from unicodedata import combining, decimal, name, normalize
+
+    if sign.isascii() or sign in _PLAIN:
+        return _PLAIN.get(sign, sign)
+    if (digit := decimal(sign, None)) is not None:
+        return str(digit)
+    if (parts := normalize("NFKD", sign)) != sign:
+        # Separated by a blank: 2½ is not 21/2.
+        return " " * ("⁄" in parts) + "".join(map(_plain, parts))
+    if "\N{SYMBOL FOR NULL}" <= sign <= "\N{SYMBOL FOR UNIT SEPARATOR}":
+        return f"^{chr(ord(sign) - 0x2400 + 64)}"  # NUL as ^@
+    called = name(sign, "")
+    if called.startswith("GREEK "):
+        letter = called.split()[-1]
+        return letter.capitalize() if "CAPITAL" in called else letter.lower()
+    return "" if combining(sign) else "?"
 
 
 def _throw_away(stream: Any) -> None:
@@ -257,7 +326,7 @@ def _wrap_line(line: str, width: int) -> str:
 def write_out(text: str) -> None:
     """Write data to standard output; ``| head`` can close it."""
     try:
-        sys.stdout.write(text)
+        sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
     except BrokenPipeError:
         _throw_away(sys.stdout)
@@ -286,6 +355,7 @@ def tell(*lines: str) -> None:
     """Write lines to standard error; if it is closed, the answer is still printed."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
+            line = readable(line, sys.stderr.encoding or "utf-8")
             typer.echo(for_stream(line, sys.stderr), err=True, color=True)
         except OSError:
             _throw_away(sys.stderr)

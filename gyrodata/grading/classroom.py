@@ -202,15 +202,17 @@ def grade_class(
         seen = work.entries[item.student].subjects
         grades.append(desk.applied(grade, item, seen))
     diagnostics = (*submissions.diagnostics, *notes)
+    submissions = replace(submissions, items=items, diagnostics=diagnostics)
+    different_logs = each_log_once(settled, same_data)
     return ClassGrades(
         source=items[0].source.resolve().name,
-        submissions=replace(submissions, items=items, diagnostics=diagnostics),
+        submissions=submissions,
         rubric=rubric,
         grades=tuple(grades),
         references=standard.references,
         scatters=standard.scatters,
         flags=flags,
-        stations=tuple(station_figures(each_log_once(settled, same_data))),
+        stations=tuple(station_figures(different_logs)),
         again=work.again,
         damaged=work.damaged,
         desk=desk,
@@ -232,18 +234,14 @@ def _decided_without_hand_in(
     """Return students who handed in nothing, if a person decides about them."""
     source = submissions.items[0].source
     why = "nothing is handed in"
-    return [
-        Submission(
-            absentee.student,
-            absentee.name or absentee.student,
-            {},
-            source,
-            problem=why,
-            feedback_stem=absentee.student,
-        )
-        for absentee in roster.absent
-        if absentee.student in desk.lines or absentee.student in desk.requests
-    ]
+    decided = []
+    for absentee in roster.absent:
+        key = absentee.student
+        name = absentee.name or key
+        if key in desk.lines or key in desk.requests:
+            item = Submission(key, name, {}, source, problem=why, feedback_stem=key)
+            decided.append(item)
+    return decided
 
 
 def _settled(
@@ -259,10 +257,10 @@ def _settled(
         grade = replace(work.entries[item.student].grade, fingerprint=None)
         named.append(roster.named(grade, desk.value(item.student, "station")))
     standard = standard_of(named, work.rubric, same_data)
-    doubts = [
-        (standard.settled(grade), item, desk.value(item.student, "reported"))
-        for grade, item in zip(named, items, strict=True)
-    ]
+    doubts = []
+    for grade, item in zip(named, items, strict=True):
+        typed = desk.value(item.student, "reported")
+        doubts.append((standard.settled(grade), item, typed))
     return _reconsidered(doubts, standard, work.options), standard
 
 
@@ -274,12 +272,12 @@ def _with_shared_logs(
 ) -> tuple[Submission, ...]:
     """Give the log of a partner to each student who has none."""
     with_log = {item.student: item for item in items if item.log_name is not None}
-    return tuple(
-        item
-        if item.student in with_log
-        else _with_shared_log(item, with_log, partners, desk)
-        for item in items
-    )
+    completed = []
+    for item in items:
+        if item.student not in with_log:
+            item = _with_shared_log(item, with_log, partners, desk)
+        completed.append(item)
+    return tuple(completed)
 
 
 def _with_shared_log(
@@ -289,7 +287,8 @@ def _with_shared_log(
     decided = desk.partners_of(item.student)
     if not decided and not (item.problem or "").startswith(NO_LOG):
         return item
-    known = sorted((decided or partners.of(item.student)) & with_log.keys())
+    own_partners = decided or partners.of(item.student)
+    known = sorted(own_partners & with_log.keys())
     logs = {with_log[key].log_digest: with_log[key] for key in reversed(known)}
     if not logs:
         return item
@@ -299,14 +298,13 @@ def _with_shared_log(
         return replace(item, problem=problem, known_digest="")
     (lender,) = logs.values()
     shared = repr((item.digest, lender.log_digest, bool(decided)))
+    digest = hashlib.sha256(shared.encode()).hexdigest()
+    item = replace(item, shares_answer=bool(decided), known_digest=digest, problem=None)
     return replace(
         item,
         log_name=lender.log_name,
         log_file=lender.log_file,
         log_of=lender.student,
-        shares_answer=bool(decided),
-        problem=None,
-        known_digest=hashlib.sha256(shared.encode()).hexdigest(),
     )
 
 
@@ -314,16 +312,15 @@ def _looks_of_shared_logs(
     items: Iterable[Submission], partners: Partners
 ) -> dict[str, str]:
     """Ask about each log that only the student without one says is shared."""
-    return {
-        item.student: (
-            f"graded on the log of {item.log_of}, but only {item.student} says that "
-            f"they are partners: confirm it with a line partner in {DESK}"
-        )
-        for item in items
-        if item.log_of
-        and not item.shares_answer
-        and not partners.lends(item.log_of, item.student)
-    }
+    looks = {}
+    for item in items:
+        is_confirmed = partners.lends(item.log_of, item.student)
+        if item.log_of and not item.shares_answer and not is_confirmed:
+            looks[item.student] = (
+                f"graded on the log of {item.log_of}, but only {item.student} says "
+                f"that they are partners: confirm it with a line partner in {DESK}"
+            )
+    return looks
 
 
 # --- the work that needs the files of a submission: it is done in workers, where time
@@ -356,7 +353,9 @@ def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
         made = replace(made, partner=partners_in(None, made.documents))
     digest = made.digest
     log = made.texts.get(made.log_name or "")
-    log_digest = hashlib.sha256(log).hexdigest() if isinstance(log, bytes) else ""
+    log_digest = ""
+    if isinstance(log, bytes):
+        log_digest = hashlib.sha256(log).hexdigest()
     notes = []
     if choice:
         words = f"{made.name}: {choice}"
@@ -447,7 +446,8 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
 
     `reported` is the value that a person typed in.
     """
-    text = repr((item.digest, item.name, sorted(item.ids.items()), item.members))
+    ids = sorted(item.ids.items())
+    text = repr((item.digest, item.name, ids, item.members))
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     # The rubric without its references is compared first.
     about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
@@ -461,12 +461,11 @@ def _why_again(
     if known is None or known.lost:
         return f"lost last time: {known.lost}" if known else "new"
     for name, value in _inputs_of(item, rubric, reported).items():
-        if (before := known.inputs.get(name)) != value:
-            return (
-                f"{OTHER_VERSION} from {before} to {value}"
-                if name == "tool"
-                else f"the {name} changed"
-            )
+        before = known.inputs.get(name)
+        if before != value and name == "tool":
+            return f"{OTHER_VERSION} from {before} to {value}"
+        if before != value:
+            return f"the {name} changed"
     return ""
 
 
@@ -489,7 +488,9 @@ class _Work(Struct):
     def begun(cls, rubric: Rubric, options: GradingOptions, desk: Desk) -> _Work:
         """Read the journal."""
         path = options.journal
-        journal = path.read_bytes() if path is not None and path.is_file() else b""
+        journal = b""
+        if path is not None and path.is_file():
+            journal = path.read_bytes()
         known, damaged = read_journal(journal)
         return cls(rubric, options, desk, journal, known, damaged, {}, {})
 
@@ -569,7 +570,8 @@ def _grade_one(rubric: Rubric, task: tuple[Submission, str]) -> bytes:
     item, reported = task
     # Only a copy keeps the texts that are read.
     grade = grade_submission(replace(item), rubric, reported or None)
-    return encode(Entry(inputs=_inputs_of(item, rubric, reported), grade=grade))
+    inputs = _inputs_of(item, rubric, reported)
+    return encode(Entry(inputs=inputs, grade=grade))
 
 
 # --- a class that has been graded ---
@@ -614,11 +616,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def totals(self) -> list[float]:
         """Points of the graded students, in the order of the grades."""
-        return [
-            grade.points
-            for grade in self.grades
-            if grade.status == "graded" and grade.points is not None
-        ]
+        graded = [grade for grade in self.grades if grade.status == "graded"]
+        points = [grade.points for grade in graded]
+        return [total for total in points if total is not None]
 
     def count(self, status: str) -> int:
         """Count the grades with a status."""
@@ -634,19 +634,16 @@ class ClassGrades(Struct, frozen=True, dict=True):
         parts = {"graded": len(self.totals), **counts}
         parts |= {"not": self.count("not graded"), **absent}
         shown = ("graded", "not")
-        return ", ".join(
-            f"{count} {name}" for name, count in parts.items() if count or name in shown
-        )
+        kept = {name: count for name, count in parts.items() if count or name in shown}
+        return ", ".join(f"{count} {name}" for name, count in kept.items())
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        students = grouped(
-            (slip.kind, grade.student)
-            for grade in self.grades
-            for slip in grade.slips[:1]
-        )
-        return dict(sorted(students.items(), key=lambda item: (-len(item[1]), item[0])))
+        with_slip = [grade for grade in self.grades if grade.slips]
+        students = grouped((grade.slips[0].kind, grade.student) for grade in with_slip)
+        kinds = sorted(students, key=lambda kind: (-len(students[kind]), kind))
+        return {kind: students[kind] for kind in kinds}
 
     @cached_property
     def table(self) -> str:
@@ -671,30 +668,32 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def bench(self) -> str:
         """The scatter that constancy is compared with; "" for the usual one."""
         stations = sorted(self.scatters, key=yardsticks.in_order)
-        lines = [
-            self.scatters[station].words
-            for station in stations
-            if self.scatters[station].factor > 1
-        ]
-        return f"{'; '.join(lines)}: φ̇ψ̇ is judged by that" if lines else ""
+        scatters = [self.scatters[station] for station in stations]
+        lines = [scatter.words for scatter in scatters if scatter.factor > 1]
+        if not lines:
+            return ""
+        words = "; ".join(lines)
+        return f"{words}: φ̇ψ̇ is judged by that"
 
     @property
     def without_station(self) -> str:
         """Ask for the stations if the logs without one have several values of I_zz."""
-        missing = sum(grade.station is None for grade in self.grades if grade.own)
+        with_log = [grade for grade in self.grades if grade.own]
+        missing = sum(grade.station is None for grade in with_log)
         reference = self.references.get("all")
         if not missing or reference is None or not reference.is_vague:
             return ""
         logs = count_text(missing, "log")
-        return (
-            f"{logs} without a station, and I_zz of the class has several values: ask "
-            f"for the stations, and write them into {DESK}"
-        )
+        why = f"{logs} without a station, and I_zz of the class has several values"
+        return f"{why}: ask for the stations, and write them into {DESK}"
 
     @property
     def mean(self) -> float | None:
         """Mean of the points; None if nobody is graded."""
-        return round(statistics.fmean(self.totals), 4) if self.totals else None
+        if not self.totals:
+            return None
+        mean = statistics.fmean(self.totals)
+        return round(mean, 4)
 
     @property
     def median(self) -> float | None:
@@ -718,9 +717,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     def without_names(self) -> ClassGrades:
         """Return the class with ids instead of names."""
+        grades = [replace(grade, name=grade.student) for grade in self.grades]
         return replace(
             self,
-            grades=[replace(grade, name=grade.student) for grade in self.grades],
+            grades=grades,
             desk=self.desk.without_names(),
             roster=self.roster.without_names(),
             submissions=replace(self.submissions, diagnostics=()),
@@ -729,7 +729,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def label(self, student: str) -> str:
         """Return the name of a student, with the key if it is not in the name."""
         name = self.names.get(student, student)
-        return name if student in name else f"{name} ({student})"
+        if student in name:
+            return name
+        return f"{name} ({student})"
 
     @cached_property
     def groups(self) -> list[list[str]]:
@@ -751,14 +753,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Yield the results of the class in each criterion of the rubric."""
         for at, criterion in enumerate(self.rubric.criteria):
-            judged = [
-                value
-                for grade in self.grades
-                if (value := grade.marks[at].points) is not None
-            ]
+            points = [grade.marks[at].points for grade in self.grades]
+            judged = [value for value in points if value is not None]
             full = sum(value >= criterion.points for value in judged)
             none = sum(value <= 0 for value in judged)
-            mean = round(statistics.fmean(judged), 4) if judged else None
+            mean = None
+            if judged:
+                mean = round(statistics.fmean(judged), 4)
             yield exports.CriterionFigures(
                 criterion.id,
                 criterion.title,

@@ -59,9 +59,8 @@ class Mark(Struct, frozen=True):
     @property
     def waits(self) -> bool:
         """True if only a person or a reference is missing for the points."""
-        return self.points is None and (
-            self.check == "manual" or "value" in self.detail
-        )
+        can_be_given = self.check == "manual" or "value" in self.detail
+        return self.points is None and can_be_given
 
 
 class Evidence(Struct, frozen=True):
@@ -106,23 +105,19 @@ class Evidence(Struct, frozen=True):
 
 def points_of(deduction: str | float, whole: float) -> float:
     """Read a deduction from `whole` points."""
-    return (
-        float(deduction.rstrip(" %")) / 100 * whole
-        if isinstance(deduction, str)
-        else deduction
-    )
+    if not isinstance(deduction, str):
+        return deduction
+    percent = float(deduction.rstrip(" %"))
+    return percent / 100 * whole
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; `judge_reference` gives the points of a reference."""
     reported = evidence.reported
-    if (
-        criterion.check in ("own_data", "reference", "uncertainty", "units")
-        and evidence.matched is None
-    ):
-        share = (
-            0.0 if reported is None and evidence.rubric.no_report == "zero" else None
-        )
+    is_of_report = criterion.check in ("own_data", "reference", "uncertainty", "units")
+    if is_of_report and evidence.matched is None:
+        is_zero = reported is None and evidence.rubric.no_report == "zero"
+        share = 0.0 if is_zero else None
         files = listing([PurePosixPath(file).name for file in evidence.files])
         reason = (
             f"no I_zz is reported: none is found in {shown(files)}; add a line to the "
@@ -146,9 +141,14 @@ def mark(
     """
     number = detail.get(criterion.curve.variable)
     if share is not None and math.isnan(share):
-        share = criterion.curve.share(number) if isinstance(number, float) else 0.0
-    points = None if share is None else round(share * criterion.points, 2)
-    rule = criterion.told if number is not None and "slip_cost" not in detail else ""
+        share = 0.0
+        if isinstance(number, float):
+            share = criterion.curve.share(number)
+    points = None
+    if share is not None:
+        points = round(share * criterion.points, 2)
+    is_by_rule = number is not None and "slip_cost" not in detail
+    rule = criterion.told if is_by_rule else ""
     return Mark(
         criterion.id,
         criterion.title,
@@ -170,44 +170,35 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
         *evidence.analysis.measurements.diagnostics,
     )
     # A note costs nothing: students who write down what went wrong do the right thing.
-    doubted = [
-        diagnostic
-        for diagnostic in read
-        if diagnostic.severity == "warning"
-        and diagnostic.code != diagnostics.NOTE_MAY_CHANGE_READING
-    ]
-    content = (
-        f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
-        if doubted
-        else ""
-    )
-    reason = count_text(len(evidence.analysis.run_table), "run") + (
-        content or " read without warnings"
-    )
+    warnings = [diagnostic for diagnostic in read if diagnostic.severity == "warning"]
+    no_doubt = diagnostics.NOTE_MAY_CHANGE_READING
+    doubted = [warning for warning in warnings if warning.code != no_doubt]
+    content = " read without warnings"
+    if doubted:
+        things = count_text(len(doubted), "thing")
+        content = f", with {things} to correct: {_listed(doubted)}"
+    runs = count_text(len(evidence.analysis.run_table), "run")
+    reason = f"{runs}{content}"
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
-    missing = [
-        lack
-        for lack in evidence.lacks
-        if lack.code in {ASKS[ask] for ask in criterion.asks}
-    ]
-    return mark(
-        criterion,
-        _listed(missing) or "nothing required is missing",
-        {"missing": float(len(missing))},
-    )
+    asked = {ASKS[ask] for ask in criterion.asks}
+    missing = [lack for lack in evidence.lacks if lack.code in asked]
+    reason = _listed(missing) or "nothing required is missing"
+    return mark(criterion, reason, {"missing": float(len(missing))})
 
 
 def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
-    lines = [
-        f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message
-        for d in diagnostics[:most]
-    ]
-    return "; ".join(lines) + (
-        f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else ""
-    )
+    lines = []
+    for diagnostic in diagnostics[:most]:
+        place = diagnostic.cell or f"line {diagnostic.line}"
+        message = diagnostic.message
+        lines.append(f"{place}: {message}" if diagnostic.line else message)
+    left = len(diagnostics) - most
+    if left > 0:
+        lines.append(f"and {left} more")
+    return "; ".join(lines)
 
 
 USUAL = "the usual uncertainties of such readings"
@@ -215,11 +206,9 @@ USUAL = "the usual uncertainties of such readings"
 
 def scatter_of(analysis: FittedLog) -> tuple[tuple[float, int], ...]:
     """Return χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
-    return tuple(
-        (group.product.chi2, group.runs - 1)
-        for group in analysis.torques
-        if group.torque and group.product.chi2 is not None
-    )
+    loaded = [group for group in analysis.torques if group.torque]
+    both = [(group.product.chi2, group.runs - 1) for group in loaded]
+    return tuple((chi2, dof) for chi2, dof in both if chi2 is not None)
 
 
 def spread_of(analysis: FittedLog) -> float | None:
@@ -227,53 +216,47 @@ def spread_of(analysis: FittedLog) -> float | None:
 
     None if no torque has two runs.
     """
-    products = [group.product for group in analysis.torques if group.torque]
-    return max(
-        (
-            product.spread / abs(product.value)
-            for product in products
-            if product.spread is not None
-        ),
-        default=None,
-    )
+    largest = None
+    for group in analysis.torques:
+        product = group.product
+        if group.torque and product.spread is not None:
+            relative = product.spread / abs(product.value)
+            largest = max(largest or 0.0, relative)
+    return largest
 
 
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
     spread = spread_of(evidence.analysis)
     if spread is None:
-        return mark(
-            criterion,
-            "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant",
-            {},
-            0.0,
-        )
-    words = (
-        "the uncertainties that your log states"
-        if times_stated(evidence.analysis.measurements)
-        else USUAL
-    )
-    if any(
-        line.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession"))
-        for line in evidence.bench
-    ):
+        reason = "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant"
+        return mark(criterion, reason, {}, 0.0)
+    words = USUAL
+    if times_stated(evidence.analysis.measurements):
+        words = "the uncertainties that your log states"
+    if any(line.startswith(_OF_PRODUCT) for line in evidence.bench):
         words = "the uncertainties that the rubric gives your bench"
     return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
+
+
+_OF_PRODUCT = ("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")
+"""Beginnings of lines with an uncertainty of φ̇ψ̇."""
 
 
 def _scatter_mark(
     criterion: Criterion, spread: float, scatters: Scatters, words: str, factor: float
 ) -> Mark:
     """Judge the scatter of φ̇ψ̇, with uncertainties `factor` times as large."""
-    chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in scatters]
+    variance = factor**2
+    chances = [chi2_tail(chi2 / variance, dof) for chi2, dof in scatters]
     # The smallest of k probabilities, corrected for the number of torques (Šidák).
-    p = (
-        -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15)))
-        if chances
-        else 1.0
-    )
+    p = 1.0
+    if chances:
+        smallest = min(*chances, 1 - 1e-15)
+        p = -math.expm1(len(chances) * math.log1p(-smallest))
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
-        agrees = "agrees with" if criterion.curve.share(p) == 1 else "is more than"
+        is_usual = criterion.curve.share(p) == 1
+        agrees = "agrees with" if is_usual else "is more than"
         reason += f", which {agrees} {words} ({p_text(p)})"
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
@@ -283,17 +266,12 @@ def judge_scatter(
 ) -> Mark:
     """Judge constancy by the scatter of the class, for logs without uncertainties."""
     spread = before.detail.get("spread")
-    if (
-        not scatters
-        or not isinstance(spread, float)
-        or before.detail.get("factor") == scatter.factor
-    ):
+    is_judged = before.detail.get("factor") == scatter.factor
+    if not scatters or not isinstance(spread, float) or is_judged:
         return before
-    words = (
-        f"{USUAL}, {scatter.factor:.2g} times as large: {scatter.words}"
-        if scatter.factor > 1
-        else USUAL
-    )
+    words = USUAL
+    if scatter.factor > 1:
+        words += f", {scatter.factor:.2g} times as large: {scatter.words}"
     return _scatter_mark(criterion, spread, scatters, words, scatter.factor)
 
 
@@ -313,12 +291,10 @@ PICTURES = (
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
-    plots = f"{count_text(pictures, 'file')} that may show a plot" if pictures else ""
-    return mark(
-        criterion,
-        plots or "no picture and no PDF that could show a plot",
-        {"files": float(pictures)},
-    )
+    reason = "no picture and no PDF that could show a plot"
+    if pictures:
+        reason = f"{count_text(pictures, 'file')} that may show a plot"
+    return mark(criterion, reason, {"files": float(pictures)})
 
 
 # --- the report ---
@@ -335,7 +311,8 @@ def _away(
     _, value, matched = evidence.answer
     factor = evidence.factor if is_corrected else 1.0
     if criterion.curve.variable == "percent":
-        return 100 * abs(value / factor / matched.value - 1)
+        ratio = value / factor / matched.value
+        return 100 * abs(ratio - 1)
     if is_corrected and evidence.slips:
         return evidence.slips[0].distance
     return evidence.d
@@ -344,9 +321,12 @@ def _away(
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, matched = evidence.answer
     reported_words = f"you report {inertia_text(value, reported.u)}"
-    own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
+    own_value = inertia_text(matched.value, matched.u)
+    own = f"{own_value} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
-    d = evidence.slips[0].distance if evidence.slips else evidence.d
+    d = evidence.d
+    if evidence.slips:
+        d = evidence.slips[0].distance
     number = _away(criterion, evidence)
     detail: dict[str, float | str | None] = {
         "d": evidence.d,
@@ -364,42 +344,34 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
             share = less
             detail["slip_cost"] = cost
         words = "; or ".join(slip.words for slip in evidence.slips)
-        either = "either of these" if len(evidence.slips) > 1 else "a common mistake"
-        reason = (
-            f"{reported_words}, {times} what your runs give, {own}: {either} would explain "
-            f"this: {words}"
-        )
+        either = "a common mistake"
+        if len(evidence.slips) > 1:
+            either = "either of these"
+        reason = f"{reported_words}, {times} what your runs give, {own}: "
+        reason += f"{either} would explain this: {words}"
     elif d == 0:
         reason = f"{reported_words}, which agrees with your runs: {own}"
     else:
-        reason = (
-            f"{reported_words}; your runs give "
-            f"{own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
-        )
+        far = f", {d:.2g} u away" if d <= 30 else f": yours is {times} that"
+        reason = f"{reported_words}; your runs give {own}{far}"
     return mark(criterion, reason, detail, share)
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.answer
     # The corrected value is judged if own_data charges for the mistake.
-    charging = [
-        charging_criterion
-        for charging_criterion in evidence.rubric.criteria
-        if charging_criterion.check == "own_data"
-    ]
+    criteria = evidence.rubric.criteria
+    charging = [other for other in criteria if other.check == "own_data"]
     factor = evidence.factor if charging else 1.0
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the
     # same reason u has a maximum: runs that say nothing about I_zz would agree with any
     # value.
-    u = min(
-        max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value)
-    )
+    u_of_runs = max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0)
+    u = min(u_of_runs, COARSEST * abs(value))
     detail: dict[str, float | str | None] = {"value": value, "u": u, "slip": factor}
-    if not evidence.slips and any(
-        charging_criterion.curve.share(_away(charging_criterion, evidence)) < 1
-        for charging_criterion in charging
-    ):
+    shares = (other.curve.share(_away(other, evidence)) for other in charging)
+    if not evidence.slips and min(shares, default=1.0) < 1:
         # A mistake without a name costs the points of own_data alone: the measurement
         # may still be right.
         detail["own"] = matched.value
@@ -426,14 +398,15 @@ def judge_reference(
             "points, can be given by hand"
         )
         return mark(criterion, reason, pending.detail, None)
-    undone = (
-        ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
-    )
+    undone = ""
+    if pending.detail.get("slip") != 1.0:
+        undone = ", after correcting the mistake,"
     own = pending.detail.get("own")
-    if isinstance(own, float) and reference.zeta(own, u) < reference.zeta(value, u):
-        value = own
-        undone = ", which your runs give,"
     zeta = reference.zeta(value, u)
+    if isinstance(own, float) and reference.zeta(own, u) < zeta:
+        value = own
+        zeta = reference.zeta(own, u)
+        undone = ", which your runs give,"
     words = f"{inertia_text(value, None)}{undone}"
     detail = {
         **pending.detail,
@@ -441,10 +414,12 @@ def judge_reference(
         "u_reference": reference.u,
         "z": zeta,
     }
-    far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
+    number = f"{zeta:.2g}"
+    far = f"{number} standard uncertaint{'y' if number == '1' else 'ies'}"
     if criterion.curve.variable == "percent":
-        detail["percent"] = 100 * abs(value / reference.inertia - 1)
-        far = f"{detail['percent']:.2g} %"
+        percent = 100 * abs(value / reference.inertia - 1)
+        detail["percent"] = percent
+        far = f"{percent:.2g} %"
     reason = f"{words} is {far} from {reference.words}"
     if reference.is_vague:
         reason = f"{words} has no reference: {NO_STATION}"
@@ -459,19 +434,14 @@ ROUNDED = 0.3
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.answer[0]
     if criterion.curve.variable == "stated":
-        verb = "does not state" if reported.u is None else "states"
-        return mark(
-            criterion,
-            f'"{reported.text}" {verb} an uncertainty',
-            {"stated": float(reported.u is not None)},
-        )
+        is_stated = reported.u is not None
+        verb = "states" if is_stated else "does not state"
+        reason = f'"{reported.text}" {verb} an uncertainty'
+        return mark(criterion, reason, {"stated": float(is_stated)})
     if reported.u is None:
-        return mark(
-            criterion,
-            "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2",
-            {},
-            0.0,
-        )
+        reason = "no uncertainty is reported; write it after the value: "
+        reason += "4.4e-3 ± 0.1e-3 kg m^2"
+        return mark(criterion, reason, {}, 0.0)
     u = reported.u / abs(evidence.factor)
     low, high = _u_of_fits(evidence)
     ratio = min(u / low, max(1.0, u / high))
@@ -486,14 +456,12 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
-        verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
-        reason += (
-            f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of "
-            f"your runs give, {whole}"
-        )
-    return mark(
-        criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
-    )
+        is_accepted = criterion.curve.share(ratio) == 1
+        verdict = "a little" if is_accepted else "too"
+        reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits"
+        reason += f" of your runs give, {whole}"
+    detail = {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
+    return mark(criterion, reason, detail)
 
 
 def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
@@ -506,7 +474,8 @@ def _u_of_fits(evidence: Evidence) -> tuple[float, float]:
         u = (slip.u or 0.0) / abs(slip.factor)
         if 0 < u < abs(own.values[0].value):
             known.append(u)
-    known = known or [own.yardstick * abs(own.values[0].value)]
+    if not known:
+        known.append(own.yardstick * abs(own.values[0].value))
     return min(known), max(known)
 
 
@@ -515,11 +484,8 @@ def _spread_of_weights(analysis: FittedLog) -> float:
 
     Students also take this mean.
     """
-    each = [
-        abs(torque.torque / torque.product.value)
-        for torque in analysis.torques
-        if torque.torque
-    ]
+    loaded = [group for group in analysis.torques if group.torque]
+    each = [abs(group.torque / group.product.value) for group in loaded]
     if len(each) < 2:
         return 0.0
     return statistics.stdev(each) / math.sqrt(len(each))
@@ -562,7 +528,9 @@ def _fault_of_last_digit(evidence: Evidence) -> str:
         return ""
     low, high = _last_place(reported.step, value, reported.digits)
     if not reported.u_step:
-        u = reported.u or evidence.own.yardstick * abs(value)
+        u = reported.u
+        if not u:
+            u = evidence.own.yardstick * abs(value)
         if high < u / 150:
             return "the value has more digits than its uncertainty justifies"
         return ""
@@ -594,9 +562,9 @@ def _last_place(
     """
     if not step or not value or not digits:
         return step or 0.0, step or 0.0
-    return step, step * 10.0 ** max(
-        0, math.floor(math.log10(abs(value) / step) + 1e-9) + 1 - digits
-    )
+    places = math.log10(abs(value) / step) + 1e-9
+    placeholders = max(0, math.floor(places) + 1 - digits)
+    return step, step * 10.0**placeholders
 
 
 # --- all criteria ---

@@ -23,7 +23,6 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.fitting import chi2_lower_tail
-from gyrodata.grading.yardsticks import grouped
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
@@ -91,12 +90,12 @@ def flag_class(
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
     """Sort flags by kind, in the order of `KINDS`, then by students."""
-    return tuple(
-        sorted(
-            flags,
-            key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous),
-        )
-    )
+    return tuple(sorted(flags, key=_place))
+
+
+def _place(flag: Flag) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
+    """Return what sorts a flag."""
+    return KINDS.index(flag.kind), flag.students, flag.previous
 
 
 # --- the fingerprint of a log ---
@@ -136,20 +135,17 @@ class Fingerprint(Struct, frozen=True):
 
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """Return the fingerprint of one log; `measured`: its n runs."""
-    timing = next(
-        readings.columns[role] for role in TIMINGS if role in readings.columns
-    )
-    torque = np.array([float(f"{value:.9g}") for value in measured.torque.tolist()])
+    columns = readings.columns
+    timing = next(columns[role] for role in TIMINGS if role in columns)
+    torque = _rounded(measured.torque, 9)
     # Rows with equal torque and spin keep the order of the file: sorted times would
     # look alike by themselves.
     order = np.lexsort((measured.spin, weights(torque)))
     if len(order) > MOST_ROWS:
-        order = order[
-            np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])
-        ]
-    spin_step = measured.spin * np.max(
-        [_relative_step(column) for column in spin_columns(readings)], axis=0
-    )
+        shortest = np.argsort(measured.time, kind="stable")[:MOST_ROWS]
+        order = order[np.isin(order, shortest)]
+    steps = [_relative_step(column) for column in spin_columns(readings)]
+    spin_step = measured.spin * np.max(steps, axis=0)
     rows = {
         "torque": torque,
         "spin": measured.spin,
@@ -159,10 +155,9 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
         "time_step": measured.time * _relative_step(timing),
     }
     # Ten digits are more than anyone types, and short in a journal.
-    kept = {
-        name: tuple([float(f"{reading:.10g}") for reading in values[order].tolist()])
-        for name, values in rows.items()
-    }
+    kept = {}
+    for name, values in rows.items():
+        kept[name] = tuple(_rounded(values[order], 10).tolist())
     lines = tuple([measured.lines[i] for i in order.tolist()])
     return Fingerprint(
         sha256=readings.sha256,
@@ -173,12 +168,17 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     )
 
 
+def _rounded(values: Floats, digits: int) -> Floats:
+    """Round values to a number of significant digits."""
+    return np.array([float(f"{value:.{digits}g}") for value in values.tolist()])
+
+
 def _simulated(readings: Readings) -> int:
     """Return the line that says, in any words, that a log is simulated, or 0."""
-    lines = split_lines(readings.source_text)
-    return next(
-        (number for number, line in enumerate(lines, 1) if _says_simulated(line)), 0
-    )
+    for number, line in enumerate(split_lines(readings.source_text), 1):
+        if _says_simulated(line):
+            return number
+    return 0
 
 
 _SIMULATED = re.compile(r"\b(?:simulated|simuliert\w*|simulad[oa]s?|simulat[oaie])\b")
@@ -192,10 +192,9 @@ def _says_simulated(line: str) -> bool:
         return True
     if not is_remark or not _SIMULATED.search(words) or "not simulated" in words:
         return False
-    return (
-        "measured" not in words
-        or re.search(r"(?:not|never) (?:\w+ )?measured", words) is not None
-    )
+    if "measured" not in words:
+        return True
+    return re.search(r"(?:not|never) (?:\w+ )?measured", words) is not None
 
 
 def _words_of(text: str) -> str:
@@ -210,11 +209,9 @@ def weights(torque: Floats) -> Integers:
     Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
     """
     sizes = np.array(sorted(set(torque.tolist())))
-    return np.searchsorted(
-        sizes[1:][np.diff(sizes) > WEIGHED_AGAIN * np.abs(sizes[1:])],
-        torque,
-        side="right",
-    )
+    larger = sizes[1:]
+    is_other = np.diff(sizes) > WEIGHED_AGAIN * np.abs(larger)
+    return np.searchsorted(larger[is_other], torque, side="right")
 
 
 def _relative_step(column: Column) -> Floats:
@@ -222,12 +219,11 @@ def _relative_step(column: Column) -> Floats:
 
     This ratio is the same for a period and its rate.
     """
-    return np.array(
-        [
-            read.step / abs(read.value) if read.step and read.value else 0.0
-            for read in column.readings
-        ]
-    )
+    steps = np.zeros(len(column.readings))
+    for at, read in enumerate(column.readings):
+        if read.step and read.value:
+            steps[at] = read.step / abs(read.value)
+    return steps
 
 
 # --- all logs as arrays ---
@@ -269,9 +265,9 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
     left = time - design @ solution
     dof = len(time) - int(rank)
-    return dof, math.sqrt(
-        left @ left / max(dof, 1) + np.mean(np.square(log.time_step)) / 12
-    )
+    variance = left @ left / max(dof, 1)
+    of_rounding = np.mean(np.square(log.time_step)) / 12
+    return dof, math.sqrt(variance + of_rounding)
 
 
 class Logs:
@@ -291,9 +287,10 @@ class Logs:
         self.prints = [prints[key] for key in students]
         self.prints += [previous[key] for key in earlier]
         number = {key: log for log, key in enumerate(students)}
-        self.partners = [
-            {number[key] for key in group if key in number} for group in partners
-        ]
+        self.partners = []
+        for group in partners:
+            members = number.keys() & group
+            self.partners.append({number[key] for key in members})
         self.pairs = self._count_pairs()
         counts = [len(fingerprint.time) for fingerprint in self.prints]
         # First row of each log, shape (N + 1,), and log of each row, shape (R,).
@@ -321,9 +318,11 @@ class Logs:
     def _count_pairs(self) -> int:
         """Count the pairs to compare: within the class, and with the earlier logs."""
         earlier = len(self.keys) - self.current
-        every = self.current * (self.current - 1) // 2 + self.current * earlier
+        in_class = self.current * (self.current - 1) // 2
+        every = in_class + self.current * earlier
         logs = set[int]().union(*self.partners)
-        return every - sum(len(self._partners_of(log)) for log in logs) // 2
+        twice = sum(len(self._partners_of(log)) for log in logs)
+        return every - twice // 2
 
     def _rows(self, name: str) -> Floats:
         values = [
@@ -346,18 +345,16 @@ class Logs:
         """Return the rows whose spin is not round, each spin once per weight."""
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         useful: NDArray[np.bool_] = off > 0.5 * self.spin_step + _EXACT * self.spin
-        useful[1:] &= (
-            (np.diff(self.log) != 0)
-            | (np.diff(self.torque) != 0)
-            | (np.diff(self.spin) != 0)
-        )
+        is_new = np.diff(self.log) != 0
+        is_new |= np.diff(self.torque) != 0
+        is_new |= np.diff(self.spin) != 0
+        useful[1:] &= is_new
         return useful
 
     def are_compared(self, log: int, others: Integers) -> NDArray[np.bool_]:
         """Return which other logs a log is compared with: not two earlier ones."""
-        compared: NDArray[np.bool_] = (others != log) & ~np.isin(
-            others, self._partners_of(log)
-        )
+        are_partners = np.isin(others, self._partners_of(log))
+        compared: NDArray[np.bool_] = (others != log) & ~are_partners
         if log >= self.current:
             compared &= others < self.current
         return compared
@@ -422,7 +419,8 @@ def _grid(log: Fingerprint) -> float:
     It is the largest step with which all spins of a log agree.
     """
     spin = np.array(log.spin)
-    agree = (np.abs(spin - GRIDS * np.round(spin / GRIDS)) <= 1e-6 * spin).all(axis=1)
+    off = np.abs(spin - GRIDS * np.round(spin / GRIDS))
+    agree = (off <= 1e-6 * spin).all(axis=1)
     return float(max([*log.spin_step, *GRIDS[agree, 0]]))
 
 
@@ -439,7 +437,10 @@ def flag_scatter(logs: Logs) -> list[Flag]:
     flags = []
     for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
-        p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
+        p = 1.0
+        if size < HAND:
+            chi2 = dof * (size / HAND) ** 2
+            p = chi2_lower_tail(chi2, dof)
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {len(log.time)} times are within {size:.2g} s of straight lines "
@@ -557,9 +558,8 @@ def _same_number(
     number: Floats, other: Floats, step: Floats, other_step: Floats
 ) -> NDArray[np.bool_]:
     """Return which numbers are the same to the last digit of the coarser one."""
-    return (
-        np.abs(number - other) <= 0.5 * np.maximum(step, other_step) + _EXACT * number
-    )
+    coarser = np.maximum(step, other_step)
+    return np.abs(number - other) <= 0.5 * coarser + _EXACT * number
 
 
 def _same_weight(torque: Floats, other: Floats) -> NDArray[np.bool_]:
@@ -594,11 +594,10 @@ def similar(logs: Logs) -> Pairs:
     may be a copy; from the log to the middle of the class.
     """
     pairs: list[tuple[int, int, float]] = []
-    patterns = [
-        tuple(weights(np.array(fingerprint.torque)).tolist())
-        for fingerprint in logs.prints
-    ]
-    by_pattern = grouped((pattern, log) for log, pattern in enumerate(patterns))
+    by_pattern: dict[tuple[int, ...], list[int]] = {}
+    for log, fingerprint in enumerate(logs.prints):
+        pattern = tuple(weights(np.array(fingerprint.torque)).tolist())
+        by_pattern.setdefault(pattern, []).append(log)
     for pattern, members in by_pattern.items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
@@ -631,7 +630,8 @@ def _chances_of_distances(logs: Logs, rows: Integers) -> Floats:
     few = np.partition(square, NEIGHBOURS, axis=1)[:, :NEIGHBOURS]
     nearest = np.sort(few, axis=1)
     # Logs with equal spins say nothing of the distance of honest ones.
-    apart = nearest[:, 1][nearest[:, 1] > 0]
+    second = nearest[:, 1]
+    apart = second[second > 0]
     middle = np.minimum(2 * np.mean(size, axis=1), np.median([*apart, np.inf]))
     usual = np.minimum(nearest[:, NEIGHBOURS - 1], middle)[:, None]
     chance = np.ones_like(square)
@@ -680,14 +680,9 @@ def _flag_of(kind: Kind, pairs: Pairs, logs: Logs) -> Flag:
     """Make the flag of connected pairs, with the evidence of the strongest ones."""
     strongest = pairs.some(np.lexsort((pairs.second, pairs.first, pairs.p)))
     tell = _tell_rows if kind == "shared rows" else _tell_spins
-    evidence = [
-        tell(logs, first, second)
-        for first, second in zip(
-            strongest.first[:PAIRS_TOLD].tolist(),
-            strongest.second[:PAIRS_TOLD].tolist(),
-            strict=True,
-        )
-    ]
+    shown = strongest.some(np.arange(len(pairs.p)) < PAIRS_TOLD)
+    both = zip(shown.first.tolist(), shown.second.tolist(), strict=True)
+    evidence = [tell(logs, first, second) for first, second in both]
     if len(pairs.p) > PAIRS_TOLD:
         evidence.append(f"and {len(pairs.p) - PAIRS_TOLD} more like these")
     members = np.unique([pairs.first, pairs.second]).tolist()
@@ -712,7 +707,9 @@ def _tell_spins(logs: Logs, first: int, second: int) -> str:
 
 def _difference(values: Floats, others: Floats) -> str:
     """Write the relative difference of two series, root mean square."""
-    return f"{100 * math.sqrt(np.mean(np.log(values / others) ** 2)):.2g} %"
+    relative = np.log(values / others)
+    percent = 100 * math.sqrt(np.mean(relative**2))
+    return f"{percent:.2g} %"
 
 
 def _tell_rows(logs: Logs, first: int, second: int) -> str:
@@ -728,7 +725,8 @@ def _tell_rows(logs: Logs, first: int, second: int) -> str:
         words += " and the same precession period"
     shared_rows = np.flatnonzero(same.any(axis=1))
     lines = _lines_in_words(logs.prints[first], shared_rows)
-    other_lines = _lines_in_words(logs.prints[second], np.flatnonzero(same.any(axis=0)))
+    shared_by_other = np.flatnonzero(same.any(axis=0))
+    other_lines = _lines_in_words(logs.prints[second], shared_by_other)
     return (
         f"{len(shared_rows)} of {min(same.shape)} rows of {logs.keys[first]} "
         f"({lines}) are in {logs.keys[second]} ({other_lines}), {words}"

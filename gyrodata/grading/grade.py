@@ -79,13 +79,14 @@ class Decision(Struct, frozen=True):
     @property
     def told(self) -> str:
         """Why, and who says so."""
-        return f"{self.why} ({self.by})".lstrip() if self.by else self.why
+        if not self.by:
+            return self.why
+        return f"{self.why} ({self.by})".lstrip()
 
     def __str__(self) -> str:
-        return (
-            f"{f'{self.what} {self.value}'.rstrip()}{':' if self.why else ''} "
-            f"{self.told}"
-        ).rstrip()
+        decision = f"{self.what} {self.value}".rstrip()
+        colon = ":" if self.why else ""
+        return f"{decision}{colon} {self.told}".rstrip()
 
 
 class Reported(TypedDict, total=False):
@@ -195,9 +196,9 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
         """Reported I_zz over that of the nearest fit [1]; None without one of them."""
         value = self.reported_inertia
         own = self.own.get(self.matched or "")
-        return (
-            value / own["value"] if value is not None and own and own["value"] else None
-        )
+        if value is None or not own or not own["value"]:
+            return None
+        return value / own["value"]
 
 
 def grade_submission(
@@ -275,11 +276,10 @@ def _analysed(readings: Readings, rubric: Rubric) -> tuple[FittedLog, str]:
 def _widen(own: FittedLog, usual: FittedLog) -> bool:
     """Return whether the uncertainties of a log are far over the usual ones."""
     u = own.inertia.u or math.inf
-    scatter, usual_scatter = (
-        sum(chi2 for chi2, _ in criteria.scatter_of(analysis))
-        for analysis in (own, usual)
-    )
-    is_wide = u > MOST_WIDER * (usual.inertia.u or 0.0)
+    usual_u = usual.inertia.u or 0.0
+    scatter = sum(chi2 for chi2, _ in criteria.scatter_of(own))
+    usual_scatter = sum(chi2 for chi2, _ in criteria.scatter_of(usual))
+    is_wide = u > MOST_WIDER * usual_u
     return is_wide or MOST_ROUGHER**2 * scatter < usual_scatter
 
 
@@ -290,8 +290,9 @@ def _lacks(analysis: FittedLog, rubric: Rubric) -> list[Diagnostic]:
     asked = {
         criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks
     }
-    measured = analysis.measurements
-    return what_lacks(analysis.readings, measured, analysis.lab, asked) if asked else []
+    if not asked:
+        return []
+    return what_lacks(analysis.readings, analysis.measurements, analysis.lab, asked)
 
 
 def _partners_of(submission: Submission, readings: Readings) -> str:
@@ -309,11 +310,8 @@ def _evidence(
 ) -> Evidence:
     """Collect what the criteria look at, and compare the answer with the own runs."""
     analysis, lacks = log
-    outliers = [
-        diagnostic
-        for diagnostic in analysis.diagnostics
-        if diagnostic.code == diagnostics.OUTLIER
-    ]
+    notes = analysis.diagnostics
+    outliers = [note for note in notes if note.code == diagnostics.OUTLIER]
     evidence = Evidence(
         rubric,
         analysis,
@@ -332,7 +330,8 @@ def _evidence(
     value = answer.value
     step = answer.step or 0.0
     slips = _slips(evidence, answer, value)
-    fits = [own_fit for own_fit in own.values if slips and own_fit.name == slips[0].fit]
+    name = slips[0].fit if slips else None
+    fits = [own_fit for own_fit in own.values if own_fit.name == name]
     matched = min(fits or own.values, key=lambda own_fit: abs(own_fit.value - value))
     d = yardsticks.distance(value, matched.value, step, own.yardstick)
     return replace(evidence, matched=matched, d=d, slips=slips)
@@ -353,19 +352,18 @@ def _values_of(evidence: Evidence) -> dict[str, Any]:
     """Return the marks and the numbers of a grade, by the names of its fields."""
     analysis = evidence.analysis
     matched = evidence.matched
+    inertia = analysis.inertia
     scatters = criteria.scatter_of(analysis)
+    fits = evidence.own.values
+    marks = [
+        criteria.judge(criterion, evidence) for criterion in evidence.rubric.criteria
+    ]
     return {
-        "marks": tuple(
-            criteria.judge(criterion, evidence)
-            for criterion in evidence.rubric.criteria
-        ),
+        "marks": tuple(marks),
         "slips": evidence.slips,
-        "own": {
-            own_fit.name: {"value": own_fit.value, "u": own_fit.u}
-            for own_fit in evidence.own.values
-        },
-        "inertia": analysis.inertia.value,
-        "inertia_u": analysis.inertia.u,
+        "own": {fit.name: {"value": fit.value, "u": fit.u} for fit in fits},
+        "inertia": inertia.value,
+        "inertia_u": inertia.u,
         "matched": matched.name if matched else None,
         "d": evidence.d if matched else None,
         "scatters": () if times_stated(analysis.measurements) else scatters,
@@ -477,12 +475,21 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
     disagree = (grade.d or 0.0) > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
     far = reference.zeta(inertia, share * inertia)
-    away = abs(inertia - reference.inertia)
-    near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
-    wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
+    u = min(share, yardsticks.COARSEST) * value
+    wrong_log = disagree and _is_answer_nearer(reference, inertia, value, u)
     if not wrong_log and (disagree or far <= LOOKED_AT):
         return None
     return _Doubt(reference, inertia, value, far, wrong_log)
+
+
+def _is_answer_nearer(
+    reference: yardsticks.Reference, inertia: float, value: float, u: float
+) -> bool:
+    """Return whether an answer agrees with the reference, and its log does not."""
+    agrees = reference.zeta(value, u) <= AGREES
+    away_of_log = abs(inertia - reference.inertia)
+    away_of_answer = abs(value - reference.inertia)
+    return agrees and away_of_log > MUCH * away_of_answer
 
 
 def is_doubtful(grade: Grade, references: References) -> bool:
@@ -567,20 +574,19 @@ def added_up(grade: Grade) -> Grade:
     open_marks = [mark for mark in grade.marks if mark.points is None]
     reasons = dict.fromkeys(mark.reason for mark in open_marks if not mark.waits)
     if reasons:
-        return replace(
-            grade,
-            status="not graded",
-            why="; ".join(reasons) if grade.own else grade.why,
-            points=None,
-        )
-    total = sum(mark.points or 0.0 for mark in grade.marks) - grade.late_deduction
+        why = "; ".join(reasons) if grade.own else grade.why
+        return replace(grade, status="not graded", why=why, points=None)
+    total = sum(mark.points or 0.0 for mark in grade.marks)
+    left = max(0.0, total - grade.late_deduction)
     status: Status = "so far" if open_marks else "graded"
-    return replace(grade, status=status, why=None, points=round(max(0.0, total), 2))
+    return replace(grade, status=status, why=None, points=round(left, 2))
 
 
 def points_text(points: float | None) -> str:
     """Write points: "6", "4.35", or "–" where there are none yet."""
-    return "–" if points is None else f"{points:.2f}".rstrip("0").rstrip(".")
+    if points is None:
+        return "–"
+    return f"{points:.2f}".rstrip("0").rstrip(".")
 
 
 def two_decimals(points: float | None) -> str:
@@ -588,7 +594,9 @@ def two_decimals(points: float | None) -> str:
 
     The text never contains a mark between thousands.
     """
-    return "" if points is None else f"{points:.2f}"
+    if points is None:
+        return ""
+    return f"{points:.2f}"
 
 
 def _looks(evidence: Evidence) -> list[str]:
@@ -596,10 +604,8 @@ def _looks(evidence: Evidence) -> list[str]:
     reasons = []
     words = " or ".join(slip.words for slip in evidence.slips)
     # Two mistakes with the same factor cost the same: nothing needs a decision.
-    if any(
-        abs(slip.factor / evidence.factor - 1) > yardsticks.SAME
-        for slip in evidence.slips
-    ):
+    factor = evidence.factor
+    if any(abs(slip.factor / factor - 1) > yardsticks.SAME for slip in evidence.slips):
         reasons.append(
             f"several mistakes explain the reported I_zz equally well: {words}"
         )
@@ -632,8 +638,11 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     fits = yardsticks.with_mistake(known[evidence.slips[0].kind], evidence.own)
     reported, value, _ = evidence.answer
     half_step = (reported.step or 0.0) / 2
-    apart = (abs(value / fit.value - 1) - half_step / abs(fit.value) for fit in fits)
-    if min(apart) > SAME_VALUE:
+    shares = []
+    for fit in fits:
+        apart = abs(value - fit.value) - half_step
+        shares.append(apart / abs(fit.value))
+    if min(shares) > SAME_VALUE:
         return ["a mistake explains the reported I_zz, but not to its digits"]
     if all(known[slip.kind].rank > 0 for slip in evidence.slips):
         return ["only a rare mistake explains the reported I_zz"]
@@ -642,15 +651,10 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
 
 def station_of(readings: Readings) -> str | None:
     """Return the station that a log names, in the form that a rubric uses."""
-    text = next(
-        (
-            value
-            for key, value in readings.metadata.items()
-            if squeeze(key).lower() in STATION_WORDS
-        ),
-        "",
-    )
-    return yardsticks.station_key(text) or None
+    for key, text in readings.metadata.items():
+        if squeeze(key).lower() in STATION_WORDS:
+            return yardsticks.station_key(text) or None
+    return None
 
 
 # --- not graded ---
@@ -667,15 +671,16 @@ def not_graded(
     This grade has no points, which is not the same as zero points.
     """
     late = judge_lateness(rubric.late, submission, rubric.points)
+    marks = [
+        criteria.mark(criterion, "not judged", {}, None)
+        for criterion in rubric.criteria
+    ]
     return Grade(
         student=submission.student,
         name=submission.name,
         why=why,
         out_of=rubric.points,
-        marks=tuple(
-            criteria.mark(criterion, "not judged", {}, None)
-            for criterion in rubric.criteria
-        ),
+        marks=tuple(marks),
         look=(late.reason,) if late.look else (),
         reported={},
         own={},
@@ -700,14 +705,13 @@ def _why_not(error: Exception) -> str:
             f"the analysis failed with these numbers ({type(error).__name__}: {error})"
         )
     done = "analysed" if isinstance(error, LogError) else "read"
-    first, *more = [
-        diagnostic for diagnostic in error.diagnostics if diagnostic.severity == "error"
-    ]
-    where = f"line {first.line}: " if first.line else ""
-    return (
-        f"the log cannot be {done}: "
-        f"{where}{first.message}{f', and {len(more)} more' if more else ''}"
-    )
+    first, *more = [note for note in error.diagnostics if note.severity == "error"]
+    words = first.message
+    if first.line:
+        words = f"line {first.line}: {words}"
+    if more:
+        words += f", and {len(more)} more"
+    return f"the log cannot be {done}: {words}"
 
 
 # --- ``gyro check --hand-in`` ---
@@ -728,11 +732,9 @@ def read_hand_in(
     answer["inertia"] = answer.pop("value")
     handed_in = HandIn(**answer, station=station_of(readings))
     # The place of the answer is reported once.
-    others = [
-        note
-        for note in (*answers.diagnostics, *answers.unread)
-        if note.code != diagnostics.ANSWER_ELSEWHERE
-    ]
+    about_texts = (*answers.diagnostics, *answers.unread)
+    place = diagnostics.ANSWER_ELSEWHERE
+    others = [note for note in about_texts if note.code != place]
     note = _note_on_answer(submission, answers, handed_in)
     return readings, handed_in, (*notes, *others, note)
 
@@ -743,7 +745,9 @@ def _note_on_answer(
     """Say which answer is read, or why none is."""
     log = shown(PurePosixPath(submission.log_file or "").name)
     file = handed_in.file or log
-    problem = answers.inertia.problem if answers.inertia is not None else None
+    problem = None
+    if answers.inertia is not None:
+        problem = answers.inertia.problem
     if handed_in.inertia is not None:
         words = _words_of_answer(handed_in.inertia, problem, handed_in)
         return Diagnostic.named("answer_read", file, handed_in.line, told=words)

@@ -83,13 +83,13 @@ WORDS = (
 
 def words_of(rubric: Rubric) -> dict[str, Word]:
     """Return all that can be decided about a student, by the word of the desk."""
-    words = {
-        criterion.id: Word(
-            criterion.id, "points", criterion.title, most=criterion.points
-        )
-        for criterion in rubric.criteria
-    }
-    return words | {word.what: replace(word, most=rubric.points) for word in WORDS}
+    words = {}
+    for criterion in rubric.criteria:
+        key = criterion.id
+        words[key] = Word(key, "points", criterion.title, most=criterion.points)
+    for word in WORDS:
+        words[word.what] = replace(word, most=rubric.points)
+    return words
 
 
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
@@ -144,18 +144,15 @@ class Desk(Struct, frozen=True):
 
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""
-        return next(
-            (
-                decision.value
-                for decision in self.lines.get(student, ())
-                if decision.what == what
-            ),
-            None,
-        )
+        for decision in self.lines.get(student, ()):
+            if decision.what == what:
+                return decision.value
+        return None
 
     def decides(self, student: str, what: str) -> bool:
         """Return whether a line decides something, or leaves it as it is."""
-        return (student, what) in self.left or self.value(student, what) is not None
+        is_left = (student, what) in self.left
+        return is_left or self.value(student, what) is not None
 
     def open_requests(self) -> Iterator[Offer]:
         """Offer a line for the answer to each request."""
@@ -165,28 +162,26 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        return not offer.can_be_left or not self.decides(offer.student, offer.what)
+        is_decided = self.decides(offer.student, offer.what)
+        return not offer.can_be_left or not is_decided
 
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
-        groups = [
-            frozenset((student, decision.value))
-            for student, decisions in self.lines.items()
-            for decision in decisions
-            if decision.what == "partner"
-        ]
-        settled = self.settled
-        together = [group for group in settled if settled[group] == "partners"]
-        return [*groups, *(group for group in together if len(group) > 1)]
+        groups = []
+        for student, decisions in self.lines.items():
+            partners = [line.value for line in decisions if line.what == "partner"]
+            groups += [frozenset((student, partner)) for partner in partners]
+        for group, verdict in self.settled.items():
+            if verdict == "partners" and len(group) > 1:
+                groups.append(group)
+        return groups
 
     def alike(self, flags: Iterable[Flag]) -> list[tuple[str, ...]]:
         """Return the students of each flag, unless their logs are alike by chance."""
-        return [
-            flag.students
-            for flag in flags
-            if self.settled.get(frozenset(flag.students)) != "cleared"
-        ]
+        settled = self.settled
+        students = [flag.students for flag in flags]
+        return [some for some in students if settled.get(frozenset(some)) != "cleared"]
 
     def partners_of(self, student: str) -> set[str]:
         """Return the students with whom a student hands in the same data."""
@@ -223,12 +218,12 @@ class Desk(Struct, frozen=True):
         if not lines:
             return grade
         decisions = {decision.what: decision for decision in lines}
-        digest = hashlib.sha256(
-            f"{grade.digest}{lines!r}".encode("utf-8", "replace")
-        ).hexdigest()
+        about = f"{grade.digest}{lines!r}".encode("utf-8", "replace")
+        digest = hashlib.sha256(about).hexdigest()
         stale = _stale(lines, grade, item, first_seen)
         grade = _with_points(_with_marks(grade, decisions), decisions)
-        looks = () if any(what in decisions for what in SETTLING) else grade.look
+        is_settled = any(what in decisions for what in SETTLING)
+        looks = () if is_settled else grade.look
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
 
 
@@ -244,10 +239,8 @@ def _stale(
         key, digest = _seen_with(line, grade, item)
         is_about_points = bool(line.value) and line.what not in _SEVERAL
         if is_about_points and first_seen.get(key, digest) != digest:
-            stale.append(
-                f"{STALE} {line.what} {line.value} was set by hand: change its "
-                f"line in {DESK} to confirm it"
-            )
+            what = f"{line.what} {line.value} was set by hand"
+            stale.append(f"{STALE} {what}: change its line in {DESK} to confirm it")
     return stale
 
 
@@ -256,7 +249,7 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     marks = []
     for mark in grade.marks:
         if decision := decisions.get(mark.criterion):
-            points = round(read_number(decision.value) or 0.0, 2)
+            points = _points_in(decision)
             reason = f"given by hand: {decision.told}".removesuffix(": ")
             mark = replace(mark, points=points, reason=reason, detail={}, rule="")
         marks.append(mark)
@@ -265,25 +258,28 @@ def _with_marks(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
         return grade
     grade = replace(grade, marks=tuple(marks))
     if late is not None:
-        grade = replace(
-            grade,
-            late_deduction=read_number(late.value) or 0.0,
-            late_reason="late, as decided by hand",
-            look=tuple(look for look in grade.look if look != grade.late_reason),
-        )
+        looks = tuple(look for look in grade.look if look != grade.late_reason)
+        deduction = read_number(late.value) or 0.0
+        reason = "late, as decided by hand"
+        grade = replace(grade, look=looks, late_deduction=deduction, late_reason=reason)
     return added_up(grade)
+
+
+def _points_in(decision: Decision) -> float:
+    """Return the points of a decision, with two decimals."""
+    return round(read_number(decision.value) or 0.0, 2)
 
 
 def _with_points(grade: Grade, decisions: Mapping[str, Decision]) -> Grade:
     """Give the total and the bonus that a person decided, or no points."""
     if total := decisions.get("total"):
-        points = round(read_number(total.value) or 0.0, 2)
-        grade = replace(
-            grade, status="graded", why=None, points=points, late_deduction=0.0
-        )
+        points = _points_in(total)
+        grade = replace(grade, status="graded", points=points)
+        grade = replace(grade, why=None, late_deduction=0.0)
     bonus = decisions.get("bonus")
     if bonus is not None and grade.points is not None:
-        points = round(grade.points + (read_number(bonus.value) or 0.0), 2)
+        added = read_number(bonus.value) or 0.0
+        points = round(grade.points + added, 2)
         grade = replace(grade, points=max(0.0, points))
     if "excuse" in decisions:
         return replace(grade, status="excused", why=None, points=None)
@@ -330,10 +326,9 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
         faults = [Diagnostic.named("desk_not_read", path.name, number + 1, **values)]
     if faults:
         raise InputError(faults)
-    decided = {
-        student: tuple(decision for _, decision in mine.values())
-        for student, mine in read.lines.items()
-    }
+    decided = {}
+    for student, mine in read.lines.items():
+        decided[student] = tuple(decision for _, decision in mine.values())
     left = frozenset(read.left)
     written = tuple(read.written)
     return Desk(decided, left, read.settled, path.parent, written, read.requests)
@@ -367,9 +362,9 @@ class _ReadDesk(Struct):
             return
         if decision.what == FLAG:
             self.settled[frozenset(people)] = decision.value
-        about = (
-            decision.value + decision.why if word.is_several else BETWEEN.join(people)
-        )
+        about = BETWEEN.join(people)
+        if word.is_several:
+            about = decision.value + decision.why
         for student in people:
             mine = self.lines.setdefault(student, {})
             at, before = mine.get((decision.what, about), (number, decision))
@@ -444,8 +439,8 @@ def _word_of(row: Mapping[str, str], words: Mapping[str, Word]) -> str:
     what = written if written in words else written.casefold()
     if what != "log":
         return what
-    is_points = what in words and (not value or read_number(value) is not None)
-    return what if is_points else CORRECTED
+    is_number = not value or read_number(value) is not None
+    return what if is_number and what in words else CORRECTED
 
 
 def _student(name: str, known: Known) -> str:
@@ -455,21 +450,18 @@ def _student(name: str, known: Known) -> str:
         near = nearest(name, known, "write what grades.csv has under student")
         raise unfit("desk_student_unknown", name=name[:60], near=near)
     if len(keys) > 1 and name not in keys:
-        raise unfit(
-            "desk_name_shared",
-            name=name[:60],
-            count=len(keys),
-            keys=listing(keys),
-            some=" or ".join(keys[:5]),
-        )
+        some = " or ".join(keys[:5])
+        values = {"count": len(keys), "keys": listing(keys), "some": some}
+        raise unfit("desk_name_shared", name=name[:60], **values)
     return name if name in keys else keys[0]
 
 
 def keys_of(name: str, known: Known) -> list[str]:
     """Return the keys of all students with a name."""
-    return sorted(
-        set(next((known[form] for form in forms_of(name) if form in known), ()))
-    )
+    for form in forms_of(name):
+        if form in known:
+            return sorted(set(known[form]))
+    return []
 
 
 def forms_of(name: str) -> list[str]:
@@ -480,15 +472,12 @@ def forms_of(name: str) -> list[str]:
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
     # "Lucía" is "Lucia" in many lists.
-    name = "".join(
-        sign
-        for sign in unicodedata.normalize("NFD", name.casefold())
-        if not unicodedata.combining(sign)
-    )
+    signs = unicodedata.normalize("NFD", name.casefold())
+    name = "".join(sign for sign in signs if not unicodedata.combining(sign))
     words = re.findall(r"[^\W_]+", name)
-    joined = (
-        ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
-    )
+    joined = []
+    if 1 < len(words) < 5:
+        joined = ["".join(some) for some in permutations(words)]
     return [name, " ".join(sorted(words)), *joined]
 
 
@@ -560,7 +549,9 @@ LONGEST = 300  # characters of a text in a table or on the page of the class
 
 def short(text: str) -> str:
     """Return a text, or its beginning if it is very long."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST - 1]}…"
 
 
 class Offer(Struct, frozen=True):
@@ -597,7 +588,9 @@ class Offer(Struct, frozen=True):
     @property
     def people(self) -> tuple[str, ...]:
         """All students that the line is about."""
-        return self.flag.students if self.flag is not None else (self.student,)
+        if self.flag is None:
+            return (self.student,)
+        return self.flag.students
 
 
 def in_general(why: str) -> str:
@@ -608,9 +601,9 @@ def in_general(why: str) -> str:
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     why = re.sub(r"^the file [^:]*: ", "", why)
-    return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[
-        0
-    ].strip()
+    without_numbers = re.sub(r"\b\d[\d.e+-]*", "…", why)
+    first = re.split(r"[,;:(]", without_numbers, maxsplit=1)[0]
+    return first.strip()
 
 
 def find_offers(
@@ -622,14 +615,10 @@ def find_offers(
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    offers = [
-        offer
-        for offer in dict.fromkeys(_offers(class_grades, by_hand))
-        if class_grades.desk.waits(offer)
-    ]
-    return list(
-        chain.from_iterable(grouped((offer.reason, offer) for offer in offers).values())
-    )
+    different = dict.fromkeys(_offers(class_grades, by_hand))
+    offers = filter(class_grades.desk.waits, different)
+    by_reason = grouped((offer.reason, offer) for offer in offers)
+    return list(chain.from_iterable(by_reason.values()))
 
 
 def _offers(
@@ -676,14 +665,12 @@ def _open_marks(grade: Grade) -> Iterator[Offer]:
 def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
     """Offer each flag that is not settled for all its students."""
     desk = class_grades.desk
-    graded = {
-        student
-        for student in class_grades.names
-        if any(desk.value(student, what) is not None for what in SETTLING)
-    }
-    single = frozenset[str]().union(
-        *(group for group in desk.settled if len(group) == 1)
-    )
+    graded = set()
+    for what in SETTLING:
+        names = class_grades.names
+        graded |= {key for key in names if desk.value(key, what) is not None}
+    alone = (group for group in desk.settled if len(group) == 1)
+    single = set[str]().union(*alone)
     for flag in class_grades.flags:
         students = set(flag.students) - single
         settled = students <= graded or frozenset(flag.students) in desk.settled
@@ -691,9 +678,8 @@ def _open_flags(class_grades: ClassGrades) -> Iterator[Offer]:
             settled |= any(students <= {*group} for group in class_grades.groups)
         if not settled:
             words = f"flag: {flag.kind}"
-            yield Offer(
-                flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag
-            )
+            why = f"{words}: {flag.evidence}"
+            yield Offer(flag.students[0], FLAG, "", why, words, flag)
 
 
 def todo_csv(
@@ -704,12 +690,14 @@ def todo_csv(
     Each line contains the names of the students and the files to look into.
     """
     rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
-    for offer in sorted(
-        offers, key=lambda offer: (offer.student, offer.what, offer.value, offer.why)
-    ):
-        lines = [
-            short(BETWEEN.join(texts[key] for key in offer.people))
-            for texts in (names, files)
-        ]
-        rows.append([*offer.cells, *map(csv_cell, lines)])
+    for offer in sorted(offers, key=_place_in_todo):
+        named = BETWEEN.join(names[key] for key in offer.people)
+        handed_in = BETWEEN.join(files[key] for key in offer.people)
+        cells = [csv_cell(short(text)) for text in (named, handed_in)]
+        rows.append([*offer.cells, *cells])
     return csv_lines(rows)
+
+
+def _place_in_todo(offer: Offer) -> tuple[str, ...]:
+    """Return what sorts a line: by student, then by what is decided."""
+    return offer.student, offer.what, offer.value, offer.why

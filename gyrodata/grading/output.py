@@ -7,7 +7,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import chain, count
+from itertools import count
 from pathlib import Path
 from posixpath import basename
 
@@ -47,14 +47,13 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
     """
     files = (folder / PUBLISHED).glob("grades-????????????.csv")
     tables = [exports.read_table(file.read_bytes()) or {} for file in files]
-    known = {
-        student: {table[student][exports.TOTAL] for table in tables if student in table}
-        for student in students
-    }
-    return {
-        student: None if desk.decides(student, exports.TOTAL) else some
-        for student, some in known.items()
-    }
+    totals: dict[str, set[str] | None] = {}
+    for student in students:
+        rows = [table[student] for table in tables if student in table]
+        totals[student] = {row[exports.TOTAL] for row in rows}
+        if desk.decides(student, exports.TOTAL):
+            totals[student] = None
+    return totals
 
 
 def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
@@ -66,14 +65,15 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     path = folder / TABLE
     kept = folder / PUBLISHED
     before = path.read_bytes() if path.is_file() else table
-    if before != table and not (kept / f"grades-{_digest(before)}.csv").is_file():
+    is_kept = (kept / f"grades-{_digest(before)}.csv").is_file()
+    if before != table and not is_kept:
         name = f"grades-by-hand-{_digest(before)}.csv"
         write_whole(kept / name, [before], private=True, sync=True)
-        yield (
-            f"{TABLE} was changed by hand: it is kept as {PUBLISHED}/{name}; write "
-            f"your points into {ledger.DESK}"
-        )
-    write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
+        place = f"it is kept as {PUBLISHED}/{name}"
+        todo = f"write your points into {ledger.DESK}"
+        yield f"{TABLE} was changed by hand: {place}; {todo}"
+    copy = kept / f"grades-{_digest(table)}.csv"
+    write_whole(copy, [table], private=True, sync=True)
 
 
 def write_rubric(folder: Path, text: bytes) -> None:
@@ -81,10 +81,12 @@ def write_rubric(folder: Path, text: bytes) -> None:
     head = b"# gyrodata %b graded by this rubric.\n"
     lines = text.removeprefix(b"\xef\xbb\xbf").splitlines(keepends=True)
     start, end = head.split(b"%b")
-    kept = [
-        line for line in lines if not (line.startswith(start) and line.endswith(end))
-    ]
-    write_whole(folder / RUBRIC, [head % __version__.encode(), *kept], private=True)
+    kept = [head % __version__.encode()]
+    for line in lines:
+        is_head = line.startswith(start) and line.endswith(end)
+        if not is_head:
+            kept.append(line)
+    write_whole(folder / RUBRIC, kept, private=True)
 
 
 # --- what is written ---
@@ -99,12 +101,10 @@ def write_results(
     contain the name of a student.
     """
     names = feedback_names(class_grades)
-    files = {
-        submission.student: listing(
-            [basename(file) for file in submission.beside_log], exports.MOST_NAMED
-        )
-        for submission in class_grades.submissions.items
-    }
+    files = {}
+    for submission in class_grades.submissions.items:
+        own = [basename(file) for file in submission.beside_log]
+        files[submission.student] = listing(own, exports.MOST_NAMED)
     yield from _keep_table(folder, class_grades.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(class_grades, filled.by_hand if filled else ())
     if anonymous:
@@ -124,19 +124,14 @@ def write_results(
         "grades.json": "".join(exports.grades_document(class_grades)),
     }
     for name, text in texts.items():
-        write_whole(
-            folder / name,
-            [text.encode("utf-8", "replace")],
-            private=True,
-            sync=name == TABLE,
-        )
+        data = text.encode("utf-8", "replace")
+        write_whole(folder / name, [data], private=True, sync=name == TABLE)
     if filled is not None:
         write_whole(folder / filled.file, [filled.data], private=True)
-    waiting = (
-        f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}"
-        if offers
-        else ""
-    )
+    waiting = ""
+    if offers:
+        lines = count_text(len(offers), "line")
+        waiting = f"; {lines} for you in {folder / ledger.TODO}"
     yield f"grades: {folder / TABLE}{waiting}"
     yield f"class: {folder / 'class.html'}"
 
@@ -157,14 +152,14 @@ def feedback_names(class_grades: ClassGrades) -> dict[str, str]:
     taken = set[str]()
     for item in class_grades.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
-        plain = "/".join(
-            file_name(part, room=32) for part in item.feedback_name.split("/")
-        )
-        forms = chain([plain], (f"{plain}-{number}" for number in count(2)))
-        names[item.student] = next(
-            form for form in forms if form.casefold() not in taken
-        )
-        taken.add(names[item.student].casefold())
+        parts = item.feedback_name.split("/")
+        plain = "/".join(file_name(part, room=32) for part in parts)
+        name = plain
+        numbers = count(2)
+        while name.casefold() in taken:
+            name = f"{plain}-{next(numbers)}"
+        names[item.student] = name
+        taken.add(name.casefold())
     return names
 
 
@@ -230,7 +225,9 @@ def _read_archive(path: Path) -> dict[str, tuple[int, bytes]]:
 
 def _checksum(page: Path) -> int | None:
     """Return the checksum of a page as a zip contains it; None without the page."""
-    return zlib.crc32(page.read_bytes()) if page.exists() else None
+    if not page.exists():
+        return None
+    return zlib.crc32(page.read_bytes())
 
 
 def _write_archive(folder: Path, digests: Mapping[str, bytes]) -> None:
@@ -278,11 +275,10 @@ def _reasons(
         if not class_grades.again.get(change.student, "").startswith(OTHER_VERSION):
             continue
         columns = [part.column for part in change.parts]
-        reasons[change.student] = [
-            f"{mark.criterion}: {mark.reason}"
-            for mark in grades[change.student].marks
-            if mark.criterion in columns
-        ]
+        marks = grades[change.student].marks
+        changed = [mark for mark in marks if mark.criterion in columns]
+        words = [f"{mark.criterion}: {mark.reason}" for mark in changed]
+        reasons[change.student] = words
     return reasons
 
 
@@ -304,7 +300,8 @@ def told_of(
         (why, class_grades.names[student])
         for student, why in class_grades.again.items()
     )
-    skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
+    left_out = filled.skipped if filled else []
+    skipped = grouped((why, who) for who, why in left_out)
     values = {
         "class_grades": class_grades,
         "again": again,

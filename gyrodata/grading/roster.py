@@ -62,16 +62,13 @@ class Roster(Struct, frozen=True):
         """Return the roster in which absent students have a submission."""
         absent = {absentee.student: absentee for absentee in self.absent}
         moved = {student: absent.pop(student) for student in {*students}}
-        return replace(
-            self, people={**self.people, **moved}, absent=tuple(absent.values())
-        )
+        people = {**self.people, **moved}
+        return replace(self, people=people, absent=tuple(absent.values()))
 
     def without_names(self) -> Roster:
         """Return the roster with ids instead of names."""
-        nameless = tuple(
-            absentee._replace(name=absentee.student) for absentee in self.absent
-        )
-        return replace(self, absent=nameless)
+        nameless = [person._replace(name=person.student) for person in self.absent]
+        return replace(self, absent=tuple(nameless))
 
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade.
@@ -79,18 +76,11 @@ class Roster(Struct, frozen=True):
         A `station` of the desk goes before that of log and roster.
         """
         person = self.people.get(grade.student, NOBODY)
-        station = (
-            station_key(station or "")
-            or grade.station
-            or station_key(person.station)
-            or None
-        )
-        return replace(
-            grade,
-            name=person.name or grade.name,
-            section=person.section,
-            station=station,
-        )
+        decided = station_key(station or "")
+        listed = station_key(person.station)
+        station = decided or grade.station or listed or None
+        name = person.name or grade.name
+        return replace(grade, name=name, section=person.section, station=station)
 
     def who_is_meant(self, items: Iterable[Submission]) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address.
@@ -99,10 +89,8 @@ class Roster(Struct, frozen=True):
 
         A key means only its own student.
         """
-        called = [
-            (person.student, (person.name, *person.ids))
-            for person in (*self.people.values(), *self.absent)
-        ]
+        people = (*self.people.values(), *self.absent)
+        called = [(person.student, (person.name, *person.ids)) for person in people]
         called += [(item.student, (item.name, *item.ids.values())) for item in items]
         pairs = [
             (student, name) for student, names in called for name in filter(None, names)
@@ -162,16 +150,16 @@ class Partners(NamedTuple):
         """Return all partners of a student, also those that one side names."""
         partners = set(self.lines.get(student, ()))
         partners |= {other for other, named in self.lines.items() if student in named}
-        partners |= {
-            other for group in self.groups if student in group for other in group
-        }
+        for group in self.groups:
+            if student in group:
+                partners |= group
         return partners - {student}
 
     def lends(self, lender: str, student: str) -> bool:
         """Return whether the roster or the lender says that a student is a partner."""
-        return student in self.lines.get(lender, ()) or any(
-            {lender, student} <= group for group in self.groups
-        )
+        if student in self.lines.get(lender, ()):
+            return True
+        return any({lender, student} <= group for group in self.groups)
 
 
 def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Partners:
@@ -184,9 +172,8 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
     lines: dict[str, set[str]] = {}
     named: dict[str, set[str]] = {}
     for student, text in texts.items():
-        listed, unlisted = students_of(
-            roster.people.get(student, NOBODY).partners, meant
-        )
+        person = roster.people.get(student, NOBODY)
+        listed, unlisted = students_of(person.partners, meant)
         own, _, others = text.partition(" ~ ")
         lines[student], unknown = students_of(own, meant)
         # Other words may be a name as well, such as "Moment of Inertia".
@@ -194,16 +181,14 @@ def find_partners(texts: Mapping[str, str], roster: Roster, meant: Known) -> Par
         if listed:
             groups.append(frozenset((student, *listed)))
         if unknown := [*unlisted, *unknown]:
-            looks[student] = (
-                f"gyro cannot find the partner, {listing(unknown, 3)}: see the log "
-                f"and the roster"
-            )
-    mutual = {
-        frozenset((student, other))
-        for student, some in named.items()
-        for other in some - {student}
-        if student in named.get(other, ())
-    }
+            names = listing(unknown, 3)
+            look = f"gyro cannot find the partner, {names}: see the log and the roster"
+            looks[student] = look
+    mutual = set()
+    for student, some in named.items():
+        for other in some - {student}:
+            if student in named.get(other, ()):
+                mutual.add(frozenset((student, other)))
     groups += sorted(mutual, key=sorted)
     return Partners(groups, lines, looks)
 
@@ -261,24 +246,17 @@ def _person(cells: Mapping[str, str]) -> Person | None:
     both = f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
     name = next(iter([*names, both]))
     # Moodle writes "Participant N" for N.
-    ids = [
-        re.sub(r"^\D+ (\d+)$", r"\1", cells[column])
-        for column in IDS
-        if cells.get(column)
-    ]
+    written = [cells[column] for column in IDS if cells.get(column)]
+    ids = [re.sub(r"^\D+ (\d+)$", r"\1", text) for text in written]
     if not ids:
         ids = [name]
     if ids == [""] or ("id" in cells and not cells["id"]):
         return None
-    return Person(
-        ids[0],
-        name,
-        cells.get("section", ""),
-        cells.get("station", ""),
-        cells.get("partner", ""),
-        tuple(ids),
-        cells.get("grader", "") or cells.get("ta", ""),
-    )
+    section = cells.get("section", "")
+    station = cells.get("station", "")
+    partner = cells.get("partner", "")
+    grader = cells.get("grader", "") or cells.get("ta", "")
+    return Person(ids[0], name, section, station, partner, tuple(ids), grader)
 
 
 def _students_by_id(submissions: Submissions) -> dict[str, str]:
@@ -321,9 +299,9 @@ def _find_by_name(
             (student,) = students
             people[student] = person._replace(student=student)
         for student in students - people.keys():
+            names = listing(sorted(rivals))
             unclear[student] = (
-                f"gyro cannot tell whose row of the roster this is: "
-                f"{listing(sorted(rivals))} have the same name; add a column "
-                f'"identifier", with {student} in the right row'
+                f"gyro cannot tell whose row of the roster this is: {names} have the "
+                f'same name; add a column "identifier", with {student} in the right row'
             )
     return Roster(people, tuple(absent), unclear)

@@ -59,7 +59,8 @@ Time = Annotated[
 def seconds_of(duration: str) -> float:
     """Read a duration [s]."""
     number, unit, *_ = re.findall(r"[\d.]+|[a-z]", duration)
-    return float(number) * {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}[unit]
+    seconds = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
+    return float(number) * seconds[unit]
 
 
 class Tier(Struct, frozen=True, forbid_unknown_fields=True):
@@ -78,7 +79,8 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
     waive: Annotated[bool, Meta(examples=[True])] = False
 
     def __post_init__(self) -> None:
-        if (self.due is not None) + (self.extra is not None) + self.waive != 1:
+        given = [self.due is not None, self.extra is not None, self.waive]
+        if sum(given) != 1:
             raise unfit("late_exception_unclear")
 
 
@@ -131,7 +133,9 @@ def judge_lateness(
     words = duration_text(seconds)
     if seconds <= seconds_of(rule.grace):
         why = f"{words} after the deadline, within the grace time"
-        return Lateness(max(0.0, seconds), 0.0, why if seconds > 0 else "", False)
+        if seconds <= 0:
+            return Lateness(0.0, 0.0, "", False)
+        return Lateness(seconds, 0.0, why, False)
     reached = (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until))
     lost = points_of(next(reached, rule.beyond), whole)
     return Lateness(seconds, lost, f"{words} late", False)
@@ -174,7 +178,9 @@ def _seconds_late(
     It is negative or zero for a submission in time.
     """
     own_due = exception.due if exception else None
-    extra = seconds_of(exception.extra or "0 s") if exception else 0.0
+    extra = 0.0
+    if exception and exception.extra:
+        extra = seconds_of(exception.extra)
     by_stamp = _seconds_between(own_due or rule.due, submission.submitted)
     if by_stamp is not None:
         return by_stamp - extra
@@ -244,9 +250,14 @@ class Curve(NamedTuple):
         (low, high), (least, most) = self.full, self.zero
         if low <= value <= high:
             return 1.0
-        near, far = (low, least) if value < low else (high, most)
         # The value may be "not a number", and the two ends may be equal.
-        return max(0.0, (far - value) / (far - near)) if least < value < most else 0.0
+        if not least < value < most:
+            return 0.0
+        near, far = high, most
+        if value < low:
+            near, far = low, least
+        share = (far - value) / (far - near)
+        return max(0.0, share)
 
 
 def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
@@ -258,7 +269,8 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
+    sign = (match["sign"] or "").replace("≤", "<=").replace("≥", ">=")
+    relation = match["word"] or sign
     low = float(match["low"] or match["bound"])
     high = float(match["high"] or match["bound"])
     if match["word"] and low >= high:
@@ -328,36 +340,27 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         known = (kind.full.split()[0], *kind.variables)
         opposite = _OPPOSITE[relation]
         if name not in known:
-            raise unfit(
-                "condition_of_other_check",
-                "full",
-                name=name,
-                check=self.check,
-                known=" or ".join(known),
-            )
+            values = {"name": name, "check": self.check, "known": " or ".join(known)}
+            raise unfit("condition_of_other_check", "full", **values)
         # "zero" says from which value on there are no points; the other end is
         # infinite.
         least = {"<=": -math.inf, ">=": zero[3]}.get(relation, zero[2])
         most = {"<=": zero[2], ">=": math.inf}.get(relation, zero[3])
-        if zero[:2] != (name, opposite.split()[0]) or least > low or most < high:
-            raise unfit(
-                "conditions_do_not_fit",
-                "full",
-                zero=self.zero,
-                full=self.full,
-                name=name,
-                opposite=opposite,
-            )
+        is_opposite = zero[:2] == (name, opposite.split()[0])
+        if not is_opposite or least > low or most < high:
+            both = {"zero": self.zero, "full": self.full}
+            values = {"name": name, "opposite": opposite}
+            raise unfit("conditions_do_not_fit", "full", **both, **values)
         return Curve(name, (low, high), (least, most))
 
     @property
     def told(self) -> str:
         """The two conditions in words, for students."""
         name = self.curve.variable
-        full, zero = (
-            _in_words(condition, name) for condition in (self.full, self.zero)
-        )
-        return f"{MEANINGS.get(name, name)}: all points {full}, none {zero}"
+        full = _in_words(self.full, name)
+        zero = _in_words(self.zero, name)
+        meaning = MEANINGS.get(name, name)
+        return f"{meaning}: all points {full}, none {zero}"
 
 
 def _in_words(condition: str, name: str) -> str:
@@ -419,19 +422,12 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     @cached_property
     def references(self) -> Mapping[str, Reference]:
         """References of the rubric, by station; "all" is for all other stations."""
-        stated = {
-            name: stated_value
-            for name, stated_value in (self.reference or {}).items()
-            if isinstance(stated_value, Station)
-        }
-        words = {
-            name: f"the rubric{'' if name == 'all' else f', station {name}'}"
-            for name in stated
-        }
-        return {
-            station_key(name): stated_value.reference(words[name])
-            for name, stated_value in stated.items()
-        }
+        references = {}
+        for name, stated in (self.reference or {}).items():
+            source = "the rubric" if name == "all" else f"the rubric, station {name}"
+            if isinstance(stated, Station):
+                references[station_key(name)] = stated.reference(source)
+        return references
 
 
 def _check_origin(
@@ -477,11 +473,8 @@ BUILT_IN = ("simple", "full", "manual")
 
 def default_rubric_text(kind: str = "full") -> str:
     """Return the text of a rubric of `BUILT_IN`, by default of "full"."""
-    return (
-        files("gyrodata.grading")
-        .joinpath(f"rubric-{kind}.toml".replace("-full", ""))
-        .read_text("utf-8")
-    )
+    name = f"rubric-{kind}.toml".replace("-full", "")
+    return files("gyrodata.grading").joinpath(name).read_text("utf-8")
 
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
@@ -497,29 +490,23 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
     """Warn of exceptions for students who are not in the class."""
-    known = {
-        name.casefold(): name
-        for submission in submissions.items
-        for name in (submission.student, submission.name, *submission.ids.values())
-    }
+    known = {}
+    for item in submissions.items:
+        for name in (item.student, item.name, *item.ids.values()):
+            known[name.casefold()] = name
     diagnostics: list[Diagnostic] = []
     if rubric.late is None:
         return diagnostics
     for exception in rubric.late.exceptions:
-        if exception.student.casefold() not in known:
-            near = nearest(
-                exception.student,
-                known.values(),
-                "write the name, key or id of a student",
-            )
-            diagnostics.append(
-                Diagnostic.named(
-                    "exception_for_nobody",
-                    rubric.name,
-                    student=exception.student,
-                    near=near,
-                )
-            )
+        student = exception.student
+        if student.casefold() not in known:
+            hint = "write the name, key or id of a student"
+            values = {
+                "student": student,
+                "near": nearest(student, known.values(), hint),
+            }
+            note = Diagnostic.named("exception_for_nobody", rubric.name, **values)
+            diagnostics.append(note)
     return diagnostics
 
 

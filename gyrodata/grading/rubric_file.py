@@ -84,7 +84,8 @@ def _explained(
     value = reduce(getitem, path, values)
     samples = samples_of(kind)
     what, _, field = message.rstrip("`").partition(" field `")
-    key = field or next((part for part in path[::-1] if isinstance(part, str)), "")
+    names = [part for part in path if isinstance(part, str)]
+    key = field or next(reversed(names), "")
     if what == "Object contains unknown":
         # A key that is there already is not proposed: it would then be there twice.
         free = [sample for sample in samples if sample not in value]
@@ -97,18 +98,19 @@ def _explained(
     word = value if what.startswith("Invalid enum") else None
     how = _how(key, samples, word) if place else getattr(kind, "HINT", "")
     shown = json.dumps(value, default=str, ensure_ascii=False)
-    return Diagnostic.named(
-        "rubric_value_unusable", key=key, value=shown, hint=how
-    ), path
+    values = {"key": key, "value": shown, "hint": how}
+    return Diagnostic.named("rubric_value_unusable", **values), path
 
 
 def _how(key: str, samples: Mapping[str, list[Any]], word: object = None) -> str:
     """Say how to write a key, or which word is meant by another `word`."""
     known = samples.get(key, [])
     if isinstance(word, str):
-        return nearest(word, known[0] if isinstance(known[0], list) else known)
+        words = known[0] if isinstance(known[0], list) else known
+        return nearest(word, words)
     if known:
-        return f"write {key} = {' or '.join(map(json.dumps, known))}"
+        examples = " or ".join(map(json.dumps, known))
+        return f"write {key} = {examples}"
     return "see how it is written: gyro grade --print-rubric full"
 
 
@@ -131,14 +133,18 @@ def _spot(text: str, path: Path) -> tuple[int, int, int]:
     spot = (1, 1, 1)
     start = 0
     for name, number in zip(path, (*path, 0)[1:], strict=True):
-        marks = _marks(text[start:], name) if isinstance(name, str) else []
+        marks = []
+        if isinstance(name, str):
+            marks = _marks(text[start:], name)
         if marks:
             # After the name of an array of tables, the number of the table follows.
             index = number if isinstance(number, int) else 0
-            mark = marks[min(index, len(marks) - 1)]
+            last = len(marks) - 1
+            mark = marks[min(index, last)]
             start += mark.start()
             line = text.count("\n", 0, start) + 1
-            spot = line, len(mark[1]) + 1, len(mark[2])
+            column = len(mark[1]) + 1
+            spot = line, column, len(mark[2])
     return spot
 
 

@@ -42,7 +42,9 @@ class SectionFigures(Struct, frozen=True):
     @property
     def differs(self) -> bool:
         """Return whether chance alone hardly explains the difference."""
-        return self.p is not None and self.p < RARE
+        if self.p is None:
+            return False
+        return self.p < RARE
 
     @property
     def words(self) -> str:
@@ -56,11 +58,10 @@ class SectionFigures(Struct, frozen=True):
 def section_figures(class_grades: ClassGrades) -> Iterator[SectionFigures]:
     """Yield the figures of each section and each grader, if there are several."""
     people = class_grades.roster.people
-    points = {
-        grade.student: grade.points
-        for grade in class_grades.grades
-        if grade.status == "graded" and grade.points is not None
-    }
+    points = {}
+    for grade in class_grades.grades:
+        if grade.status == "graded" and grade.points is not None:
+            points[grade.student] = grade.points
     known = [key for key in points if key in people]
     sections = grouped((people[key].section, points[key]) for key in known)
     graders = grouped((people[key].grader, points[key]) for key in known)
@@ -84,6 +85,7 @@ def _compare(
     for name in sorted(groups, key=in_order):
         mine = groups[name]
         others = [total for key in groups if key != name for total in groups[key]]
+        with_all = sum(total >= out_of for total in mine)
         yield SectionFigures(
             kind,
             name,
@@ -91,7 +93,7 @@ def _compare(
             mean=round(statistics.fmean(mine), 4),
             median=statistics.median(mine),
             spread=round(statistics.stdev(mine), 4) if len(mine) > 1 else None,
-            full=round(sum(total >= out_of for total in mine) / len(mine), 4),
+            full=round(with_all / len(mine), 4),
             p=_probability(mine, others, len(groups)),
         )
 
@@ -115,4 +117,5 @@ def _probability(
     ranks = (np.cumsum(counts) - (counts - 1) / 2)[place]
     is_mine = np.arange(len(ranks)) < len(mine)
     correlation = float(np.corrcoef(ranks, is_mine)[0, 1])
-    return min(1.0, count * chi2_tail((len(ranks) - 1) * correlation**2, 1))
+    chi2 = (len(ranks) - 1) * correlation**2
+    return min(1.0, count * chi2_tail(chi2, 1))

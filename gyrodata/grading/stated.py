@@ -32,11 +32,8 @@ def with_usual(readings: Readings, bench: Mapping[str, str]) -> Readings:
     `bench`: The lines of ``[bench]`` of the rubric, whose uncertainties go before the
     default ones.
     """
-    lines = [
-        Setting(key, text, key, None)
-        for key, text in bench.items()
-        if key.startswith("u_")
-    ]
+    own_u = {key: text for key, text in bench.items() if key.startswith("u_")}
+    lines = [Setting(key, text, key, None) for key, text in own_u.items()]
     known = read_settings([], [], lines, Faults(""), True).uncertainties
     columns = {}
     for role, column in readings.columns.items():
@@ -58,7 +55,9 @@ _SMALL_PARTS, _SMALL = 36, 0.25
 def _is_part(turns: float, step: float, has_small: bool) -> bool:
     """Return whether people aim at a number of turns, or at such a part of one."""
     rounding = 0.5 * step + 1e-6
-    parts = (*_PARTS, _SMALL_PARTS) if has_small or abs(turns) < _SMALL else _PARTS
+    parts = [*_PARTS]
+    if has_small or abs(turns) < _SMALL:
+        parts.append(_SMALL_PARTS)
     return any(abs(turns - round(turns * n) / n) <= rounding for n in parts)
 
 

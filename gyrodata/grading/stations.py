@@ -65,12 +65,15 @@ def robust(values: Iterable[tuple[float, float]]) -> Robust:
     """
     value, u = np.array(list(values)).T
     middle = np.median(value)
-    u = np.maximum(u, max(np.median(u), 1e-9 * abs(middle)))
+    least = max(np.median(u), 1e-9 * abs(middle))
+    u = np.maximum(u, least)
     away = (value - middle) / u
     scatter = MAD_TO_SD * float(np.median(np.abs(away)))
     scatter = max(scatter, LEAST_SCATTER)
-    moved = middle + u * np.clip(away, -PULL * scatter, PULL * scatter)
-    return Robust(moved, (np.abs(away) <= GROSS * scatter) / u**2, scatter)
+    most = PULL * scatter
+    moved = middle + u * np.clip(away, -most, most)
+    counts = np.abs(away) <= GROSS * scatter
+    return Robust(moved, counts / u**2, scatter)
 
 
 # --- the class as its own reference ---
@@ -120,7 +123,9 @@ def class_references(
         if station == "all":
             words = f"all {number} logs"
             u = max(u, combined.spread)
-        source = f"the mean of {words}" if number > 1 else "this log alone"
+        source = f"the mean of {words}"
+        if number == 1:
+            source = "this log alone"
         references[station] = Reference(mean, u, source)
     return references
 
@@ -156,11 +161,11 @@ def day_values(analysis: FittedLog) -> tuple[DayValue, ...]:
     day = day_of(analysis.readings)
     if day:
         values = {day: analysis.inertia}
-    return tuple(
-        DayValue(_name_of(day), each.value, each.u)
-        for day, each in values.items()
-        if each is not None and each.u
-    )
+    days = []
+    for day, inertia in values.items():
+        if inertia is not None and inertia.u:
+            days.append(DayValue(_name_of(day), inertia.value, inertia.u))
+    return tuple(days)
 
 
 def _name_of(day: str) -> str:
@@ -218,15 +223,13 @@ class StationFigures(Struct, frozen=True):
         """Say how I_zz changes."""
         if self.slope is None or not self.slope_u:
             days = [
-                f"{each.day}: {inertia_text(each.inertia, each.u)}"
-                for each in self.days
+                f"{day.day}: {inertia_text(day.inertia, day.u)}" for day in self.days
             ]
             return f"differs between the days ({'; '.join(days)})"
         verb = "falls" if self.slope < 0 else "rises"
-        return (
-            f"{verb} by {100 * abs(self.slope):.2g} % a day "
-            f"(u {100 * self.slope_u:.2g} %)"
-        )
+        percent = f"{100 * abs(self.slope):.2g} %"
+        u = f"{100 * self.slope_u:.2g} %"
+        return f"{verb} by {percent} a day (u {u})"
 
     @property
     def words(self) -> str:
@@ -236,11 +239,9 @@ class StationFigures(Struct, frozen=True):
                 f"station {self.station}: I_zz {self.change}, {p_text(self.p)} by "
                 f"chance: look at the ball or its balance"
             )
-        logs = count_text(sum(each.logs for each in self.days), "log")
-        return (
-            f"station {self.station}: the {logs} of {len(self.days)} days agree within "
-            f"chance ({p_text(self.p)})"
-        )
+        logs = count_text(sum(day.logs for day in self.days), "log")
+        what = f"the {logs} of {len(self.days)} days"
+        return f"station {self.station}: {what} agree within chance ({p_text(self.p)})"
 
 
 def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
@@ -251,11 +252,11 @@ def station_figures(logs: Iterable[Grade]) -> Iterator[StationFigures]:
     values = grouped(
         (log.station, value) for log in logs if log.station for value in log.days
     )
-    several = {
-        station: sorted(some)
-        for station, some in values.items()
-        if len(some) >= FEW and 1 < len({each.day for each in some}) <= MOST_DAYS
-    }
+    several = {}
+    for station, some in values.items():
+        days = {value.day for value in some}
+        if len(some) >= FEW and 1 < len(days) <= MOST_DAYS:
+            several[station] = sorted(some)
     for station in sorted(several, key=in_order):
         yield _figures(station, several[station], 2 * len(several))
 
@@ -266,9 +267,10 @@ def _figures(station: str, values: Sequence[DayValue], tests: int) -> StationFig
     is_usual = robust((inertia, u) for _, inertia, u in values).weights > 0
     usual = [value for value, used in zip(values, is_usual, strict=True) if used]
     by_day = grouped((day, (inertia, u)) for day, inertia, u in usual)
-    figures = [
-        DayFigures(day, len(some), *robust(some).mean) for day, some in by_day.items()
-    ]
+    figures = []
+    for day, some in by_day.items():
+        mean, u = robust(some).mean
+        figures.append(DayFigures(day, len(some), mean, u))
     # A log that is alone on its day shows no scatter.
     p, slope, slope_u = _compare([day for day in figures if day.logs > 1])
     return StationFigures(station, tuple(figures), slope, slope_u, min(1.0, p * tests))
@@ -284,7 +286,8 @@ def _compare(
     variance = [day.u**2 * (1 + day.logs * OF_DAY**2) for day in days]
     weights = 1 / np.array(variance)
     mean = float(np.average(means, weights=weights))
-    p = chi2_tail(float(weights @ (means - mean) ** 2), len(days) - 1)
+    chi2 = float(weights @ (means - mean) ** 2)
+    p = chi2_tail(chi2, len(days) - 1)
     numbers = np.array([_number_of(day.day) for day in days])
     if not 0 < np.ptp(numbers) <= YEAR:
         return p, None, None

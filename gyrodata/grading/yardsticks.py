@@ -155,12 +155,12 @@ def own_runs(analysis: FittedLog, accept: Sequence[str]) -> OwnRuns:
     measured = analysis.measurements
     inertia = analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])
-    others = {
-        "all": np.ones(len(kept), dtype=bool),
-        "loaded": kept & (measured.torque != 0),
-    }
+    all_runs = np.ones(len(kept), dtype=bool)
+    others = {"all": all_runs, "loaded": kept & (measured.torque != 0)}
     sets = [("", kept)]
-    sets += [each for each in others.items() if not np.array_equal(each[1], kept)]
+    for name, used in others.items():
+        if not np.array_equal(used, kept):
+            sets.append((name, used))
     product = analysis.fit.sense * np.abs(measured.product)
     best = OwnValue("recommended", inertia.value, inertia.u or None)
     u = _u_of_one_balance(analysis.fit)
@@ -181,7 +181,8 @@ def _u_of_one_balance(fit: fitting.FitResult) -> float:
         return u
     least = posterior.level == posterior.level.min()
     weight = posterior.weight[least]
-    return min(u, float(weight @ posterior.u[0, least] / weight.sum()))
+    mean = weight @ posterior.u[0, least] / weight.sum()
+    return min(u, float(mean))
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
@@ -194,12 +195,16 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     apart = abs(reported - own)
     size = max(abs(reported), abs(own))
     # A value that rounds to zero is not a value.
-    rounding = min(step / 2 * (1 + 1e-9), MOST_ROUNDING * size) if reported else 0.0
+    half_step = step / 2 * (1 + 1e-9)
+    most = MOST_ROUNDING * size
+    rounding = min(half_step, most) if reported else 0.0
     if rounding > FINEST * size:
         # Rounding does not explain an answer that is much farther off, however few
         # digits it has.
-        rounding *= min(1.0, max(0.0, 3.0 - apart / (MOST_ROUNDING * size)))
-    return max(0.0, apart - rounding) / (yardstick * abs(own))
+        share = 3.0 - apart / most
+        rounding *= min(1.0, max(0.0, share))
+    unit = yardstick * abs(own)
+    return max(0.0, apart - rounding) / unit
 
 
 # --- known slips: a reported I_zz that would be right without one common mistake ---
@@ -283,7 +288,9 @@ def find_slips(
         fits = with_mistake(kind, own)
         fits.sort(key=lambda own_fit: abs(own_fit.value - reported))
         slips = (_slip(kind, fit, reported, step, own) for fit in fits)
-        ranked += [(kind.rank, slip) for slip in slips if slip is not None][:1]
+        nearest_slip = next(filter(None, slips), None)
+        if nearest_slip is not None:
+            ranked.append((kind.rank, nearest_slip))
     return _most_likely(ranked)
 
 
@@ -301,9 +308,11 @@ def _slip(
     yardstick = min(own.yardstick, SLIP_U)
     away = distance(reported, fit.value, step, yardstick)
     # A value among honest answers cannot be separated from them.
-    low = min(plain.values()) * (1 - FROM * own.yardstick)
-    high = max(plain.values()) * (1 + FROM * own.yardstick)
-    if away > min(WITHIN, NEAREST / yardstick) or low <= fit.value <= high:
+    reach = FROM * own.yardstick
+    low = min(plain.values()) * (1 - reach)
+    high = max(plain.values()) * (1 + reach)
+    most = min(WITHIN, NEAREST / yardstick)
+    if away > most or low <= fit.value <= high:
         return None
     factor = fit.value / plain[fit.name]
     away *= yardstick / own.yardstick
@@ -312,8 +321,8 @@ def _slip(
 
 def _most_likely(ranked: Ranked) -> list[Slip]:
     """Return the slips that explain an answer equally well, the most likely first."""
-    least = min((slip.distance for _, slip in ranked), default=0.0)
-    ranked = [item for item in ranked if item[1].distance <= least + AS_GOOD]
+    most = AS_GOOD + min((slip.distance for _, slip in ranked), default=0.0)
+    ranked = [(rank, slip) for rank, slip in ranked if slip.distance <= most]
     ranked.sort(key=lambda item: (item[0], item[1].distance))
     common = [slip for rank, slip in ranked if rank == 0]
     named = [slip for rank, slip in ranked if _is_named(rank, slip, common)]
@@ -325,21 +334,20 @@ def _is_named(rank: int, slip: Slip, common: Sequence[Slip]) -> bool:
     if rank == 0:
         return slip.distance <= common[0].distance + COMMON_AS_GOOD
     # A mistake suggested by the log's units comes before one with only the same factor.
-    return all(abs(own_fit.factor / slip.factor - 1) >= SAME for own_fit in common)
+    ratios = (other.factor / slip.factor for other in common)
+    return all(abs(ratio - 1) >= SAME for ratio in ratios)
 
 
 def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
     """Compute the accepted fits of runs with a mistake."""
-    if kind.kind == "inverse_slope":
-        return [
-            OwnValue(
-                own_fit.name,
-                1 / own_fit.value,
-                own_fit.u and own_fit.u / own_fit.value**2,
-            )
-            for own_fit in own.values
-        ]
-    return own.fits(kind.product, kind.torque)
+    if kind.kind != "inverse_slope":
+        return own.fits(kind.product, kind.torque)
+    inverse = []
+    for own_fit in own.values:
+        value = own_fit.value
+        u = own_fit.u and own_fit.u / value**2
+        inverse.append(OwnValue(own_fit.name, 1 / value, u))
+    return inverse
 
 
 def possible_mistakes(
@@ -384,7 +392,8 @@ def _wrong_column(kind: Mistake) -> tuple[str, Any]:
     role = kind.column or ("turns" if is_load_right else "position")
     if role == "time":
         return role, kind.product
-    return role, 1 / (kind.product if role in ("spin", "turns") else kind.torque)
+    is_of_product = role in ("spin", "turns")
+    return role, 1 / (kind.product if is_of_product else kind.torque)
 
 
 def _changed(column: Column, factor: Any, unit: str) -> Column:
@@ -396,28 +405,24 @@ def _changed(column: Column, factor: Any, unit: str) -> Column:
 
 def _times(reading: Reading, factor: float) -> Reading:
     """Multiply a reading, its step and its uncertainty."""
-    u = reading.u and replace(reading.u, absolute=factor * reading.u.absolute)
-    return replace(
-        reading,
-        value=reading.value and factor * reading.value,
-        step=reading.step and factor * reading.step,
-        u=u,
-    )
+    u = reading.u
+    if u:
+        u = replace(u, absolute=factor * u.absolute)
+    value = reading.value and factor * reading.value
+    step = reading.step and factor * reading.step
+    return replace(reading, value=value, step=step, u=u)
 
 
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a very unusual reading."""
-    columns = (
-        (size, readings.columns[size.role].values)
-        for size in SIZES
-        if size.role in readings.columns
-    )
-    return sum(
-        any(
-            value and not size.usual[0] <= abs(value) <= size.usual[1] for value in some
-        )
-        for size, some in columns
-    )
+    count = 0
+    for size in SIZES:
+        low, high = size.usual
+        column = readings.columns.get(size.role)
+        if column is not None:
+            sizes = [abs(value) for value in column.values if value]
+            count += any(not low <= value <= high for value in sizes)
+    return count
 
 
 # --- references of stations ---
@@ -443,16 +448,16 @@ class Reference(Struct, frozen=True, dict=True):
         """The value and its origin."""
         if self.is_vague:
             return f"no value, because the logs differ ({self.source})"
-        return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
+        value = inertia_text(self.inertia, self.u or None)
+        return f"{value} ({self.source})"
 
     def zeta(self, value: float, u: float) -> float:
         """Return the distance of a value from the reference, over the u of both [1].
 
         The value and its u are in [kg*m^2].
         """
-        return abs(value - self.inertia) / (
-            math.hypot(u, self.u) or 1e-9 * abs(self.inertia)
-        )
+        u_of_both = math.hypot(u, self.u) or 1e-9 * abs(self.inertia)
+        return abs(value - self.inertia) / u_of_both
 
 
 def station_key(text: str) -> str:
@@ -487,11 +492,8 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         """Return the values in SI; `source`: the origin in words."""
         read = read_reported("inertia", f"{self.inertia} ± {self.u}")
         if read.problem or read.u is None or not read.value or read.value < 0:
-            raise unfit(
-                "reference_unclear",
-                "inertia",
-                problem=read.problem or f'"{read.text}" is not above zero',
-            )
+            problem = read.problem or f'"{read.text}" is not above zero'
+            raise unfit("reference_unclear", "inertia", problem=problem)
         return Reference(read.value, read.u, source)
 
 
@@ -499,14 +501,17 @@ def by_station(
     logs: Iterable[tuple[str | None, Log]], enough: int
 ) -> dict[str, list[Log]]:
     """Group logs by stations with at least `enough` logs; "all" has every log."""
-    groups = grouped(
-        (name, log) for station, log in logs for name in {"all", station or "all"}
-    )
-    return {
-        name: some
-        for name, some in sorted(groups.items())
-        if name == "all" or len(some) >= enough
+    every = []
+    named = []
+    for station, log in logs:
+        every.append(log)
+        if station not in (None, "", "all"):
+            named.append((station, log))
+    groups = {"all": every} if every else {}
+    groups |= {
+        name: some for name, some in grouped(named).items() if len(some) >= enough
     }
+    return dict(sorted(groups.items()))
 
 
 def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
@@ -531,30 +536,17 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit(
-                "bench_key_unknown",
-                "bench",
-                key,
-                key=key,
-                hint=nearest(key, BENCH, "take it out"),
-            )
+            hint = nearest(key, BENCH, "take it out")
+            raise unfit("bench_key_unknown", "bench", key, key=key, hint=hint)
+        settings = []
+        if key != "from":
+            settings.append(Setting(key, text, key, None))
         try:
-            read_settings(
-                [],
-                [],
-                [Setting(key, text, key, None)] if key != "from" else [],
-                Faults(""),
-                True,
-            )
+            read_settings([], [], settings, Faults(""), True)
         except InputError as error:
             fault = error.diagnostics[0]
-            raise unfit(
-                "bench_value_unfit",
-                "bench",
-                key,
-                problem=fault.message,
-                hint=fault.hint,
-            ) from None
+            values = {"problem": fault.message, "hint": fault.hint}
+            raise unfit("bench_value_unfit", "bench", key, **values) from None
 
 
 class AtBench(NamedTuple):
@@ -577,11 +569,11 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     of_columns = {key for role in readings.columns for key in u_keys(role)}
     known = {*APPARATUS, *SHARED_UNCERTAINTIES, *of_columns}
     stated = _stated_in(readings)
-    missing = {
-        key: " ".join(text.split())
-        for key, text in lines.items()
-        if key in known and stated.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
-    }
+    missing = {}
+    for key, text in lines.items():
+        names = (key, *u_keys(key.removeprefix("u_")))
+        if key in known and stated.isdisjoint(names):
+            missing[key] = " ".join(text.split())
     if missing:
         readings, answers = submission.read(missing)
     added = tuple(f"{key} {text}" for key, text in missing.items())
@@ -624,10 +616,8 @@ class BenchScatter(Struct, frozen=True):
     @property
     def words(self) -> str:
         """Describe the scatter."""
-        return (
-            f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as "
-            f"much as usual"
-        )
+        logs = f"the {self.logs} logs of {self.whose}"
+        return f"{logs} scatter {self.factor:.2g} times as much as usual"
 
 
 def class_scatter(
@@ -642,19 +632,17 @@ def class_scatter(
     root mean square over the logs; no log counts as more than `ROUGHEST`, so that a few
     wrong logs do not change the result for all.
     """
-    sums = [
-        (station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log))
-        for station, log in logs
-        if log
-    ]
-    groups = by_station(
-        ((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH
-    )
+    reduced = []
+    for station, log in logs:
+        if log:
+            chi2, dof = map(sum, zip(*log, strict=True))
+            reduced.append((station, min(chi2 / dof, ROUGHEST**2)))
     scatters = {}
-    for name, squares in groups.items():
-        factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
+    for name, squares in by_station(reduced, ENOUGH).items():
+        count = len(squares)
+        factor = math.sqrt(statistics.fmean(squares))
+        if count < ENOUGH or factor <= PLAIN:
+            factor = 1.0
         whose = "the class" if name == "all" else f"station {name}"
-        scatters[name] = BenchScatter(
-            factor if factor > PLAIN else 1.0, len(squares), whose
-        )
+        scatters[name] = BenchScatter(factor, count, whose)
     return scatters

@@ -316,7 +316,7 @@ def warn_of_rounded_turns(turns: Column, faults: Faults) -> None:
             faults.add("rounded", place, text=text, doubt=doubt, meant=meant)
 
 
-# What sentences say of the readings
+# Sentences about the readings
 
 
 def warn_of_units(

@@ -1,6 +1,6 @@
 """Split the text of a log into rows of cells, and say what each row is.
 
-Lines that begin with # are no rows: they are keys with values, or comments.
+Lines that begin with # are not rows: they are keys with values, or comments.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ ORIGINS: tuple[tuple[Origin, Phrases], ...] = (
 
 
 def without_weight(text: str) -> str:
-    """Return a text without the centre of the weight, which is no origin."""
+    """Return a text without the centre of the weight, which is not an origin."""
     return re.sub(OF_WEIGHT, "", text)
 
 

@@ -42,7 +42,7 @@ class Lack(Struct, frozen=True, dict=True):
 
     @property
     def known(self) -> roles.Role:
-        """What is known of the role."""
+        """Facts about the role."""
         return roles.BY_NAME[self.role]
 
     @property

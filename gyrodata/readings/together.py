@@ -137,7 +137,7 @@ def in_own_file(finding: Diagnostic, readings: Readings) -> Diagnostic:
     return replace(finding, file=log.name, line=place.line, cell=faults.cell_of(place))
 
 
-# What the logs say
+# Statements of the logs
 
 
 def _contradictions(logs: Sequence[Readings]) -> list[Diagnostic]:

@@ -143,7 +143,7 @@ def _read_archive(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     return sheets
 
 
-# --- What a sheet hides ---
+# --- Hidden rows and columns ---
 
 
 def without_value(sheets: list[Sheet]) -> list[tuple[Sheet, Formula]]:

@@ -228,3 +228,10 @@ def test_keys_of_another_table_belong_to_no_value_above_it() -> None:
     answers = read_answers(None, [("answers.toml", text.encode())])
     assert answers.inertia is not None
     assert answers.inertia.u is None
+
+
+def test_second_uncertainty_in_words_is_a_question() -> None:
+    text = "with a statistical error of 0.03 g m^2 and a total error of 0.05 g m^2"
+    report = f"I_zz = 4.40 g m^2 {text}".encode()
+    answers = read_answers(None, [("report.md", report)])
+    assert "give the total one" in answers.questions[0]

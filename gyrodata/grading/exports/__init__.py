@@ -40,34 +40,27 @@ def grades_csv(class_grades: ClassGrades) -> str:
     Points have two decimals; a cell is blank if nothing was judged. A text that a
     spreadsheet would run as a formula has a ' in front.
     """
-    rows: dict[str, Mapping[str, str | float | None]] = {
-        absentee.student: {
+    rows: dict[str, Mapping[str, str | float | None]] = {}
+    for absentee in class_grades.roster.absent:
+        rows[absentee.student] = {
             "student": absentee.student,
             "name": absentee.name,
             STATUS: "nothing handed in",
             "section": absentee.section,
         }
-        for absentee in class_grades.roster.absent
-    }
-    rows |= {
-        grade.student: _cells(grade, class_grades.flags_of.get(grade.student, ()))
-        for grade in class_grades.grades
-    }
+    for grade in class_grades.grades:
+        flags = class_grades.flags_of.get(grade.student, ())
+        rows[grade.student] = _cells(grade, flags)
     first = class_grades.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible["name"] = f"graded by gyrodata {__version__}"
     possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
     columns = list(rows[first.student])
-    head = [columns, [possible.get(column, "") for column in columns]]
-    return csv_lines(
-        [
-            *head,
-            *(
-                [csv_cell(rows[key].get(column)) for column in columns]
-                for key in sorted(rows)
-            ),
-        ]
-    )
+    table = [columns, [possible.get(column, "") for column in columns]]
+    for student in sorted(rows):
+        row = rows[student]
+        table.append([csv_cell(row.get(column)) for column in columns])
+    return csv_lines(table)
 
 
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
@@ -78,21 +71,25 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         others.remove(grade.student)
         names = listing(others, MOST_NAMED)
         remarks.append(f"{flag.kind} with {names}" if others else flag.kind)
-    late = "" if grade.points is None else two_decimals(grade.late_deduction)
+    late = ""
+    if grade.points is not None:
+        late = two_decimals(grade.late_deduction)
+
+    points = {mark.criterion: two_decimals(mark.points) for mark in grade.marks}
     return {
         "student": grade.student,
         "name": grade.name,
         STATUS: grade.status,
         TOTAL: two_decimals(grade.points),
-        **{mark.criterion: two_decimals(mark.points) for mark in grade.marks},
+        **points,
         "late_deduction": late,
         "late [s]": grade.late_seconds,
         "late": grade.late_reason,
         "reported [kg*m^2]": grade.reported.get("value"),
         "u_reported [kg*m^2]": grade.reported.get("u"),
         "matched": grade.matched,
-        "d": None if grade.d is None else float(f"{grade.d:.4g}"),
-        "z": None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
+        "d": _four_digits(grade.d),
+        "z": _four_digits(grade.zeta),
         "slips": "; ".join(slip.kind for slip in grade.slips),
         "flags": "; ".join(remarks),
         "look": "; ".join(grade.look),
@@ -102,6 +99,13 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
     }
 
 
+def _four_digits(distance: float | None) -> float | None:
+    """Round a distance to four digits, which are enough for a table."""
+    if distance is None:
+        return None
+    return float(f"{distance:.4g}")
+
+
 MOST_NAMED = 50  # students or files in a cell; flags.csv names all students
 
 
@@ -109,16 +113,10 @@ def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV."""
     rows = []
     for flag in flags:
-        numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
-        rows.append(
-            (
-                flag.kind,
-                ", ".join(flag.students),
-                ", ".join(flag.previous),
-                *numbers,
-                flag.evidence,
-            )
-        )
+        students = ", ".join(flag.students)
+        earlier = ", ".join(flag.previous)
+        numbers = [float(f"{number:.3g}") for number in (flag.expected, flag.p)]
+        rows.append((flag.kind, students, earlier, *numbers, flag.evidence))
     head = "kind,students,earlier logs,expected by chance in this class,p,evidence\n"
     return head + csv_lines(map(csv_cell, row) for row in rows)
 
@@ -177,7 +175,8 @@ def _change(student: str, was: Row | None, now: Row | None) -> Change | None:
     if was is None or now is None:
         return Change(student, name, before, after, ())
     parts = tuple(_changed_cells(was, now))
-    if before == after and was["name"] == now["name"] and not parts:
+    is_same_person = was["name"] == now["name"]
+    if before == after and is_same_person and not parts:
         return None
     return Change(student, name, before, after, parts)
 
@@ -193,7 +192,9 @@ def _changed_cells(was: Row, now: Row) -> Iterator[CellChange]:
 
 
 def _total(row: Row | None) -> str | None:
-    return None if row is None else row[TOTAL] or row[STATUS] or "not graded"
+    if row is None:
+        return None
+    return row[TOTAL] or row[STATUS] or "not graded"
 
 
 def _same(column: str, old: str, new: str) -> bool:
@@ -209,9 +210,8 @@ DISTANCES = ("d", "z")
 
 def _size(change: Change) -> float:
     """Return how many points a change is about."""
-    before, after = (
-        ledger.read_number(text or "") or 0.0 for text in (change.before, change.after)
-    )
+    before = ledger.read_number(change.before or "") or 0.0
+    after = ledger.read_number(change.after or "") or 0.0
     return abs(after - before)
 
 
@@ -224,9 +224,11 @@ def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
         lines = ledger.read_list(
             data, "grades.csv", "student", STATUS, TOTAL, lower=False
         )
-        return {row["student"]: row for _, row in lines if row["student"] != POINTS_ROW}
+        rows = {row["student"]: row for _, row in lines}
     except (csv.Error, LookupError, ValueError, GyroError):
         return None
+    rows.pop(POINTS_ROW, None)
+    return rows
 
 
 # --- JSON ---
@@ -318,42 +320,35 @@ def grades_document(
     rubric = class_grades.rubric
     graded = len(class_grades.totals)
     count = len(class_grades.grades)
+    submissions = class_grades.submissions
+    source = class_grades.source
+    mean = class_grades.mean
+    median = class_grades.median
+    absent = [
+        AbsentPerson(person.student, person.name, person.section)
+        for person in class_grades.roster.absent
+    ]
     head = GradesDocument(
-        input=ClassInput(
-            class_grades.source,
-            class_grades.submissions.lms,
-            count,
-            rubric.name,
-            rubric.digest,
-        ),
+        input=ClassInput(source, submissions.lms, count, rubric.name, rubric.digest),
         title=rubric.title,
         out_of=rubric.points,
-        summary=ClassSummary(
-            graded, count - graded, class_grades.mean, class_grades.median
-        ),
+        summary=ClassSummary(graded, count - graded, mean, median),
         criteria=tuple(class_grades.criteria()),
         sections=tuple(class_grades.sections),
         stations=class_grades.stations,
         references=dict(sorted(class_grades.references.items())),
         scatters=dict(sorted(class_grades.scatters.items())),
-        absent=tuple(
-            AbsentPerson(absentee.student, absentee.name, absentee.section)
-            for absentee in class_grades.roster.absent
-        ),
+        absent=tuple(absent),
         slips=class_grades.slips,
         flags=class_grades.flags,
         changes=None if changes is None else tuple(changes),
-        diagnostics=tuple(
-            diagnostic.to_dict() for diagnostic in class_grades.submissions.diagnostics
-        ),
+        diagnostics=tuple(note.to_dict() for note in submissions.diagnostics),
     )
     yield json_text(to_json(head)).removesuffix("]\n}\n")
     for number, grade in enumerate(class_grades.grades):
-        yield (
-            ("," if number else "")
-            + "\n    "
-            + encode(to_json(_student(class_grades, grade))).decode()
-        )
+        student = to_json(_student(class_grades, grade))
+        comma = "," if number else ""
+        yield f"{comma}\n    {encode(student).decode()}"
     yield "\n  ]\n}\n"
 
 

@@ -17,7 +17,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -91,7 +91,7 @@ def fill_book(
     Raises InputError for a sheet that cannot be filled.
     """
     sheet = read_sheet(data, name)
-    is_canvas = re.match("(?i)student|lastname", sheet.head[0])
+    is_canvas = sheet.head[0].lower().startswith(("student", "lastname"))
     rows = {} if is_canvas else _participants(sheet)
     layout = _worksheet(sheet, rows) if rows else _columns(sheet, assignment)
     _insist_on_points(sheet, layout, next(iter(grades)).out_of)
@@ -118,14 +118,12 @@ def _insist_on_points(sheet: Sheet, layout: _Layout, out_of: float) -> None:
     most = read_number(layout.most)
     if most is None or round(most, 2) == round(out_of, 2):
         return
+    is_worksheet = layout.top is not None
+    message = "worksheet_other_points" if is_worksheet else "gradebook_other_points"
+    values = {"lms": layout.lms.title(), "most": layout.most, "out_of": out_of}
+    column = sheet.value(0, layout.grade)
     raise InputError.named(
-        "gradebook_other_points" if layout.top is None else "worksheet_other_points",
-        sheet.name,
-        lms=layout.lms.title(),
-        name=sheet.name,
-        most=layout.most,
-        column=sheet.value(0, layout.grade),
-        out_of=out_of,
+        message, sheet.name, name=sheet.name, column=column, **values
     )
 
 
@@ -214,9 +212,8 @@ def _comment_cell(text: str) -> str:
 
     A spreadsheet does not read a text that begins with a tag as a formula.
     """
-    paragraphs = re.sub(
-        r"(?:(?<!\s)\s+)?\n\s*\n\s*", "</p><p>", html.escape(text).strip()
-    )
+    plain = html.escape(text).strip()
+    paragraphs = re.sub(r"(?:(?<!\s)\s+)?\n\s*\n\s*", "</p><p>", plain)
     return f"<p>{paragraphs}</p>".replace("\n", "<br>")
 
 
@@ -273,17 +270,29 @@ def _columns(sheet: Sheet, assignment: str | None) -> _Layout:
     rows = range(1, len(sheet.rows))
     of_maximum = [row for row in rows if "Points Possible" in sheet.value(row, 0)]
     grade = _chosen_assignment(sheet, assignment)
-    most = sheet.value(of_maximum[0], grade) if of_maximum else ""
+    most = ""
+    if of_maximum:
+        most = sheet.value(of_maximum[0], grade)
     _insist_on_open(sheet, grade, most)
-    named = [row for row in rows if row not in of_maximum and sheet.value(row, key)]
     labels: dict[int, str] = {}
+    for row in rows:
+        if row not in of_maximum and sheet.value(row, key):
+            cells = [sheet.value(row, at) for at in range(key)]
+            labels[row] = ", ".join(cells)
+    places = _ids_of_rows(sheet, labels, columns)
+    return _Layout("canvas", grade, most, labels, places)
+
+
+def _ids_of_rows(
+    sheet: Sheet, rows: Iterable[int], columns: Mapping[str, int]
+) -> dict[tuple[str, str], list[int]]:
+    """Return the rows of a sheet of Canvas by each id in them."""
     places: dict[tuple[str, str], list[int]] = {}
-    for row in named:
-        labels[row] = ", ".join(sheet.value(row, at) for at in range(key))
+    for row in rows:
         for title, _ in _KNOWN_BY["canvas"]:
             value = sheet.value(row, columns.get(title)).casefold()
             places.setdefault((title, value), []).append(row)
-    return _Layout("canvas", grade, most, labels, places)
+    return places
 
 
 def _insist_on_open(sheet: Sheet, grade: int, most: str) -> None:
@@ -306,18 +315,17 @@ def _chosen_assignment(sheet: Sheet, assignment: str | None) -> int:
     asked = "not one assignment"
     if assignment is not None:
         wanted = assignment.strip().casefold()
-        chosen = [at for at in names if wanted in map(str.casefold, names[at])]
+        chosen = []
+        for at, forms in names.items():
+            if wanted in map(str.casefold, forms):
+                chosen.append(at)
         asked = f'not exactly one column "{assignment}"'
     if len(chosen) == 1:
         return chosen[0]
     titles = listing([sheet.head[at] for at in names])
-    raise InputError.named(
-        "gradebook_column_unclear",
-        sheet.name,
-        name=sheet.name,
-        asked=asked,
-        shown=titles or "none with a number after its title",
-    )
+    shown = titles or "none with a number after its title"
+    values = {"name": sheet.name, "asked": asked, "shown": shown}
+    raise InputError.named("gradebook_column_unclear", sheet.name, **values)
 
 
 def _participants(sheet: Sheet) -> dict[int, str]:
@@ -338,24 +346,28 @@ def _worksheet(sheet: Sheet, rows: Mapping[int, str]) -> _Layout:
     every row, and the last column may have comments.
     """
     columns = range(2, len(sheet.head))
-    values = {at: {sheet.value(row, at) for row in rows} for at in columns}
-    numbers = [
-        at
-        for at, some in values.items()
-        if len(some) == 1 and read_number(*some) is not None
-    ]
+    values = {}
+    numbers = []
+    for at in columns:
+        values[at] = {sheet.value(row, at) for row in rows}
+        if len(values[at]) == 1 and read_number(*values[at]) is not None:
+            numbers.append(at)
     if not numbers:
         listed_columns = f"; its columns are: {listing(sheet.head)}"
         raise InputError.named(
             "no_book_of_moodle", sheet.name, name=sheet.name, columns=listed_columns
         )
     top = numbers[-1]
-    labels = {row: f"{sheet.value(row, 0)} ({sheet.value(row, 1)})" for row in rows}
+    labels = {}
+    for row in rows:
+        number = sheet.value(row, 0)
+        labels[row] = f"{number} ({sheet.value(row, 1)})"
     most = sheet.value(next(iter(rows)), top)
     # Dates may be in the last column instead.
     last = columns[-1]
-    has_comments = any(re.match("<|$", text) for text in values[last])
-    comment = last if has_comments and last >= top + 2 else None
+    has_comments = any(not text or text.startswith("<") for text in values[last])
+    is_behind = last >= top + 2
+    comment = last if has_comments and is_behind else None
     places = _groups_and_numbers(sheet, rows, top - 1)
     return _Layout("moodle", top - 1, most, labels, places, top, comment)
 
@@ -387,7 +399,9 @@ class Sheet(Struct):
     def value(self, row: int, column: int | None) -> str:
         """Return a cell without spaces around it; "" if the row has no such column."""
         cells = self.rows[row]
-        return "" if column is None or column >= len(cells) else cells[column].strip()
+        if column is None or column >= len(cells):
+            return ""
+        return cells[column].strip()
 
     def to_bytes(self) -> bytes:
         """Return the whole file, with line ends of RFC 4180."""
@@ -403,7 +417,8 @@ def read_sheet(data: bytes, name: str) -> Sheet:
     try:
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")
-        head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
+        first = "\n".join(text[:100_000].splitlines()[:3])
+        head = re.sub(r'"[^"]*"', "", first)
         delimiter = max(",;\t", key=head.count)
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:

@@ -47,27 +47,25 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
         raise InputError.named(
             "autograder_not_installed", version=__version__
         ) from None
-    needed = [
-        f"{requirement}\n"
-        for requirement in requirements
-        if "extra ==" not in requirement
-    ]
+    needed = [line for line in requirements if "extra ==" not in line]
+    package = _package_files()
+    files = {}
+    for name in ("setup.sh", "run_autograder"):
+        files[name] = package[f"gyrodata/grading/autograder/{name}"]
+    files["rubric.toml"] = text.encode()
+    files["requirements.txt"] = "".join(f"{line}\n" for line in needed).encode()
+    return files | package
+
+
+def _package_files() -> dict[str, bytes]:
+    """Return the files of gyrodata, with their names below the folder around it."""
     home = Path(__file__).parents[2]
-    package = {
-        path.relative_to(home.parent).as_posix(): path.read_bytes()
-        for path in sorted(home.rglob("*"))
-        if path.is_file() and "__pycache__" not in path.parts
-    }
-    scripts = {
-        name: package[f"gyrodata/grading/autograder/{name}"]
-        for name in ("setup.sh", "run_autograder")
-    }
-    return {
-        **scripts,
-        "rubric.toml": text.encode(),
-        "requirements.txt": "".join(needed).encode(),
-        **package,
-    }
+    package = {}
+    for path in sorted(home.rglob("*")):
+        if path.is_file() and "__pycache__" not in path.parts:
+            name = path.relative_to(home.parent).as_posix()
+            package[name] = path.read_bytes()
+    return package
 
 
 def grade_autograder(root: Path, rubric: Rubric) -> str:
@@ -107,14 +105,12 @@ def results_json(grade: Grade) -> str:
     }
     is_secret = not errors.isdisjoint(titles)
     output = environment().get_template("gradescope.txt.jinja")
-    text = output.render(
-        grade=grade,
-        judged=judged,
-        visible=[mark for mark in judged if not _compares(mark)],
-        why="the log cannot be analysed" if is_secret else grade.why,
-        titles=titles,
-    )
-    score = sum(mark.points or 0.0 for mark in judged) - grade.late_deduction
+    why = "the log cannot be analysed" if is_secret else grade.why
+    visible = [mark for mark in judged if not _compares(mark)]
+    marks = {"judged": judged, "visible": visible}
+    text = output.render(grade=grade, why=why, titles=titles, **marks)
+    points = sum(mark.points or 0.0 for mark in judged)
+    score = points - grade.late_deduction
     results: dict[str, Any] = {
         "score": round(max(0.0, score), 2),
         "output": text.rstrip("\n"),
@@ -138,11 +134,11 @@ def _secret_titles() -> dict[str, str]:
     Findings of the fit do: only their titles are shown.
     """
     shown = {*ASKS.values()}
-    return {
-        code: explanation.title
-        for code, explanation in explanations().items()
-        if code.startswith("G4") and code not in shown
-    }
+    titles = {}
+    for code, explanation in explanations().items():
+        if code.startswith("G4") and code not in shown:
+            titles[code] = explanation.title
+    return titles
 
 
 def _compares(mark: Mark) -> bool:

@@ -24,6 +24,7 @@ from msgspec.structs import replace
 
 from gyrodata.base.errors import shown
 from gyrodata.base.version import __version__
+from gyrodata.grading.criteria import Mark
 from gyrodata.grading.exports.review import (
     MOST_STUDENTS,
     address,
@@ -89,10 +90,11 @@ def sentence(text: object) -> str:
     """Return one line with a capital and a full stop."""
     line = shown(text).rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
-    first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
-    if not line:
-        return ""
-    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}"
+    if re.match("[a-z]{2}", line):
+        line = line[:1].upper() + line[1:]
+    if not line or line.endswith(("?", "!")):
+        return line
+    return f"{line}."
 
 
 def _columns(text: str) -> str:
@@ -101,7 +103,8 @@ def _columns(text: str) -> str:
     The second and the third column are numbers.
     """
     rows = [line.split("\t") for line in text.strip("\n").split("\n")]
-    return "".join(f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
+    lines = in_columns(rows, right=(1, 2))
+    return "".join(f"  {line}\n" for line in lines)
 
 
 def _markdown_safe(text: object) -> str:
@@ -126,13 +129,10 @@ def feedback_pages(grade: Grade) -> dict[str, str]:
     """
     content = _content(grade)
     template = environment().get_template
-    text = re.sub(
-        r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)
-    ).strip()
-    return {
-        ".html": template("feedback.html.jinja").render(content),
-        ".md": f"{text}\n",
-    }
+    page = template("feedback.html.jinja").render(content)
+    text = template("feedback.md.jinja").render(content)
+    text = re.sub(r"\n{3,}", "\n\n", text).strip()
+    return {".html": page, ".md": f"{text}\n"}
 
 
 def feedback_comment(grade: Grade) -> str:
@@ -140,9 +140,8 @@ def feedback_comment(grade: Grade) -> str:
 
     The text is for the comment field of a gradebook.
     """
-    return (
-        environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
-    )
+    template = environment().get_template("feedback.txt.jinja")
+    return template.render(_content(grade)).strip()
 
 
 def _content(grade: Grade) -> dict[str, Any]:
@@ -153,26 +152,19 @@ def _content(grade: Grade) -> dict[str, Any]:
             grade, marks=(), slips=(), own={}, diagnostics=(), late_reason=""
         )
     words: Any = environment().get_template("words.jinja").module
-    short = [
-        mark
-        for mark in grade.marks
-        if mark.points is not None and mark.points < mark.out_of
-    ]
-    cost = next(
-        (
-            mark.detail["slip_cost"]
-            for mark in grade.marks
-            if "slip_cost" in mark.detail
-        ),
-        None,
-    )
+    short = [mark for mark in grade.marks if _is_short(mark)]
+    costs = (mark.detail.get("slip_cost") for mark in grade.marks)
+    cost = next((cost for cost in costs if cost is not None), None)
     hands = [line for line in words.hands(grade).split("\n") if line]
-    fields = {
-        "lead": words.lead(grade, short).strip(),
-        "verdict": words.verdict(grade).strip(),
-        "hands": hands,
-    }
+    lead = words.lead(grade, short).strip()
+    verdict = words.verdict(grade).strip()
+    fields = {"lead": lead, "verdict": verdict, "hands": hands}
     return {"grade": grade, "short": short, "slip_cost": cost, **fields}
+
+
+def _is_short(mark: Mark) -> bool:
+    """Return whether a mark has less than all points."""
+    return mark.points is not None and mark.points < mark.out_of
 
 
 # --- a class as a page ---
@@ -195,7 +187,10 @@ def class_page(
     inertias = [
         grade.inertia for grade in class_grades.grades if grade.inertia is not None
     ]
-    factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
+    factor = 1.0
+    power = ""
+    if inertias:
+        factor, power = power_of_ten(statistics.median(inertias))
     items = {item.student: item for item in class_grades.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
@@ -260,10 +255,13 @@ def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]
     """
     steps = (size * 10.0**power for power in range(-3, 9) for size in (1, 2, 5))
     step = next(step for step in steps if out_of <= 25 * step)
+    if not totals:
+        return []
     last = round(out_of / step)
-    counts = Counter(min(math.floor(total / step + 0.5), last) for total in totals)
-    return (
-        [(points_text(round(at * step, 3)), counts[at]) for at in range(last + 1)]
-        if counts
-        else []
-    )
+    bars = [math.floor(total / step + 0.5) for total in totals]
+    counts = Counter(min(bar, last) for bar in bars)
+    histogram = []
+    for at in range(last + 1):
+        points = round(at * step, 3)
+        histogram.append((points_text(points), counts[at]))
+    return histogram

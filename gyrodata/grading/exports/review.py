@@ -34,6 +34,7 @@ from gyrodata.reporting.values import inertia_text
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
+    from gyrodata.grading.rubric import Criterion
 
 MOST_STUDENTS = 5000
 """A page with more is too large for a browser."""
@@ -58,27 +59,19 @@ def script_data(
     `feedback`, `offers` and `folder`: As for `class_page`.
     """
     items = {item.student: item for item in class_grades.submissions.items}
-    students = [
-        _student(class_grades, grade, items[grade.student], folder)
-        | {"feedback": address(feedback(grade.student))}
-        for grade in class_grades.grades[:MOST_STUDENTS]
-    ]
+    students = []
+    for grade in class_grades.grades[:MOST_STUDENTS]:
+        student = _student(class_grades, grade, items[grade.student], folder)
+        student["feedback"] = address(feedback(grade.student))
+        students.append(student)
     lines = class_grades.desk.written
     extra = {column for line in lines for column in line.cells}
+    rubric = class_grades.rubric
+    words = words_of(rubric).values()
     document = {
-        "words": [
-            to_builtins(word) | {"how": word.how}
-            for word in words_of(class_grades.rubric).values()
-        ],
+        "words": [to_builtins(word) | {"how": word.how} for word in words],
         "verdicts": VERDICTS,
-        "criteria": [
-            {
-                "what": criterion.id,
-                "title": _plain(criterion.title),
-                "of": points_text(criterion.points),
-            }
-            for criterion in class_grades.rubric.criteria
-        ],
+        "criteria": [_criterion(criterion) for criterion in rubric.criteria],
         "students": students,
         "offers": [_offer(class_grades, offer) for offer in offers],
         "columns": [*COLUMNS, *sorted(extra - set(COLUMNS))],
@@ -91,6 +84,12 @@ def script_data(
 def _plain(text: str) -> str:
     """Return a harmless line, which is cut if it is very long."""
     return short(shown(text))
+
+
+def _criterion(criterion: Criterion) -> Mapping[str, str]:
+    """Return a criterion for which a person can give points."""
+    title = _plain(criterion.title)
+    return {"what": criterion.id, "title": title, "of": points_text(criterion.points)}
 
 
 def _offer(class_grades: ClassGrades, offer: Offer) -> Mapping[str, Any]:
@@ -123,21 +122,19 @@ def _student(
     """Return what a person looks at to decide about one student."""
     student = grade.student
     log = class_grades.prints.get(student)
-    groups = (group for group in class_grades.groups if student in group)
+    group = []
+    for some in class_grades.groups:
+        if student in some:
+            partners = [key for key in some[:MOST_FILES] if key != student]
+            group += [_plain(class_grades.label(key)) for key in partners]
+    marks = [[points_text(mark.points), _plain(mark.reason)] for mark in grade.marks]
     return {
         "id": student,
         "name": _plain(class_grades.label(student)),
         "about": list(_about(grade)),
-        "group": [
-            _plain(class_grades.label(key))
-            for group in groups
-            for key in group[:MOST_FILES]
-            if key != student
-        ],
+        "group": group,
         "files": file_links(item, item.members[:MOST_FILES], folder),
-        "marks": [
-            [points_text(mark.points), _plain(mark.reason)] for mark in grade.marks
-        ],
+        "marks": marks,
         "answer": _answer(grade, folder is not None),
         "own": _own_runs(grade),
         "notes": [_note(diagnostic) for diagnostic in grade.diagnostics[:MOST_ROWS]],
@@ -147,7 +144,8 @@ def _student(
 
 def _about(grade: Grade) -> Iterator[str]:
     """Say in short lines what a grade is and why."""
-    points = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
+    given = points_text(grade.points)
+    points = f"{given} of {points_text(grade.out_of)} points"
     yield points if grade.status == "graded" else f"{grade.status}, {points}"
     if grade.section:
         yield f"section {_plain(grade.section)}"
@@ -166,7 +164,8 @@ def _own_runs(grade: Grade) -> str:
     for name in (grade.matched or "", *grade.own):
         if name in grade.own:
             fit = grade.own[name]
-            return f"{inertia_text(fit['value'], fit['u'])} by {fit_words(name)}"
+            value = inertia_text(fit["value"], fit["u"])
+            return f"{value} by {fit_words(name)}"
     return ""
 
 
@@ -175,12 +174,17 @@ def _answer(grade: Grade, with_file: bool) -> list[str]:
     text = grade.reported.get("text")
     if not text:
         return []
-    file = grade.reported.get("file") if with_file else ""
+    file = grade.reported.get("file")
     line = grade.reported.get("line")
-    place = [shown(file) if file else "", f"line {line}" if line else ""]
-    ratio = f"{grade.ratio:.4g} times the own runs" if grade.ratio else ""
-    parts = [short(", ".join(filter(None, place))), ratio]
-    return [_plain(text), "; ".join(filter(None, parts))]
+    place = []
+    if file and with_file:
+        place.append(shown(file))
+    if line:
+        place.append(f"line {line}")
+    parts = [short(", ".join(place))] if place else []
+    if grade.ratio:
+        parts.append(f"{grade.ratio:.4g} times the own runs")
+    return [_plain(text), "; ".join(parts)]
 
 
 def file_links(
@@ -192,20 +196,24 @@ def file_links(
     names, in which there may be the name of a student.
     """
     if folder is None:
-        return [(f"file {item.members.index(name) + 1}", "") for name in names]
+        numbers = [item.members.index(name) + 1 for name in names]
+        return [(f"file {number}", "") for number in numbers]
     base = ""
     if item.source.is_dir():
         base = Path(os.path.relpath(item.source, folder)).as_posix() + "/"
-    return [
-        (_plain(name.rpartition("/")[2]), base and address(base + name))
-        for name in names
-    ]
+    links = []
+    for name in names:
+        own_name = name.rpartition("/")[2]
+        link = address(base + name) if base else ""
+        links.append((_plain(own_name), link))
+    return links
 
 
 def _note(diagnostic: DiagnosticJson) -> str:
     """Write what was found in a log."""
-    place = f"line {diagnostic['line']}: " if diagnostic["line"] else ""
-    return place + _plain(diagnostic["message"])
+    message = _plain(diagnostic["message"])
+    line = diagnostic["line"]
+    return f"line {line}: {message}" if line else message
 
 
 def _rows(log: Fingerprint) -> list[list[str]]:
@@ -214,16 +222,13 @@ def _rows(log: Fingerprint) -> list[list[str]]:
     The torque is in mN·m, the spin in rpm, and the time in s.
     """
     rows = zip(log.lines, log.torque, log.spin, log.time, log.turns, strict=True)
-    return [
-        [
-            str(line),
-            f"{1e3 * torque:.4g}",
-            f"{spin / RPM:.5g}",
-            f"{time:.5g}",
-            _fraction(turns),
-        ]
-        for line, torque, spin, time, turns in islice(rows, MOST_ROWS)
-    ]
+    texts = []
+    for line, torque, spin, time, turns in islice(rows, MOST_ROWS):
+        in_mnm = f"{1e3 * torque:.4g}"
+        in_rpm = f"{spin / RPM:.5g}"
+        in_s = f"{time:.5g}"
+        texts.append([str(line), in_mnm, in_rpm, in_s, _fraction(turns)])
+    return texts
 
 
 @lru_cache(64)

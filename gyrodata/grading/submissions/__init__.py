@@ -96,11 +96,8 @@ def _read_metadata(
 ) -> tuple[Mapping[str, dict[str, Any]], list[Diagnostic]]:
     """Return what Gradescope says about each submission, by its `feedback_stem`."""
     # A student may hand in a file with this name.
-    exports = [
-        name
-        for name, owner in owners.items()
-        if owner is None and name.endswith(names.EXPORT)
-    ]
+    of_nobody = [name for name, owner in owners.items() if owner is None]
+    exports = [name for name in of_nobody if name.endswith(names.EXPORT)]
     if platform != "gradescope" or not exports:
         return {}, []
     export = min(exports)
@@ -117,16 +114,13 @@ def _files_of_no_student(
 ) -> list[Diagnostic]:
     """Name the files whose names say no student."""
     expected = (names.EXPORT, "/", "index.html")
-    left = sorted(
-        shown(name)
-        for name, owner in owners.items()
-        if owner is None and not name.endswith(expected)
-    )
+    of_nobody = [name for name, owner in owners.items() if owner is None]
+    left = [shown(name) for name in of_nobody if not name.endswith(expected)]
     if not left:
         return []
     values = {
         "count": "1 file is" if len(left) == 1 else f"{len(left)} files are",
-        "names": listing(left, 5),
+        "names": listing(sorted(left), 5),
         "lms": platform,
         "sample": names.PLATFORMS[platform].sample,
     }
@@ -149,14 +143,11 @@ def _join_attempt(
     root: Path, parts: Mapping[str, Submission], attempts: Attempts
 ) -> tuple[Submission, int]:
     """Join the files of one attempt; also return the number of attempts."""
-    stamps = {part.submitted or "" for name, part in parts.items() if name[-1] != "/"}
-    if not stamps:
-        stamps = {""}
-    stamp = min(stamps) if attempts == "oldest" else max(stamps)
-    of_attempt = {
-        name: part for name, part in parts.items() if (part.submitted or "") == stamp
-    }
-    return _joined(root, of_attempt or parts, attempts), len(stamps)
+    stamps = {name: part.submitted or "" for name, part in parts.items()}
+    different = {stamps[name] for name in parts if name[-1] != "/"} or {""}
+    stamp = min(different) if attempts == "oldest" else max(different)
+    of_attempt = {name: parts[name] for name in parts if stamps[name] == stamp}
+    return _joined(root, of_attempt or parts, attempts), len(different)
 
 
 _JOINING = r"[+&]|(?<=[\s_])and(?=[\s_])"
@@ -191,9 +182,8 @@ def _files_of(
     of_member = set()
     for name, file in files.items():
         words = squeezed_words(file)
-        if [student for student in members if squeezed_words(student) <= words] == [
-            member
-        ]:
+        named = [student for student in members if squeezed_words(student) <= words]
+        if named == [member]:
             of_member.add(name)
     return of_member
 
@@ -201,28 +191,24 @@ def _files_of(
 def _member(group: Submission, name: str, files: Collection[str]) -> Submission:
     """Return the submission of a member of a group, with some of its files."""
     key = f"{group.student}/{name}"
-    return replace(
-        group,
-        student=key,
-        name=name,
-        ids={"folder": key, "username": name},
-        feedback_stem=key,
-        log_of=group.student,
-        shares_answer=True,
-        parts={file: group.parts[file] for file in sorted(files)},
-    )
+    ids = {"folder": key, "username": name}
+    parts = {file: group.parts[file] for file in sorted(files)}
+    member = replace(group, student=key, name=name, ids=ids, feedback_stem=key)
+    return replace(member, log_of=group.student, shares_answer=True, parts=parts)
 
 
 def _no_submission(root: Path, files: Listing, lms: str) -> GyroError:
     """Return the error of a class without a submission."""
-    platform = "folder" if lms == "auto" else lms
+    is_known = lms != "auto"
+    platform = names.PLATFORMS[lms if is_known else "folder"]
+    first = shown(next(iter(files.names), ""))
+    values = {"one": first, "sample": platform.sample}
     return InputError.named(
         "no_submission" if files.names else "class_empty",
         root.name,
         root=root.name,
-        one=shown(next(iter(files.names), "")),
-        lms="a platform" if lms == "auto" else lms,
-        sample=names.PLATFORMS[platform].sample,
+        lms=lms if is_known else "a platform",
+        **values,
     )
 
 
@@ -252,7 +238,9 @@ def submission_of(
     for name, file in own.items():
         parts[name] = replace(submission, log_file=file)
     made, choice = choose(_joined(files.root, parts, "newest"))
-    notes = [Diagnostic.named("one_of_logs", choice=choice)] if choice else []
+    notes = []
+    if choice:
+        notes.append(Diagnostic.named("one_of_logs", choice=choice))
     return made, (*files.diagnostics, *notes)
 
 
@@ -275,22 +263,18 @@ def _files_handed_in(paths: Sequence[Path]) -> tuple[Listing, dict[str, str]]:
 
 def _without_reports(files: Listing) -> Listing:
     """Leave out folders of ``gyro analyze``: their runs.csv reads as a log."""
+    known = {*files.names}
     reports = tuple(
         folder
         for folder in files.folders
-        if {f"{folder}results.json", f"{folder}runs.csv"} <= {*files.names}
+        if {f"{folder}results.json", f"{folder}runs.csv"} <= known
     )
     if not reports:
         return files
-    note = Diagnostic.named(
-        "report_left_aside",
-        files.root.name,
-        names=listing([shown(report) for report in reports], 5),
-    )
+    listed = listing([shown(report) for report in reports], 5)
+    note = Diagnostic.named("report_left_aside", files.root.name, names=listed)
     left = tuple(name for name in files.names if not name.startswith(reports))
-    folders = tuple(
-        folder for folder in files.folders if not folder.startswith(reports)
-    )
+    folders = tuple(name for name in files.folders if not name.startswith(reports))
     return Listing(files.root, left, folders, (*files.diagnostics, note))
 
 
@@ -299,8 +283,11 @@ def _joined(
 ) -> Submission:
     """Join the files of one attempt into a submission, and open none."""
     first = next(iter(parts.values()))
-    late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
-    seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
+    is_marked = any(part.late for part in parts.values())
+    late = is_marked or (first.late_seconds or 0.0) > 0
+    seconds = first.late_seconds
+    if seconds is not None:
+        seconds = max(0.0, seconds)
     made = replace(first, source=root, log_file=None, late=late, late_seconds=seconds)
     return replace(made, parts=parts, attempts=attempts)
 
@@ -318,15 +305,10 @@ def choose(item: Submission) -> tuple[Submission, str]:
     # What the platform says about the file of the log is true for the submission.
     outer = name.partition("//")[0] or next(iter(item.parts))
     named = item.parts[outer]
-    made = replace(
-        item,
-        ids=named.ids,
-        feedback_stem=named.feedback_stem,
-        parts={},
-        members=tuple(sorted(own)),
-        report_names=_texts(item.parts, own, name),
-        problem=None,
-    )
+    texts = _texts(item.parts, own, name)
+    made = replace(item, ids=named.ids, feedback_stem=named.feedback_stem)
+    made = replace(made, members=tuple(sorted(own)), report_names=texts)
+    made = replace(made, parts={}, problem=None)
     if item.log_name is not None:
         return made, ""
     if name:
@@ -361,20 +343,17 @@ def _texts(
 
     A receipt of the platform is a text without a name that the student gave.
     """
-    names_of_files = {*parts, *own} - {log}
-    return tuple(
-        sorted(
-            name
-            for name in names_of_files
-            if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS
-        )
-    )
+    texts = []
+    for name in sorted({*parts, *own} - {log}):
+        kind = ending(own.get(name, "a.txt"))
+        if name[-1] != "/" and kind in TEXTS:
+            texts.append(name)
+    return tuple(texts)
 
 
 def unread(item: Submission, why: str) -> Submission:
     """Return a listed submission whose files cannot be opened, with the reason."""
     members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
     digest = hashlib.sha256(repr(members).encode("utf-8", "replace")).hexdigest()
-    return replace(
-        item, parts={}, members=members, problem=why, lost=why, known_digest=digest
-    )
+    item = replace(item, problem=why, lost=why)
+    return replace(item, parts={}, members=members, known_digest=digest)

@@ -107,8 +107,8 @@ def _stated_in(
     rank = Rank(True, True, True)
     if read.u is None or read.fault:
         for value in values:
-            is_same = (value.file, value.read.line) == (log.name, read.line)
-            if is_same and value.read.value == read.value:
+            is_there = (value.file, value.read.line) == (log.name, read.line)
+            if is_there and value.read.value == read.value:
                 return replace(value, rank=rank)
     return Candidate(rank, f"{log.name}, line {read.line}", read)
 
@@ -181,11 +181,16 @@ def _is_draft(candidate: Candidate) -> bool:
 
 
 def _doubts(chosen: Candidate, candidates: Iterable[Candidate]) -> Iterator[str]:
-    """Ask about an answer that a person may not see, unless it is elsewhere too."""
+    """Ask about an answer that a person may not see, unless it is elsewhere too.
+
+    Also ask about one with a statistical and another uncertainty.
+    """
     seen = [each.read for each in candidates if each.rank.is_named and not each.doubt]
+    where = f'the answer "{chosen.read.text}" in {chosen.place}'
     if chosen.doubt and not any(_agree(chosen.read, read) for read in seen):
-        where = f'the answer "{chosen.read.text}" in {chosen.place}'
         yield f"{where} may be hidden; look whether the file shows it"
+    if chosen.has_second_u:
+        yield f"{where} may have another uncertainty behind it: give the total one"
 
 
 def _lost_powers(chosen: Candidate) -> Iterator[str]:
@@ -225,9 +230,11 @@ def _differ(read: Reported, other: Reported) -> bool:
     another = other.value or 0.0
     if other.u is None and abs(another) < SMALL * abs(value):
         return False
-    return abs(value - another) > (read.u or 0.0) + (
-        WITHOUT_U * abs(another) if other.u is None else other.u
-    )
+    u = read.u or 0.0
+    another_u = other.u
+    if another_u is None:
+        another_u = WITHOUT_U * abs(another)
+    return abs(value - another) > u + another_u
 
 
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?")
@@ -249,12 +256,10 @@ def version_of(name: str) -> tuple[tuple[int, int], str]:
 
 def _agree(rounded: Reported, other: Reported) -> bool:
     """Return whether two values with uncertainties are equal but for rounding."""
-    near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (
-        rounded.step or 0.0
-    )
-    return near and abs((rounded.u or 0.0) - (other.u or 0.0)) <= 0.501 * (
-        rounded.u_step or 0.0
-    )
+    apart = abs((rounded.value or 0.0) - (other.value or 0.0))
+    u_apart = abs((rounded.u or 0.0) - (other.u or 0.0))
+    is_near = apart <= 0.501 * (rounded.step or 0.0)
+    return is_near and u_apart <= 0.501 * (rounded.u_step or 0.0)
 
 
 # --- partners ---
@@ -270,16 +275,14 @@ def partners_in(
     texts = ["\n".join(document.lines[:MOST_LINES]) for document in _documents(reports)]
     if log is not None:
         texts.insert(0, log.source_text)
-    names = [
-        match[1].strip()
-        for text in texts
-        for match in islice(re.finditer(SAYS["partner"], text, re.M), _MOST_NAMES)
-    ]
+    names = []
+    called = dict[str, None]()
+    for text in texts:
+        lines_of_text = re.finditer(SAYS["partner"], text, re.M)
+        names += [match[1].strip() for match in islice(lines_of_text, _MOST_NAMES)]
+        called |= dict.fromkeys(islice(_called_in(text), _MOST_NAMES))
     lines = " & ".join(names[:_MOST_NAMES])[:_LONGEST_NAMES]
-    called = chain.from_iterable(
-        islice(_called_in(text), _MOST_NAMES) for text in texts
-    )
-    words = " & ".join([*dict.fromkeys(called)][:_MOST_NAMES])
+    words = " & ".join([*called][:_MOST_NAMES])
     return f"{lines} ~ {words}" if words else lines
 
 

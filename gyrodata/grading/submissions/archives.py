@@ -104,7 +104,9 @@ def list_files(root: Path) -> Listing:
         # A workbook is a zip as well.
         if ending(root.name) in {*LOGS, *TEXTS} - {""}:
             here = Path.cwd()
-            near = root.relative_to(here) if root.is_relative_to(here) else root
+            near = root
+            if root.is_relative_to(here):
+                near = root.relative_to(here)
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         with root.open("rb") as file:
             is_zip = file.read(2) == b"PK"
@@ -112,9 +114,8 @@ def list_files(root: Path) -> Listing:
             raise _refusal(root, "class_is_no_zip")
         return _opened(root)[2]
     except OSError as error:
-        raise _refusal(
-            root, "class_unreadable", why=error.strerror or str(error)
-        ) from None
+        why = error.strerror or str(error)
+        raise _refusal(root, "class_unreadable", why=why) from None
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
@@ -138,7 +139,8 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         ValueError,
     ) as error:
         why = f"it is damaged in the zip ({error})"
-    name = name.rpartition("//")[2].rpartition("/")[2]
+    inner = name.rpartition("//")[2]
+    name = inner.rpartition("/")[2]
     raise InputError.named("file_of_class_unreadable", name, name=name, why=why)
 
 
@@ -166,7 +168,7 @@ def _list_folder(root: Path) -> Listing:
     left_out: list[Diagnostic] = []
     errors: list[OSError] = []
     for path, inner, files in os.walk(root, onerror=errors.append):
-        below = os.path.relpath(path, root).replace(os.sep, "/") + "/"
+        below = Path(path).relative_to(root).as_posix() + "/"
         below = below.removeprefix("./")
         folders.append(below)
         inner[:] = [name for name in inner if not _STREWN.search(f"{below}{name}/")]
@@ -179,17 +181,18 @@ def _list_folder(root: Path) -> Listing:
                 paths.append(name)
         if len(folders) + len(paths) > MOST_FILES:
             raise _refusal(root, "class_too_large", most=str(MOST_FILES))
-    for error in errors:
-        if Path(error.filename) == root:
-            raise error
-        folder = Path(error.filename).relative_to(root).as_posix()
-        left_out.append(
-            Diagnostic.named(
-                "folder_left_out", root.name, name=folder, why=error.strerror
-            )
-        )
+    left_out += [_note_on_folder(root, error) for error in errors]
     notes = sorted(left_out, key=lambda note: note.message)
     return Listing(root, tuple(sorted(paths)), tuple(sorted(folders)[1:]), tuple(notes))
+
+
+def _note_on_folder(root: Path, error: OSError) -> Diagnostic:
+    """Say why a folder is left out; raise the error if it is about the whole class."""
+    if Path(error.filename) == root:
+        raise error
+    name = Path(error.filename).relative_to(root).as_posix()
+    why = error.strerror
+    return Diagnostic.named("folder_left_out", root.name, name=name, why=why)
 
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -219,24 +222,14 @@ def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
 
 @lru_cache(maxsize=2)
 def _contents(root: Path, name: str, *_: int) -> _Contents:
-    source, place = (
-        (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name))
-        if name
-        else (root, root)
-    )
-    try:
-        archive = zipfile.ZipFile(source)
-    except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
-        raise _refusal(place, "zip_damaged", why=str(error)) from None
-    if len(archive.infolist()) > MOST_FILES:
-        raise _refusal(place, "class_too_large", most=str(MOST_FILES))
+    place = Path(name) if name else root
+    archive = _archive(root, name, place)
     files: dict[str, zipfile.ZipInfo] = {}
     folders = set()
     twice = set()
     for info in archive.infolist():
-        inner = "/".join(
-            part for part in _safe_name(place, info).split("/") if part not in ("", ".")
-        )
+        parts = _safe_name(place, info).split("/")
+        inner = "/".join(part for part in parts if part not in ("", "."))
         if _STREWN.search(f"{inner}/" if info.is_dir() else inner):
             continue
         if info.is_dir():
@@ -248,11 +241,21 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
         Diagnostic.named("file_twice_in_zip", root.name, name=inner)
         for inner in sorted(twice)
     ]
-    return (
-        archive,
-        files,
-        Listing(root, tuple(sorted(files)), tuple(sorted(folders)), tuple(notes)),
-    )
+    names = tuple(sorted(files))
+    listing = Listing(root, names, tuple(sorted(folders)), tuple(notes))
+    return archive, files, listing
+
+
+def _archive(root: Path, name: str, place: Path) -> zipfile.ZipFile:
+    """Open a zip, or a zip in it; refuse one that is damaged or has too many files."""
+    source = io.BytesIO(read_file(root, name, MOST_INNER)) if name else root
+    try:
+        archive = zipfile.ZipFile(source)
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
+        raise _refusal(place, "zip_damaged", why=str(error)) from None
+    if len(archive.infolist()) > MOST_FILES:
+        raise _refusal(place, "class_too_large", most=str(MOST_FILES))
+    return archive
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
@@ -271,6 +274,7 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
         "is a link": stat.S_ISLNK(info.external_attr >> 16),
         "contains a NUL": "\x00" in name,
     }
-    if why := next((why for why, is_unsafe in reasons.items() if is_unsafe), ""):
-        raise _refusal(root, "zip_not_safe", name=shown(name)[:100], why=why)
+    for why, is_unsafe in reasons.items():
+        if is_unsafe:
+            raise _refusal(root, "zip_not_safe", name=shown(name)[:100], why=why)
     return name

@@ -49,6 +49,7 @@ class Candidate(Struct, frozen=True):
     read: Reported
     doubt: bool = False  # whether a person may not see it
     compared: bool = False  # whether it is no answer by a word of a comparison alone
+    has_second_u: bool = False  # whether a total uncertainty may follow its u
 
     @property
     def file(self) -> str:
@@ -67,9 +68,7 @@ def find_candidates(document: Document) -> Text:
     """Find the quantities of a document that may be the answer."""
     end = _end_of_read(document.lines)
     sentences = _sentences(_keys_as_prose(document, document.lines[:end]))
-    short = [
-        sentence for sentence in sentences if len(sentence[1]) <= _LONGEST_SENTENCE
-    ]
+    short = [(line, text) for line, text in sentences if len(text) <= _LONGEST_SENTENCE]
     values = list(islice(_candidates(document, short), _MOST_VALUES + 1))
     unread = [
         *document.lines[end:],
@@ -90,7 +89,9 @@ def find_candidates(document: Document) -> Text:
 def _end_of_read(lines: Sequence[str]) -> int:
     """Return the number of lines that are read, of which blank ones do not count."""
     filled = [at for at, line in enumerate(lines, 1) if line.strip()]
-    return filled[MOST_LINES - 1] if len(filled) > MOST_LINES else len(lines)
+    if len(filled) <= MOST_LINES:
+        return len(lines)
+    return filled[MOST_LINES - 1]
 
 
 # --- lines become sentences ---
@@ -118,7 +119,9 @@ def _rows_as_prose(lines: Sequence[str]) -> Iterator[str]:
         if not has_number and not set(line) <= set("-: |"):
             titles = cells * is_table
         if has_number and is_table:
-            line = _row_as_prose(_with_title_of_u(titles, cells), cells)
+            line = _row_as_prose(
+                _with_title_of_u(titles, cells), _unit_behind_number(cells)
+            )
         yield line
 
 
@@ -146,7 +149,8 @@ def _keys_as_prose(document: Document, lines: Sequence[str]) -> Sequence[str]:
             is_value = re.fullmatch(SAYS["value"], key)
             prose[at] += f"{table} = {value}" if is_value else part
         else:
-            whole, more = (text.partition(" #")[0] for text in (prose[at], value))
+            whole = prose[at].partition(" #")[0]
+            more = value.partition(" #")[0]
             prose[at] = f"{whole} {sign} {more}"
     return prose
 
@@ -187,10 +191,22 @@ def _with_title_of_u(titles: Sequence[str], cells: Sequence[str]) -> Sequence[st
     return whole
 
 
+def _unit_behind_number(cells: Sequence[str]) -> Sequence[str]:
+    """Move the unit of a row, as in "g m² | I_zz | 4.40", behind the first number."""
+    value = next(filter(_is_number, cells))
+    at = cells.index(value)
+    unit = next((cell for cell in cells[:at] if "inertia" in kinds_of(cell)), None)
+    if unit is None or re.search(_UNIT, value):
+        return cells
+    names = ["" if cell == unit else cell for cell in cells[:at]]
+    return [*names, f"{value} {unit}", *cells[at + 1 :]]
+
+
 def _may_be_u(value: str, number: str) -> bool:
     """Return whether a number may be the uncertainty of a value, by its size."""
     both = read_reported("inertia", f"{value} ± {number} kg m^2")
-    return both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
+    most = 0.2 * abs(both.value or 0)
+    return both.fault is None and 0 < (both.u or 0) < most
 
 
 def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:
@@ -204,12 +220,10 @@ def _row_as_prose(titles: Sequence[str], cells: Sequence[str]) -> str:
             line += f" ± {text}{' %' * ('%' in title)}"
         elif _is_blank_or_unit(text) and not _is_number(cell):
             line += f" {text}"
+        elif re.search(SAYS["other"], title):
+            line += f" | {title}: {text}"
         else:
-            line += (
-                f" | {title}: {text}"
-                if re.search(SAYS["other"], title)
-                else f" | {text}"
-            )
+            line += f" | {text}"
     return line
 
 
@@ -221,7 +235,9 @@ def _with_unit(title: str, cell: str) -> str:
 
 
 def _is_blank_or_unit(cell: str) -> bool:
-    return not cell or bool(_unit_behind(f"/{cell}") or kinds_of(cell))
+    if not cell or kinds_of(cell):
+        return True
+    return bool(_unit_behind(f"/{cell}"))
 
 
 def _is_number(text: str) -> bool:
@@ -230,10 +246,9 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return (
-        bool(squeezed_words(text) & UNSURE_WORDS)
-        or re.search(SAYS["unsure"], text) is not None
-    )
+    if squeezed_words(text) & UNSURE_WORDS:
+        return True
+    return re.search(SAYS["unsure"], text) is not None
 
 
 def _unit_behind(text: str) -> str:
@@ -244,12 +259,13 @@ def _unit_behind(text: str) -> str:
     match = re.search(
         rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
     )
-    power, unit = match.groups("") if match else ("", "")
-    return (
-        power.lstrip(" x×·*") + unit
-        if (power and not unit) or "inertia" in kinds_of(unit)
-        else ""
-    )
+    if match is None:
+        return ""
+    power, unit = match.groups("")
+    is_power = power and not unit
+    if not is_power and "inertia" not in kinds_of(unit):
+        return ""
+    return power.lstrip(" x×·*") + unit
 
 
 # --- numbers with a unit or a name become quantities ---
@@ -298,9 +314,7 @@ def _candidates(
     """Find the quantities of sentences that may be the answer."""
     above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
-        below = [
-            next_sentence for _, next_sentence in sentences[at + 1 : at + MOST_BELOW]
-        ]
+        below = [text for _, text in sentences[at + 1 : at + MOST_BELOW]]
         end = 0
         for quantity in _quantities(sentence, number, above, below):
             end = quantity.end
@@ -326,7 +340,9 @@ def _quantities(
     for start in (match.start() for match in re.finditer(_START, sentence)):
         if start < end:
             continue
-        words = sentence[end:start] if end else f"{above} | {sentence[:start]}"
+        words = sentence[end:start]
+        if not end:
+            words = f"{above} | {words}"
         text = sentence[start : start + _LONGEST_VALUE]
         value = _value(text, words)
         if value is None:
@@ -336,23 +352,20 @@ def _quantities(
         if not re.fullmatch(rf"[\s,|]*+{SAYS['range']}?\s*", words):
             before = words
         behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
-        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[
-            0
-        ]
+        rest = sentence[end:]
+        after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", rest)[0]
         read = read_reported("inertia", value[0], number)
         quantity = _Quantity(read, before, behind, after, end)
         # A row of an uncertainty does not get that of the next row.
-        quantity = quantity._replace(
-            read=with_u(read, sentence[end:] if quantity.is_unsure else behind)
-        )
-        yield quantity
+        read = with_u(read, rest if quantity.is_unsure else behind)
+        yield quantity._replace(read=read)
 
 
 def _candidate(
     quantity: _Quantity, heading: str, document: Document
 ) -> Iterator[Candidate]:
     """Give a quantity as an answer, unless the words around say that it is none."""
-    read, before, _, after, _ = quantity
+    read, before, behind, after, _ = quantity
     has_u = read.u is not None
     is_result = re.search(SAYS["result"], f"{heading} | {before}") is not None
     is_named = is_result or _names_inertia(before)
@@ -372,7 +385,8 @@ def _candidate(
         _version_around(before, after),
     )
     place = f"{document.name}, line {read.line}"
-    yield Candidate(rank, place, read, document.doubt, compared)
+    has_second_u = re.search(SAYS["second_u"], behind) is not None
+    yield Candidate(rank, place, read, document.doubt, compared, has_second_u)
 
 
 # --- versions: a draft, a corrected and a final value ---
@@ -384,7 +398,9 @@ _RANKS = {"draft": -1, "new": 1, "final": 98}
 def version_in(text: str) -> int:
     """Return the rank of the version that the last of such words states."""
     words = [*re.finditer(SAYS["version"], text)]
-    return _version(words[-1]) if words else 0
+    if not words:
+        return 0
+    return _version(words[-1])
 
 
 def _version_around(before: str, after: str) -> int:
@@ -413,11 +429,12 @@ def _cuts(text: str) -> Iterator[tuple[str, bool]]:
     The second part of each result shows whether no other word follows.
     """
     for cut in reversed(list(re.finditer(_CUT, text))):
-        value = text[: cut.start()].strip(" |_").rstrip(".,;")
-        value = (
-            value.removesuffix(")") if value.count(")") > value.count("(") else value
-        )
-        yield value, re.match(r"\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+        at = cut.start()
+        value = text[:at].strip(" |_").rstrip(".,;")
+        if value.count(")") > value.count("("):
+            value = value.removesuffix(")")
+        is_whole = re.match(r"\s*(?:[,;.|(]|$)", text[at:]) is not None
+        yield value, is_whole
 
 
 class _Label(NamedTuple):
@@ -479,7 +496,8 @@ def _is_nearly_value(read: Reported, cut: str, label: _Label) -> bool:
     if not label.is_near:
         return False
     if read.u is not None:
-        return read.fault == "no unit" or re.fullmatch(_OTHER_UNIT, cut) is not None
+        has_other_unit = re.fullmatch(_OTHER_UNIT, cut) is not None
+        return has_other_unit or read.fault == "no unit"
     # A single letter may be the name of anything.
     has_long_name = re.search(r"\w\w\W*$", label.name) is not None
     return has_long_name and read.fault == "no unit"
@@ -494,16 +512,13 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     text = re.sub(rf"[\[(][^\])]{{0,300}}[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
-    names = [
-        (" ".join(words[max(0, end - count) : end]), end)
-        for end in ends
-        for count in (1, 2, 3)
-    ]
-    return any(
-        name_roles(name)[0] == ("inertia",)
-        for name, end in names
-        if len(name) > 1 or end == len(words)
-    )
+    for end in ends:
+        for count in (1, 2, 3):
+            name = " ".join(words[max(0, end - count) : end])
+            counts = len(name) > 1 or end == len(words)
+            if counts and name_roles(name)[0] == ("inertia",):
+                return True
+    return False
 
 
 # --- the uncertainty of a quantity ---
@@ -526,7 +541,9 @@ def with_u(read: Reported, behind: str) -> Reported:
     words = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
     if not _is_unsure(words) or re.search(SAYS["other"], words):
         return read
-    unit = gap[2] if kinds_of(gap[2] or "") else ""
+    unit = gap[2] or ""
+    if not kinds_of(unit):
+        unit = ""
     return _with_number(read, number, unit, _other_words(words))
 
 
@@ -566,4 +583,5 @@ def _with_text(read: Reported, u: str) -> Reported | None:
     both = read_reported("inertia", text, read.line)
     if (both.fault, both.value) != (read.fault, read.value):
         return None
-    return both if (both.u or 0) < abs(read.value or 0) else read
+    size = abs(read.value or 0)
+    return both if (both.u or 0) < size else read

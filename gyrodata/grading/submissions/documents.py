@@ -70,11 +70,8 @@ def read_document(name: str, data: bytes) -> Document:
         if str(error) in (NO_TEXT, NOT_READ):
             return Document(name, problem=str(error))
         kind = ending(name) or "text"
-        why = (
-            f"it is damaged, or no {kind} file; a person must look at it, or the "
-            "student hands it in again"
-        )
-        return Document(name, problem=why)
+        todo = "a person must look at it, or the student hands it in again"
+        return Document(name, problem=f"it is damaged, or no {kind} file; {todo}")
     plain = [without_marks(visible.line_seen(line)) for line in lines]
     return Document(name, plain, doubt, unseen)
 
@@ -106,9 +103,7 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
     """
     kind = ending(name)
     if kind in WORKBOOKS:
-        shown = [each for each in workbook.read_sheets(data) if not each.is_hidden]
-        lines = [line for sheet in shown for line in _rows_of(sheet)]
-        return lines, any(map(workbook.unseen_cells, shown))
+        return _lines_of_workbook(data)
     text, doubt = _text_of(name, data, kind)
     text = _without_struck(text, kind)
     if kind in TABLES:
@@ -121,6 +116,13 @@ def _read_lines(name: str, data: bytes) -> tuple[list[str], bool]:
         doubt = doubt or visible.may_be_unseen(text)
     text, is_hiding = _without_markup(text, kind)
     return readings.lablog.split_lines(text), doubt or is_hiding
+
+
+def _lines_of_workbook(data: bytes) -> tuple[list[str], bool]:
+    """Return the rows of the shown sheets, and whether one of them hides cells."""
+    sheets = [sheet for sheet in workbook.read_sheets(data) if not sheet.is_hidden]
+    lines = [line for sheet in sheets for line in _rows_of(sheet)]
+    return lines, any(map(workbook.unseen_cells, sheets))
 
 
 def _text_of(name: str, data: bytes, kind: str) -> tuple[str, bool]:
@@ -144,7 +146,9 @@ def _text_of_word(data: bytes) -> tuple[str, bool]:
     """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         text = _part(archive, "word/document.xml")
-        styles = _part(archive, _STYLES) if _STYLES in archive.namelist() else ""
+        styles = ""
+        if _STYLES in archive.namelist():
+            styles = _part(archive, _STYLES)
     names = re.findall(r'<w:(?:[pr]Style|basedOn)\s+w:val="([^"]*)"', text + styles)
     used = ""
     for style in re.split(r"(?=<w:style\b)", styles):
@@ -179,7 +183,9 @@ def _without_struck(text: str, kind: str) -> str:
         patterns.append(r"(?m)^[ \t]*%.*")
     for pattern in patterns:
         text = re.sub(pattern, lambda match: "\n" * match[0].count("\n"), text)
-    return text.partition(r"\end{document}")[0] if kind == ".tex" else text
+    if kind == ".tex":
+        text = text.partition(r"\end{document}")[0]
+    return text
 
 
 _PAGES = (".html", ".htm")
@@ -206,7 +212,8 @@ def _without_markup(text: str, kind: str) -> tuple[str, bool]:
 def _rows_of(sheet: workbook.Sheet) -> Iterator[str]:
     """Give the rows of a sheet as lines."""
     for row in sheet.rows:
-        yield " | ".join("" if cell is None else str(cell) for cell in row)
+        texts = ["" if cell is None else str(cell) for cell in row]
+        yield " | ".join(texts)
 
 
 def hides_cells(name: str, data: bytes) -> bool:
@@ -243,7 +250,8 @@ def _notebook_text(cells: Iterable[Mapping[str, Any]]) -> tuple[str, bool]:
         if not hidden.get("outputs_hidden"):
             printed += [output.get("text", []) for output in cell.get("outputs", [])]
     # "hide-input", "remove-cell", "remove_output"
-    doubt = re.search("(?i)hid|remove|exclu", " ".join(map(str, tags))) is not None
+    named = " ".join(map(str, tags))
+    doubt = re.search("(?i)hid|remove|exclu", named) is not None
     outputs = ["".join(["\n", *text]) for text in printed]
     return "\n".join([*sources, *outputs]), doubt
 
@@ -258,10 +266,11 @@ def in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
     )
     lines = table[part]
     rows = (csv.reader([line[:LONGEST_LINE]], delimiter=sign) for line in lines)
-    return [
-        line if re.search(SAYS["prose"], line) else " | ".join(*row)
-        for line, row in zip(lines, rows, strict=True)
-    ]
+    in_bars = []
+    for line, row in zip(lines, rows, strict=True):
+        is_prose = re.search(SAYS["prose"], line) is not None
+        in_bars.append(line if is_prose else " | ".join(*row))
+    return in_bars
 
 
 def as_log(name: str, data: bytes) -> bytes:
@@ -269,8 +278,7 @@ def as_log(name: str, data: bytes) -> bytes:
 
     A report of a word processor becomes its text, with ``|`` between cells.
     """
-    return (
-        "\n".join(read_document(name, data).lines).encode()
-        if ending(name) in (WORD, PDF)
-        else b""
-    ) or data
+    if ending(name) not in (WORD, PDF):
+        return data
+    text = "\n".join(read_document(name, data).lines)
+    return text.encode() or data

@@ -59,8 +59,9 @@ def choose_log(
     damage = _damage_of(chosen, files[chosen], read)
     if damage:
         return "", damage
-    aside = sorted({*rivals.values()} - {files[chosen]})
-    words = f"{files[chosen]} is {how}; left aside: {readings.listing(aside)}"
+    file = files[chosen]
+    aside = sorted({*rivals.values()} - {file})
+    words = f"{file} is {how}; left aside: {readings.listing(aside)}"
     return chosen, words if aside else ""
 
 
@@ -71,7 +72,8 @@ def _damage_of(name: str, own: str, read: Callable[[str], bytes]) -> str:
         data = read(name)
         if not data:
             return f"{file} is empty"
-        if ending(file) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
+        is_workbook = ending(file) in WORKBOOKS
+        if is_workbook and not zipfile.is_zipfile(io.BytesIO(data)):
             return f"{file} {_CUT}; hand it in again"
     return ""
 

@@ -49,12 +49,11 @@ class Platform(Struct, frozen=True):
 
         None if the platform does not write such names.
         """
-        return next(
-            filter(
-                None, (re.fullmatch(pattern, name, re.DOTALL) for pattern in self.names)
-            ),
-            None,
-        )
+        for pattern in self.names:
+            match = re.fullmatch(pattern, name, re.DOTALL)
+            if match is not None:
+                return match
+        return None
 
 
 _TEXT = package_files("gyrodata.grading").joinpath("platforms.toml").read_bytes()
@@ -106,13 +105,12 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
         return "folder", _name_by_folders(files, outer)
     for below in dict.fromkeys(("", outer)):
         inner = {name: name.removeprefix(below) for name in files.names}
-        platform = _platform_of([*inner.values()]) if lms == "auto" else lms
+        platform: str | None = lms
+        if lms == "auto":
+            platform = _platform_of([*inner.values()])
         if platform is None:
             continue
-        named = {
-            name: _take_apart(PLATFORMS[platform].match(rest), files.root)
-            for name, rest in inner.items()
-        }
+        named = _read_names(PLATFORMS[platform], inner, files.root)
         if lms == "auto" or any(named.values()):
             return platform, _with_user_names(platform, named)
     if lms in NAMED:
@@ -120,10 +118,24 @@ def name_all(files: Listing, lms: str) -> tuple[str, Named]:
     return "folder", _name_by_folders(files, outer)
 
 
+def _read_names(platform: Platform, inner: Mapping[str, str], root: Path) -> Named:
+    """Read the name of each file as a platform writes it.
+
+    `inner`: The names without the folder of the class, by the whole names.
+    """
+    named: Named = {}
+    for name, rest in inner.items():
+        match = platform.match(rest)
+        named[name] = _take_apart(match, root) if match else None
+    return named
+
+
 def _only_folder(files: Listing) -> str:
     """Return the folder that contains all files, with a ``/`` at its end, or ""."""
-    firsts = {name.partition("/")[0] for name in (*files.names, *files.folders)}
-    if len(firsts) != 1 or not all("/" in name for name in files.names):
+    paths = (*files.names, *files.folders)
+    firsts = {name.partition("/")[0] for name in paths}
+    are_below = all("/" in name for name in files.names)
+    if len(firsts) != 1 or not are_below:
         return ""
     return f"{firsts.pop()}/"
 
@@ -135,12 +147,15 @@ def _platform_of(names: Sequence[str]) -> str | None:
     """
     if EXPORT in names:
         return "gradescope"
-    counts = Counter(
-        next((known for known in NAMED if PLATFORMS[known].match(name)), None)
-        for name in names
-    )
+    counts = dict.fromkeys(NAMED, 0)
+    for name in names:
+        known = (platform for platform in NAMED if PLATFORMS[platform].match(name))
+        platform = next(known, None)
+        if platform is not None:
+            counts[platform] += 1
     most = max(NAMED, key=counts.__getitem__)
-    return most if counts[most] * 2 >= max(counts.total(), 1) else None
+    least = max(len(names), 1) / 2
+    return most if counts[most] >= least else None
 
 
 def _name_by_folders(files: Listing, outer: str) -> Named:
@@ -153,7 +168,8 @@ def _name_by_folders(files: Listing, outer: str) -> Named:
     inner = {name: name.removeprefix(below) for name in files.names}
     folders = _folders_below(files, below)
     logs = [own for own in inner.values() if ending(own) in LOGS]
-    in_folders = any("/" in own for own in logs or [*inner.values(), *folders.values()])
+    all_names = [*inner.values(), *folders.values()]
+    in_folders = any("/" in own for own in logs or all_names)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
     return {
@@ -188,11 +204,10 @@ def _contains_several_students(files: Listing, outer: str) -> bool:
     return len(students) > 1
 
 
-def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
+def _take_apart(match: re.Match[str], root: Path) -> Submission:
     """Read the groups of a match."""
-    if match is None:
-        return None
     groups = dict.fromkeys(_GROUPS, "") | match.groupdict("")
+    stem = groups["stem"]
     ids = {kind: shown(groups[kind]) for kind in _IDS if groups[kind]}
     key = shown(groups["student"]) or next(iter(ids.values()))
     if groups["canvas_anonymous"]:
@@ -201,21 +216,21 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     if person == "Participant":
         # In anonymous submissions, Moodle calls everybody so.
         person = f"Participant {key}"
-    if groups["stem"]:
-        ids["folder"] = shown(groups["stem"])
-    file = match.string.rpartition("/")[2]
-    # Without its ending, both of "lab.csv.gz".
-    stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    return Submission(
-        key,
-        person,
-        ids,
-        root,
-        late=bool(groups["late"]),
+    if stem:
+        ids["folder"] = shown(stem)
+    submission = Submission(key, person, ids, root, late=bool(groups["late"]))
+    return replace(
+        submission,
         submitted=_time_of_stamp(groups["stamp"]),
         log_file=groups["file"] or None,
-        feedback_stem=printable(groups["stem"] or stem),
+        feedback_stem=printable(stem or _without_ending(match.string)),
     )
+
+
+def _without_ending(path: str) -> str:
+    """Return the name of a file without its ending, both of "lab.csv.gz"."""
+    file = path.rpartition("/")[2]
+    return re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
 
 
 def _with_user_names(platform: str, named: Named) -> Named:
@@ -227,7 +242,9 @@ def _with_user_names(platform: str, named: Named) -> Named:
         return named
     owners = {part.student for part in named.values() if part}
     # These are not paths, but names whose beginning is equal.
-    shared = commonprefix([*owners]) if len(owners) > 1 else ""  # noqa: RUF071
+    shared = ""
+    if len(owners) > 1:
+        shared = commonprefix([*owners])  # noqa: RUF071
     at = shared.rfind("_") + 1
     for name, part in named.items():
         if part is not None:
@@ -249,17 +266,14 @@ def _time_of_stamp(stamp: str) -> str | None:
 def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
     """Read the name of a student's folder, or of a student's file."""
     first, slash, rest = name.partition("/")
-    if bool(slash) != in_folders or (not slash and ending(name) in _NO_SUBMISSION):
+    is_below = bool(slash)
+    is_other = not is_below and ending(name) in _NO_SUBMISSION
+    if is_below != in_folders or is_other:
         return None
-    student, file = (shown(first) or "_", rest) if slash else (_flat_key(name), name)
-    return Submission(
-        student,
-        student,
-        {"folder": student},
-        root,
-        log_file=file,
-        feedback_stem=student,
-    )
+    student = (shown(first) or "_") if is_below else _flat_key(name)
+    file = rest if is_below else name
+    ids = {"folder": student}
+    return Submission(student, student, ids, root, log_file=file, feedback_stem=student)
 
 
 def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str, str]:
@@ -268,10 +282,16 @@ def different(names: Mapping[str, str], others: Iterable[str] = ()) -> dict[str,
     `others`: More names.
     """
     counts = Counter([*names.values(), *others])
-    return {
-        key: f"{name} ({key})" if name and counts[name] > 1 else name
-        for key, name in names.items()
-    }
+    shown_names = {}
+    for key, name in names.items():
+        is_shared = name and counts[name] > 1
+        shown_names[key] = f"{name} ({key})" if is_shared else name
+    return shown_names
+
+
+_COPY_AND_ENDING = re.compile(
+    r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$"
+)
 
 
 def _flat_key(name: str) -> str:
@@ -279,11 +299,9 @@ def _flat_key(name: str) -> str:
 
     It is ``jdoe`` for ``jdoe.csv``, ``jdoe (1).csv`` and ``jdoe_answers.toml``.
     """
-    stem = (
-        re.sub(r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name)
-        or name
-    )
-    return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
+    stem = _COPY_AND_ENDING.sub("", name) or name
+    key = re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem
+    return shown(key) or "_"
 
 
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` ---
@@ -313,9 +331,8 @@ class _Entry(Struct):
         people = self._people()
         keys = sorted(people)
         time = _time(self.created_at)
-        about: dict[str, Any] = {
-            "submitted": time and time.isoformat(timespec="seconds")
-        }
+        stamp = time and time.isoformat(timespec="seconds")
+        about: dict[str, Any] = {"submitted": stamp}
         if not keys:
             return about
         first = people[keys[0]]
@@ -331,10 +348,11 @@ class _Entry(Struct):
     def _people(self) -> dict[str, _Person]:
         """Return the students by number, else by address or name."""
         users = self.submitters or self.users
-        people = {
-            str(user.sid or user.email or user.name or ""): user for user in users
-        }
-        people.pop("", None)
+        people = {}
+        for user in users:
+            key = user.sid or user.email or user.name
+            if key:
+                people[str(key)] = user
         return people
 
 
@@ -352,6 +370,10 @@ _WANTED = re.compile(
 """The first line of each submission, and its parts with submitters and time."""
 
 
+def _text_of_binary(_: Any, node: Any) -> str:
+    return base64.b64decode(node.value).decode("utf-8", "replace")
+
+
 def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     """Read ``submission_metadata.yml``, by the folder of each submission.
 
@@ -364,16 +386,12 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     loader: Any = type("Texts", (getattr(yaml, "CBaseLoader", yaml.BaseLoader),), {})
     loader.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
     loader.add_constructor("!nothing", lambda *_: "")
-    loader.add_constructor(
-        "!binary",
-        lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"),
-    )
+    loader.add_constructor("!binary", _text_of_binary)
     text = "\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))
     try:
         # Ruby writes a colon in front of each key.
-        values = yaml.load(
-            re.sub(r"(?m)^( +(?:- )?):(?=\w+:)", r"\1", text), Loader=loader
-        )
+        text = re.sub(r"(?m)^( +(?:- )?):(?=\w+:)", r"\1", text)
+        values = yaml.load(text, Loader=loader)
         entries = msgspec.convert(values, dict[str, _Entry])
     except (
         RecursionError,
@@ -406,7 +424,9 @@ def read_live(data: bytes) -> dict[str, Any]:
         dues = [_time((assignment or {}).get("due_date")) for assignment in assignments]
         due = max(filter(None, dues[:-1]), default=dues[-1])
         time = _time(live.created_at)
-        late = (time - due).total_seconds() if time and due else None
+        late = None
+        if time and due:
+            late = (time - due).total_seconds()
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
     return live.about("submission", str(live.id)) | {"late_seconds": late}

@@ -113,15 +113,18 @@ def _operations(
 def _baseline(ink: Mapping[bytes, Any]) -> tuple[float, float]:
     """Return the height of text on the page, and that of its baseline [points]."""
     whole = ink[_MATRIX].transform(ink[b"cm"])
-    height = ink[_FONT][1] * math.hypot(*whole.matrix[1][:2])
-    return height, whole.apply_on((0, ink[_RISE][0]))[1]
+    stretch = math.hypot(*whole.matrix[1][:2])
+    height = ink[_FONT][1] * stretch
+    _, y = whole.apply_on((0, ink[_RISE][0]))
+    return height, y
 
 
 def _is_superscript(text: tuple[float, float], before: tuple[float, float]) -> bool:
     """Return whether text is a superscript, by its `_baseline` and the one before."""
     (height, y), (height_before, y_before) = text, before
     low, high = (share * height_before for share in RAISED)
-    return height <= SMALLER * height_before and low <= y - y_before <= high
+    is_raised = low <= y - y_before <= high
+    return is_raised and height <= SMALLER * height_before
 
 
 def _caret(page: PageObject, font: Any, is_superscript: bool) -> Operations:
@@ -174,8 +177,10 @@ def _is_seen(ink: Mapping[bytes, Any], page: PageObject) -> bool:
     height, y = _baseline(ink)
     x, _ = ink[_MATRIX].transform(ink[b"cm"]).apply_on((0, 0))
     box = page.mediabox
-    is_on_page = box.left <= x <= box.right and box.bottom <= y <= box.top
-    is_painted = ink[b"Tr"][0] not in _NOT_PAINTED and not _is_white(ink[_COLOUR])
+    is_across = box.left <= x <= box.right
+    is_on_page = is_across and box.bottom <= y <= box.top
+    is_painted = ink[b"Tr"][0] not in _NOT_PAINTED
+    is_painted = is_painted and not _is_white(ink[_COLOUR])
     is_inked = is_painted and ink[b"gs"] > FAINTEST
     return is_inked and is_on_page and height >= SMALLEST
 

@@ -130,7 +130,9 @@ class Submission(Struct, frozen=True, dict=True):
         name = PurePosixPath(self.log_file or self.log_name or "").name
         data = self.log()
         log = readings.read_log(data, name=name, settings=settings)
-        completed = self._completed(data, log, settings) if log.columns else None
+        completed = None
+        if log.columns:
+            completed = self._completed(data, log, settings)
         reads_file(place_of(self.log_name or ""))
         if completed is not None:
             data, log = completed
@@ -152,11 +154,13 @@ class Submission(Struct, frozen=True, dict=True):
             return None
         decode = workbook_text if data[:2] == b"PK" else readings.decode
         text = decode(data, readings.Faults(log.name))[0]
-        more = (text + "".join(f"\n# {line}" for line in remarks)).encode()
+        notes = "".join(f"\n# {line}" for line in remarks)
+        more = f"{text}{notes}".encode()
         again = readings.read_log(more, name=log.name, settings=settings)
         # A log whose positions count from the surface is refused rather than read as if
         # they did not.
-        if not log.ok and not again.ok and _errors(again) >= _errors(log):
+        is_better = log.ok or again.ok or _errors(again) < _errors(log)
+        if not is_better:
             return None
         quoted = readings.listing(remarks, 4)
         note = Diagnostic.named("read_elsewhere", log.name, said=quoted)
@@ -164,7 +168,9 @@ class Submission(Struct, frozen=True, dict=True):
 
     def _answers(self, log: readings.Readings, name: str, data: bytes) -> Answers:
         """Return the reported value, and which texts cannot be read."""
-        answers = read_answers(None, self.documents) if self.log_of else Answers()
+        answers = Answers()
+        if self.log_of:
+            answers = read_answers(None, self.documents)
         # The answer in the log of a partner is that of the partner.
         if answers.inertia is None and (self.shares_answer or not self.log_of):
             answers = self._answers_with_log(log, name, data)
@@ -191,9 +197,8 @@ class Submission(Struct, frozen=True, dict=True):
 
         They are all files except the log, or the log if it is the only file.
         """
-        return [name for name in self.members if name != self.log_name] or list(
-            self.members
-        )
+        others = [name for name in self.members if name != self.log_name]
+        return others or list(self.members)
 
     @property
     def feedback_name(self) -> str:
@@ -217,11 +222,11 @@ class Submission(Struct, frozen=True, dict=True):
         except GyroError as error:
             data = str(error).encode("utf-8", "replace")
         parts = [(about, data), *self.reports()]
-        named = (
-            name.encode("utf-8", "replace") + hashlib.sha256(data).digest()
-            for name, data in parts
-        )
-        return hashlib.sha256(b"".join(named)).hexdigest()
+        digest = hashlib.sha256()
+        for name, data in parts:
+            digest.update(name.encode("utf-8", "replace"))
+            digest.update(hashlib.sha256(data).digest())
+        return digest.hexdigest()
 
 
 class Submissions(Struct, frozen=True):

@@ -66,7 +66,7 @@ def may_be_unseen(text: str, styles: str = "") -> bool:
     styles = re.sub(r"\s|!important", "", _IN_PRINT.sub("", styles.lower()))
     if _HIDES.search(styles) or _MAY_HIDE.search(styles):
         return True
-    letters = re.sub(r"\s", "", text.lower())
+    letters = "".join(text.lower().split())
     if _TINY.search(letters):
         return True
     is_light = _LIGHT.search(styles) or _LIGHT.search(letters)
@@ -90,17 +90,20 @@ class _Seen(HTMLParser):
         """The open elements, and whether each is hidden."""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag in _PARAGRAPHS and self.open[-1][0] == "p":
+        outer, _ = self.open[-1]
+        if outer == "p" and tag in _PARAGRAPHS:
             self.open.pop()
         self.written.append(f"<{tag}>")
         if tag in _WITHOUT_END:
             return
         attributes = dict(attrs)
         style = f";{attributes.get('style')};color:{attributes.get('color')}"
-        plain = re.sub(r"\s", "", style.lower())
-        is_hidden = self.open[-1][1] or tag in _NO_TEXT or "hidden" in attributes
-        is_hidden = is_hidden or _HIDES.search(plain) is not None
-        is_hidden |= not self.shows_white and _WHITE.search(plain) is not None
+        plain = "".join(style.lower().split())
+        _, is_hidden = self.open[-1]
+        is_hidden |= tag in _NO_TEXT or "hidden" in attributes
+        is_hidden |= _HIDES.search(plain) is not None
+        is_white = _WHITE.search(plain) is not None
+        is_hidden |= is_white and not self.shows_white
         self.open.append((tag, is_hidden))
         if not is_hidden:
             self.styles.append(style)
@@ -147,7 +150,9 @@ _IN_WHITE = re.compile(
 
 def text_seen(text: str) -> str:
     """Return a text without what LaTeX and Word do not show; lines keep their numbers."""
-    patterns = [_NOT_TYPESET] if has_background(text) else [_NOT_TYPESET, _IN_WHITE]
+    patterns = [_NOT_TYPESET]
+    if not has_background(text):
+        patterns.append(_IN_WHITE)
     for pattern in patterns:
         text = pattern.sub(lambda match: "\n" * match[0].count("\n"), text)
     return text
@@ -175,7 +180,9 @@ def markdown_seen(text: str) -> str:
 def has_answer_above(text: str) -> bool:
     """Return whether lines above a page of Markdown may contain an answer."""
     front = _FRONT.match(text)
-    return front is not None and HAS_UNIT.search(front[0]) is not None
+    if front is None:
+        return False
+    return HAS_UNIT.search(front[0]) is not None
 
 
 WIDE = re.compile(r"[ \t\u00a0\u2000-\u200a\u3000]{200}")

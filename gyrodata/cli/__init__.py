@@ -35,7 +35,9 @@ _GROUPS = {
 }
 """The commands as ``gyro --help`` lists them."""
 
-_SHORT = {name: short for group in _GROUPS.values() for name, short in group.items()}
+_SHORT: dict[str, str] = {}
+for _group in _GROUPS.values():
+    _SHORT |= _group
 
 _MODULES = {name: f"{name}_command" for name in _SHORT}
 _MODULES |= {

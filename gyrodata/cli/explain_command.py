@@ -117,7 +117,9 @@ def _text_about(asked: str) -> str:
 
     codes = diagnostics.explanations()
     texts = _glossary()["keys"] | _glossary()["words"]
-    words = {word: names for names in texts for word in names.split(", ")}
+    words: dict[str, str] = {}
+    for names in texts:
+        words |= dict.fromkeys(names.split(", "), names)
     topics = {
         _folded(name): name for name in (*KEYS, *words, *codes, *documentation.PAGES)
     }

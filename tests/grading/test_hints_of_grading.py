@@ -328,7 +328,7 @@ CASES: list[Any] = [
         "G705",
         "class --lms canvas",
         {},
-        "name them such as doejane_9876_5432_lab.csv",
+        "canvas names files such as doejane_9876_5432_lab.csv",
         "named --lms canvas",
         CANVAS,
     ),

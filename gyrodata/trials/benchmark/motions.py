@@ -252,7 +252,8 @@ def title(points: pd.DataFrame) -> str:
     """Name the cheapest model with a harmless error in each kind of lab."""
     panels = points.groupby("scene", sort=False)
     words = [f"{scene}: {cheapest(panel)}" for scene, panel in panels]
-    return "\n".join(["The cheapest model with a harmless error", *words])
+    head = "The cheapest model whose error is harmless in 3 of 4 labs (bar below the line)"
+    return "\n".join([head, *words])
 
 
 def typical_fit(scene: MotionScene) -> fitting.FitResult:

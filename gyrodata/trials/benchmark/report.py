@@ -83,7 +83,7 @@ PICTURES: Mapping[str, Picture] = {
         partial(
             charts.draw_points,
             views=[("seconds", "error"), ("seconds", "coverage"), ("process", "error")],
-            error="error of I_zz, 68 % are closer",
+            error="relative error, 68 % are closer",
         ),
         8.4,
     ),
@@ -92,7 +92,7 @@ PICTURES: Mapping[str, Picture] = {
         partial(
             charts.draw_points,
             views=[("seconds", "error")],
-            error="error of I_zz over u (harmless below the line)",
+            error="error of I_zz over u (bar: half of the labs)",
             limit=DROP_ALL,
         ),
         5.2,
@@ -102,7 +102,7 @@ PICTURES: Mapping[str, Picture] = {
         partial(
             charts.draw_points,
             views=[("evaluations", "error"), ("seconds", "error")],
-            error="error of e3 (true: elliptic integrals)",
+            error="error of the rod's direction (true: elliptic integrals)",
         ),
         7.2,
     ),

@@ -356,7 +356,9 @@ class _Output(Struct):
         outputs = [self.file] if self.file else []
         if folder is not None:
             outputs = [folder / name for name in REPORT]
-            if not outputs[0].exists() and any(out.exists() for out in outputs):
+            is_report = outputs[0].exists()
+            is_named = self.out is not None
+            if is_named and not is_report and any(out.exists() for out in outputs):
                 terminal.refuse("folder_with_data", out=folder)
         sources = {Path(log.path).resolve() for log in logs}
         if not sources.isdisjoint([out.resolve() for out in outputs]):

@@ -215,7 +215,8 @@ def benchmark(
     files = report.files(tables, name, workers)
     with telling(out):
         write_folder(out, files)
-    write_text("\n\n".join(report.titles(tables).values()) + "\n")
+    titles = [f"{name}.png: {title}\n" for name, title in report.titles(tables).items()]
+    write_text("\n".join(titles))
     tell(f"page: {out / 'benchmark.html'}")
 
 

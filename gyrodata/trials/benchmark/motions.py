@@ -252,7 +252,9 @@ def title(points: pd.DataFrame) -> str:
     """Name the cheapest model with a harmless error in each kind of lab."""
     panels = points.groupby("scene", sort=False)
     words = [f"{scene}: {cheapest(panel)}" for scene, panel in panels]
-    head = "The cheapest model whose error is harmless in 3 of 4 labs (bar below the line)"
+    head = (
+        "The cheapest model whose error is harmless in 3 of 4 labs (bar below the line)"
+    )
     return "\n".join([head, *words])
 
 

@@ -195,4 +195,5 @@ def title(scores: pd.DataFrame) -> str:
 def _cheapest(scores: pd.DataFrame) -> str:
     """Name the program that needs the least time, with its time."""
     row = scores.sort_values("seconds").iloc[0]
-    return f"{row['method']}, {1e3 * row['seconds']:.1g} ms"
+    milliseconds = float(f"{1e3 * row['seconds']:.1g}")
+    return f"{row['method']}, {milliseconds:g} ms"

@@ -105,9 +105,9 @@ def test_hostile_submissions_cost_nobody_else_anything(
     for student, files in bombs().items():
         assert (rows[student]["status"], rows[student]["total"]) == ("not graded", "")
         why = rows[student]["why_not_graded"]
-        assert any(name in why for name in files) or why.startswith(
-            "the log cannot be"
-        ), why
+        # A fast machine lists all files of `x_names` before the time is over.
+        beginnings = ("the log cannot be", "no log: only 00000nnn")
+        assert any(name in why for name in files) or why.startswith(beginnings), why
         assert len(why) < 1000
     again, _ = graded(tmp_path / "class", "--timeout", "3")
     assert "(new)" not in again.stderr

@@ -188,7 +188,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (
         lambda g: g.simulate(design=g.Design(masses=0.02)),
         TypeError,
-        "weight is a tuple",
+        "masses is a tuple",
     ),
     (lambda g: g.Uncertainty(-1.0), ValueError, "0 or more"),
     (lambda g: g.Uncertainty(math.nan), ValueError, "0 or more"),
@@ -280,7 +280,7 @@ def test_everything_returned_is_readable_text(lab: Analysis) -> None:
     assert "in 95 %" in str(lab.selfcheck(labs=5))
     simulation = gyrodata.simulate()
     assert str(simulation) == simulation.log
-    assert repr(simulation) == "<Simulation of 9 runs: I_zz = 0.00444 kg·m²>"
+    assert repr(simulation) == "<Simulation of 9 runs>"
     line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9], cov_y=0.01)
     assert (
         str(line)

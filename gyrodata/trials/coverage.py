@@ -15,7 +15,6 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from html import escape
 from typing import Any, Literal
 
 import numpy as np
@@ -95,10 +94,6 @@ class SelfCheck(Struct, frozen=True):
         """Return the object of the JSON, with the schema "gyro.selfcheck/1"."""
         return {"schema": self.schema, **to_json(self)}
 
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
-        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>'
-
     def __str__(self) -> str:
         """Return a table, or two if the log does not scatter as stated."""
         labs = f"{self.labs} simulated labs like this one"
@@ -117,6 +112,8 @@ class SelfCheck(Struct, frozen=True):
             "the first table"
         )
         return "\n\n".join([larger, own, stated, legend])
+
+    __repr__ = __str__
 
 
 def _table(title: str, estimators: tuple[Performance, ...]) -> str:
@@ -160,8 +157,8 @@ def selfcheck(
 
     Raises
     ------
-    ValueError, TypeError
-        If an argument has the wrong type, or if there is nothing to simulate.
+    TypeError
+        If `lab` is not an Analysis.
 
     Notes
     -----
@@ -170,12 +167,8 @@ def selfcheck(
     every error from its source.
     """
     insist_on_type("lab", lab, Analysis, "an Analysis, the result of analyze")
-    insist_on_type("labs", labs, int, "a number of labs")
-    if labs < 1:
-        raise ValueError(f"{labs} labs are too few; use 1 or more")
-    measured = select(
-        lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out]
-    )
+    kept = [i for i, run in enumerate(lab.run_table) if not run.left_out]
+    measured = select(lab.measurements, kept)
     motion = lab.lab.motion
     fit = fitting.fit(measured, tilted=motion.tilted)
     assert fit.posterior is not None
@@ -241,9 +234,8 @@ def draw(lab: Lab, scatter: float, random: np.random.Generator) -> Measurements:
     measured = lab.measured
     truth = _truth(lab)
     readings = dict(truth)
-    days, day = np.unique(measured.day, return_inverse=True)
-    hands = random.standard_normal(len(days))
-    readings["time"] = truth["time"] + measured.timing_bias_u * hands[day]
+    hands = random.standard_normal(measured.day.max() + 1)
+    readings["time"] = truth["time"] + measured.timing_bias_u * hands[measured.day]
     for source in measured.sources:
         name = "given_torque" if source.quantity == "torque" else source.quantity
         if name in truth:
@@ -251,12 +243,11 @@ def draw(lab: Lab, scatter: float, random: np.random.Generator) -> Measurements:
             errors = size * _drawn(source, scatter, random)
             readings[name] = readings[name] + errors
     g = float(readings.pop("g")[0])
-    # The torque follows from the readings, as a student computes it.
-    applied = readings["given_torque"]
-    if not np.isnan(measured.mass).all():
-        applied = physics.torque(readings["mass"], readings["position"], g)
-    elif not np.isnan(measured.force).all():
-        applied = readings["force"] * readings["position"]
+    # The torque follows from the readings, as a student computes it; those that the log
+    # does not contain are NaN.
+    by_weight = physics.torque(readings["mass"], readings["position"], g)
+    by_force = readings["force"] * readings["position"]
+    applied = np.nansum([by_weight, by_force, readings["given_torque"]], axis=0)
     return replace(measured, **readings, g=g, torque=applied, slowing=1.0)
 
 
@@ -264,11 +255,8 @@ def _truth(lab: Lab) -> dict[str, Floats]:
     """Return the true readings of each run; the times follow from the others."""
     measured = lab.measured
     fit = lab.fit
-    across: Floats | float = 0.0
-    pitch: Floats | float = 0.0
-    if lab.motion.tilted:
-        across = fitting.transverse_inertia(measured)
-        pitch = measured.pitch
+    across = fitting.transverse_inertia(measured)
+    pitch = measured.pitch * lab.motion.tilted
     # The weight turns with the ball if its own inertia is given.
     inertia = fit.inertia.value + measured.added
     torque = measured.torque + fit.balances
@@ -309,8 +297,5 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
         return nothing
     if name == "with_constant" and not fitting.torques_differ(lab.torque):
         return nothing
-    # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
-    rate = 2 * np.pi * lab.turns / lab.time
-    product = np.where(lab.torque < 0, -1, 1) * rate * lab.spin
-    value, u = fitting.TEXTBOOK[name](product, lab.torque)
+    value, u = fitting.TEXTBOOK[name](lab.product, lab.torque)
     return value + u * np.arange(-2, 3)

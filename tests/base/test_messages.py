@@ -219,8 +219,8 @@ def test_a_seldom_mistake_of_a_rubric_gets_its_message(end: str, said: str) -> N
 
 
 LABS = [
-    (Truth(timing_bias=1e9), Design(), "timing bias 1e+09 s is too large"),
-    (Truth(), Design(repeats=0), "these are 0 runs"),
+    (Truth(timing_bias=1e9), Design(), "run 1: time 1e+09 s is too large"),
+    (Truth(), Design(repeats=0), "this design has no run"),
     (
         Truth(decay_time=600.0, motion="released"),
         Design(),

@@ -248,7 +248,8 @@ def test_errors_have_the_stated_size_and_are_shared(
             Truth(timing_bias=0.0), replace(ONE, repeats=300), {key: wide}, seed
         )
         share = (
-            np.array(done.readings.columns[role].values) / getattr(done.runs, role) - 1
+            np.array(read_log(done.log).columns[role].values) / getattr(done.runs, role)
+            - 1
         )
         spread.append(share.std())
         common.append(share.mean())
@@ -346,7 +347,7 @@ def test_a_noise_file_that_cannot_be_read_is_refused(
 MESSAGES = [
     ("--spins 400", 'write --spins "400 rpm"'),
     ("--weights=-20g", "negative position"),
-    ("--weights 20g --imbalance -29.41995mN*m", "cancel"),
+    ("--weights 20g --imbalance -29.41995mN*m", "change the weight"),
 ]
 
 

@@ -227,7 +227,7 @@ LABS = [
         "a released rod is simulated with a constant spin",
     ),
     (Truth(timing_bias=-1000.0), Design(), "run 1: time -"),
-    (Truth(), Design(masses=(1e-7,), turns=(1000.0,)), "another number of turns"),
+    (Truth(), Design(masses=(1e-7,), turns=(1000.0,)), "is too large for a time"),
 ]
 
 

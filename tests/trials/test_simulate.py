@@ -346,7 +346,7 @@ def test_a_noise_file_that_cannot_be_read_is_refused(
 
 MESSAGES = [
     ("--spins 400", 'write --spins "400 rpm"'),
-    ("--weights=-20g", "negative position"),
+    ("--weights=-20g", "run 1: mass -20 g must not be below zero"),
     ("--weights 20g --imbalance -29.41995mN*m", "change the weight"),
 ]
 

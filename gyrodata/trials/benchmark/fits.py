@@ -185,15 +185,19 @@ def title(scores: pd.DataFrame) -> str:
     most = counts.max()
     best = " and ".join(counts[counts == most].index) if most else "no program"
     kinds = scores["scene"].nunique()
-    lines = [f"A correct 95 % interval in {most} of {kinds} kinds of labs: {best}"]
-    for scene, answers in scores[is_correct].groupby("scene", sort=False):
-        lines.append(f"The cheapest correct one, {scene}: {_cheapest(answers)}")
-    lines.append(f"The cheapest of all: {_cheapest(scores)}")
-    return "\n".join(lines)
+    head = f"A correct 95 % interval in {most} of {kinds} kinds of labs: {best}"
+    return "\n".join([head, "The cheapest correct one:", *cheapest(scores, is_correct)])
 
 
-def _cheapest(scores: pd.DataFrame) -> str:
-    """Name the program that needs the least time, with its time."""
-    row = scores.sort_values("seconds").iloc[0]
-    milliseconds = float(f"{1e3 * row['seconds']:.1g}")
-    return f"{row['method']}, {milliseconds:g} ms"
+def cheapest(points: pd.DataFrame, is_good: pd.Series) -> list[str]:
+    """Name the good method that needs the least time in each scene, with its time."""
+    lines = []
+    for scene, rows in points.groupby("scene", sort=False):
+        good = rows[is_good[rows.index]].sort_values("seconds")
+        words = "none"
+        if len(good):
+            best = good.iloc[0]
+            milliseconds = float(f"{1e3 * best['seconds']:.1g}")
+            words = f"{best['method']}, {milliseconds:g} ms"
+        lines.append(f"{scene}: {words}")
+    return lines

@@ -34,6 +34,8 @@ class LabScene(Struct, frozen=True):
     median of 0.025."""
     miscounted: float = 0.0
     """Part of the labs in which a run has half of the turns written down [1]."""
+    push: tuple[float, float] = (0.0, 1.0)
+    """Smallest and largest push of the hand, over the rate of steady precession [1]."""
     truth: Truth = Truth()
 
     def draw(self, seed: int) -> str:
@@ -89,7 +91,8 @@ def scene_of(log: FittedLog) -> LabScene:
         inertia=log.fit.inertia.value, imbalance=log.fit.residual_torque.value
     )
     design = Design(runs=tuple(map(tuple, columns.T.tolist())))
-    return LabScene("your log", design, noise, truth=truth)
+    push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
+    return LabScene("your log", design, noise, push=push, truth=truth)
 
 
 def seeds(count: int, seed: int) -> list[int]:

@@ -7,8 +7,8 @@ as vectors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +18,9 @@ from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.analysis import check_fit, fit_log
+from gyrodata.base.errors import InputError
 from gyrodata.judging import changes
-from gyrodata.physics import RPM, models, motion
+from gyrodata.physics import models
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import read_log
 from gyrodata.results import Options
@@ -27,7 +28,14 @@ from gyrodata.trials.benchmark import fits, motions
 from gyrodata.trials.benchmark.fits import Answer, Row
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab, points_of
 from gyrodata.trials.benchmark.programs import LINE, PROGRAMS
-from gyrodata.trials.simulation import Design, Truth
+from gyrodata.trials.simulation import (
+    Design,
+    Motion,
+    Runs,
+    Truth,
+    happen,
+    true_readings,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,39 +144,39 @@ def fit_and_check(log: str) -> Answer:
 # --- tilted rods, by the equations of motion ---
 
 
-def fit_tilted(start: str, rpm: float, degrees: float, _: Sequence[int]) -> list[Row]:
+def fit_tilted(
+    start: Motion, rpm: float, degrees: float, _: Sequence[int]
+) -> list[Row]:
     """Fit a lab of nine tilted rods by eq. (9) and by gyro.
 
     Eq. (9) "reacts" if a rod touches the cup, which neither method knows.
     """
-    spin = np.tile([0.95, 1.0, 1.05], 3) * rpm * RPM
-    mass = np.repeat(motions.MASSES, 3)
-    rods = motions.steady_turn(mass, spin, np.full(9, math.radians(degrees)))
-    read = spin
+    truth = Truth(motion=start)
+    design = motions.at_rpm(0.95 * rpm, rpm, 1.05 * rpm, degrees=degrees)
     touches = False
-    if start == "released":
-        rods = motions.released_turn(rods)
-        # A tachometer that follows the rod reads the spin in its frame.
-        read = spin - motion.spin_excess(rods.top, spin, rods.pitch)
-        sag = physics.greatest_sag(
-            rods.top.torque,
-            spin,
-            rods.top.inertia,
-            rods.top.transverse_inertia,
-            rods.pitch,
-        )
-        touches = bool(sag.max() > models.STEEP)
     # Without steady precession the log is empty, and every method refuses it.
     log = ""
-    if np.isfinite(rods.time).all():
+    with suppress(InputError):
+        runs = happen(truth, design)
+        rods = motions.rods_of(truth, runs, push=float(start == "steady"))
         # The time that the rod really needs for one turn.
-        time = rods.time * 2 * np.pi / motions.full_motion(rods, motions.CLOSER)
-        log = write_log(start, mass, replace(rods, spin=read, time=time), degrees)
+        time = runs.time * 2 * np.pi / motions.full_motion(rods, motions.CLOSER)
+        log = write_log(truth, replace(runs, time=time), degrees)
+        touches = start == "released" and sags_into_cup(rods)
     tasks = {
         LEVEL: partial(fit_by, "horizontal", log, touches),
         GYRO: partial(fit_by, "auto", log),
     }
-    return fits.timed_answers(tasks, Truth().inertia, x=rpm, y=degrees)
+    return fits.timed_answers(tasks, truth.inertia, x=rpm, y=degrees)
+
+
+def sags_into_cup(rods: motions.Rods) -> bool:
+    """Return whether a rod that is released touches the cup."""
+    top = rods.top
+    sag = physics.greatest_sag(
+        top.torque, rods.spin, top.inertia, top.transverse_inertia, rods.pitch
+    )
+    return bool(sag.max() > models.STEEP)
 
 
 def fit_by(model: models.ModelName, log: str, touches: bool = False) -> Answer:
@@ -178,20 +186,21 @@ def fit_by(model: models.ModelName, log: str, touches: bool = False) -> Answer:
     return fits.answer(fitted.fit.inertia, touches or other)
 
 
-def write_log(start: str, mass: Any, rods: motions.Rods, degrees: float) -> str:
-    """Write a log without errors of reading."""
+def write_log(truth: Truth, runs: Runs, degrees: float) -> str:
+    """Write a log without errors of reading, which does not state I."""
     import pandas as pd
 
+    readings = true_readings(truth, runs)
     columns = {
-        "mass [kg]": mass,
-        "spin [rad/s]": rods.spin,
-        "time [s]": rods.time,
+        "mass [kg]": readings["mass"],
+        "spin [rad/s]": readings["spin"],
+        "time [s]": readings["time"],
         "pitch [deg]": degrees,
-        "position [m]": motions.POSITION,
+        "position [m]": readings["position"],
         "turns": 1,
     }
     table = pd.DataFrame(columns).to_csv(index=False)
-    return f"# u_spin_delay: 0 s\n# motion: {start}\n{table}"
+    return f"# u_spin_delay: 0 s\n# motion: {truth.motion}\n{table}"
 
 
 def fit_many_runs(runs: float, spin_u: float, seeds: Sequence[int]) -> list[Row]:

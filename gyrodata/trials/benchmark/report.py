@@ -20,7 +20,6 @@ from gyrodata.base.workers import Failed, in_workers
 from gyrodata.judging.changes import DROP_ALL
 from gyrodata.reporting import figures
 from gyrodata.reporting.data import templates
-from gyrodata.results import FittedLog
 from gyrodata.trials.benchmark import (
     charts,
     fits,
@@ -114,25 +113,17 @@ PICTURES: Mapping[str, Picture] = {
     },
 }
 
-Scene = tuple[labs.LabScene, motions.MotionScene]
-"""A lab, for the fits and for the models of the motion."""
 
-USUAL: Scene = labs.SCENES[0], motions.SCENES[0]
-
-
-def scene_of(log: FittedLog) -> Scene:
-    """Return the lab of a log as a scene."""
-    return labs.scene_of(log), motions.scene_of(log)
-
-
-def list_jobs(effort: Effort, seed: int, own: Scene) -> Iterator[tuple[str, Job]]:
+def list_jobs(
+    effort: Effort, seed: int, own: labs.LabScene | None
+) -> Iterator[tuple[str, Job]]:
     """List the jobs with the names of their tables, the long ones first."""
-    lab, rods = own
+    lab = own or labs.SCENES[0]
     seeds = labs.seeds(effort.labs, seed)
     for method, turns in itertools.product(integrators.NOMINAL, effort.budgets):
         most = effort.budgets[turns]
         yield "integrators", partial(integrators.measure_curve, method, turns, most)
-    for scene in (rods, *motions.SCENES[1:]):
+    for scene in (lab, *motions.SCENES[1:]):
         yield "motion", partial(motions.compare, scene, effort.labs, seed)
     for kind in maps.KINDS:
         cells = itertools.product(kind.y[:: effort.every], kind.x[:: effort.every])
@@ -148,7 +139,7 @@ def run(
     effort: Effort,
     workers: int,
     seed: int = 1,
-    own: Scene = USUAL,
+    own: labs.LabScene | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Tables:
     """Do all jobs; `own` takes the place of the usual lab.

@@ -96,7 +96,7 @@ def put_errors(
         quantity, _, _ = key.partition("_")
         # The spins at the start and at the end are read with one tachometer.
         for role in [role for role in true if role.split("_")[0] == quantity]:
-            drawn: Floats | float = of_log
+            drawn = np.full(len(true[role]), of_log)
             if key not in _OF_WHOLE_LOG:
                 drawn = random.standard_normal(len(true[role]))
             if key in ("mass", "position"):

@@ -5,27 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from numbers import Integral
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.base.errors import insist_on_choice, insist_on_type
+from gyrodata.base.errors import InputError, insist_on_choice
 from gyrodata.physics import Floats, motion
 from gyrodata.quantities.units import DISPLAY, Uncertainty, from_si
-from gyrodata.readings import kind_of_role, u_keys
+from gyrodata.readings import check_value, kind_of_role, to_display, u_keys
 from gyrodata.readings.lablog import header_of
 from gyrodata.readings.roles import ROLES
 from gyrodata.readings.writing import SIMULATED, uncertainty_text
 from gyrodata.trials.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
-from gyrodata.trials.simulation.truth import (
-    Design,
-    Runs,
-    Truth,
-    happen,
-    insist_on_possible,
-)
+from gyrodata.trials.simulation.truth import Design, Runs, Truth, happen
 
 UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and
@@ -89,22 +82,23 @@ def simulate(
     ------
     InputError
         If a value is impossible, or if a rod does not complete its turns.
-    TypeError, ValueError
-        If an argument has the wrong type, or a key of `noise` is unknown.
+    ValueError
+        If a key of `noise` is unknown.
     """
-    for key, u in noise.items():
+    for key in noise:
         insist_on_choice("a key of noise", key, NOISE_KEYS)
-        insist_on_type(f"noise[{key!r}]", u, Uncertainty, "an Uncertainty")
-    insist_on_type("seed", seed, Integral | None, "a whole number")
     random = np.random.default_rng(seed)
     errors = {} if seed is None else noise
     truth = _drawn(truth or Truth(), errors, random)
     runs = happen(truth, design or Design())
-    read = put_errors(_columns(truth, runs), errors, random)
+    true = true_readings(truth, runs)
+    _insist_on_possible(true)
+    read = put_errors(true, errors, random)
     # A mark that is sighted too far along makes the time too long; whole turns end at
     # the mark where they began.
     sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
     read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
+    _insist_on_possible(read)
     stated = _stated(truth, noise, runs, set(read))
     # Without errors, a reading is written with all its digits.
     cells = _cells_of_runs(runs, read, {} if seed is None else stated)
@@ -126,7 +120,7 @@ def _drawn(
     return replace(truth, **values)
 
 
-def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
+def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
     """Return the true value of everything that is read, by role."""
     is_released = truth.motion == "released"
     columns = {
@@ -151,6 +145,22 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
     if runs.pitch.any() or is_released:
         columns["transverse_inertia"] = runs.transverse_inertia
     return columns
+
+
+def _insist_on_possible(readings: Mapping[str, Floats]) -> None:
+    """Refuse readings that a log could not contain; NaN is a blank cell."""
+    for role, values in readings.items():
+        for run, value in enumerate(values.tolist(), start=1):
+            fault, _ = check_value(role, value)
+            if fault and not math.isnan(value):
+                shown, unit = to_display(value, role)
+                raise InputError.named(
+                    "simulated_impossible",
+                    run=run,
+                    role=role,
+                    value=f"{shown:.6g} {unit}".rstrip(),
+                    fault=fault,
+                )
 
 
 def _stated(
@@ -247,11 +257,6 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     """Write readings with steps of a third of their uncertainty or less.
 
     A reading without an uncertainty is written with all its digits.
-
-    Raises
-    ------
-    InputError
-        If a reading could not be typed into a log.
     """
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
@@ -260,22 +265,13 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is
     # still true.
     digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
-    texts = []
-    for run, value in enumerate(values.tolist(), start=1):
-        text = ""
-        if not math.isnan(value):
-            insist_on_possible(f"run {run}: {role}", role, value, OTHER_READINGS)
-            text = _rounded(from_si(value, unit, kind), digits)
-        texts.append(text)
-    return texts
-
-
-OTHER_READINGS = "use less noise, a bias nearer to 0, or another number of turns"
-"""What helps if a simulated reading is impossible."""
+    return [_rounded(from_si(value, unit, kind), digits) for value in values.tolist()]
 
 
 def _rounded(value: float, digits: int | None) -> str:
     """Write a number with some digits behind the point; None: with all of them."""
+    if math.isnan(value):
+        return ""
     if digits is None:
         return repr(value)
     return f"{round(value, digits):.{max(digits, 0)}f}"

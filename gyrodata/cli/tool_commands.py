@@ -210,7 +210,7 @@ def benchmark(
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
-        tables = report.run(effort, workers, 1, own, progress)
+        tables = report.run(effort, workers, own, progress)
     name = named_logs([log])[0].name if log else ""
     files = report.files(tables, name, workers)
     with telling(out):

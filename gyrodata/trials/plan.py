@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from operator import itemgetter
 from typing import Literal
 
 import numpy as np
@@ -159,9 +160,9 @@ def plan_lab(limits: Limits) -> Plan:
     measured = select(measured, good)
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
-    first = [_planned(measured, run, u) for run in range(len(good))]
+    first = tuple([_planned(measured, run, u) for run in range(len(good))])
     left = limits.minutes - sum(run.minutes for run in first)
-    return _plan(lab, replace(limits, minutes=left, spins=spins), None, tuple(first))
+    return _plan(lab, replace(limits, minutes=left, spins=spins), None, first)
 
 
 def _plan(
@@ -249,7 +250,8 @@ def _fit(
 
 def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
     """Describe a run of a lab."""
-    seconds = PREPARE + float(measured.time[run])
+    time = float(measured.time[run])
+    seconds = PREPARE + time
     if run == 0 or measured.torque[run] != measured.torque[run - 1]:
         seconds += CHANGE_WEIGHT
     return PlannedRun(
@@ -257,7 +259,7 @@ def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
         position=float(np.nan_to_num(measured.position[run])),
         spin=float(measured.spin[run]),
         turns=float(measured.turns[run]),
-        time=float(measured.time[run]),
+        time=time,
         minutes=seconds / 60,
         u=u,
     )
@@ -327,7 +329,6 @@ def _with_run(
     slower = (measured.torque[like] + balance) / (torque + balance)
     values = {
         "mass": measured.mass[like] * load.mass,
-        "force": measured.force[like] * load.mass,
         "position": measured.position[like] * load.position,
         "torque": torque,
         "spin": spin,
@@ -337,11 +338,11 @@ def _with_run(
     larger = select(measured, [*range(len(measured.runs)), like])
     for name, value in values.items():
         getattr(larger, name)[-1] = value
-    ratios = {"mass": load.mass, "position": load.position}
-    new = [name for name, ratio in ratios.items() if ratio != 1]
+    is_new = {"mass": load.mass != 1, "position": load.position != 1}
     for source in larger.sources:
         is_of_all = source.shared_by.startswith("all runs")
-        if not source.shared_by or (source.quantity in new and not is_of_all):
+        is_own = not source.shared_by or is_new.get(source.quantity, False)
+        if is_own and not is_of_all:
             source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(
@@ -350,7 +351,7 @@ def _with_run(
 
 
 RANGES = {size.role: size.possible for size in checks.SIZES}
-RANGES["time"] = SHORT, checks.TIME.possible[1]
+RANGES |= {"time": (SHORT, RANGES["time"][1])}
 """The readings that `gyro check` does not doubt [SI unit]."""
 
 
@@ -378,9 +379,7 @@ def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
 
 def _others(lab: Lab) -> tuple[Other, ...]:
     """List what else would reduce u of a lab: the advice of an analysis."""
-    others = [
-        Other(words, then / 100)
-        for words, now, then in changes.gains(lab, "advice", WORTH)
-        if then < WORTH * now
-    ]
-    return tuple(sorted(others, key=lambda other: other.u))
+    gains = sorted(changes.gains(lab, "advice", WORTH), key=itemgetter(2))
+    return tuple(
+        [Other(words, then / 100) for words, now, then in gains if then < WORTH * now]
+    )

@@ -77,9 +77,15 @@ def measure_curve(method: str, turns: int, budget: int) -> list[dict[str, Any]]:
         axis, evaluations = follow(method, steps, tolerance, end)
         seconds = max(time.process_time() - begun, 1e-9)
         error = float(np.linalg.norm(axis - true))
-        row = {"scene": f"turns: {turns}", "method": method}
-        numbers = {"evaluations": evaluations, "seconds": seconds, "error": error}
-        rows.append(row | numbers)
+        rows.append(
+            {
+                "scene": f"turns: {turns}",
+                "method": method,
+                "evaluations": evaluations,
+                "seconds": seconds,
+                "error": error,
+            }
+        )
         smallest = min(error / turns, tolerance)
         if smallest < ROUNDING or 1.5 * evaluations > budget:
             break

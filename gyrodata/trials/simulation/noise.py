@@ -5,7 +5,6 @@ They are the ``u_…`` keys of the log format, shared between runs as in a real 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -106,7 +105,7 @@ def put_errors(
     return read
 
 
-def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
+def read_noise(name: str) -> dict[str, Uncertainty]:
     """Read uncertainties from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
 
     Raises
@@ -115,20 +114,16 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
         If the file cannot be read, or does not state any uncertainty of a simulated
         log.
     """
-    name = str(path)
-    if not Path(path).is_file():
+    if not Path(name).is_file():
         raise InputError.named("noise_not_read", name=name)
-    readings = read_log(Path(path), name=name)
+    readings = read_log(Path(name))
     unread = [fault for fault in readings.diagnostics if fault.code == UNREADABLE]
     if unread:
         raise InputError(unread)
-    stated = [
-        key for key in (*readings.metadata, *readings.uncertainties) if key[:2] == "u_"
-    ]
-    if not stated:
-        raise InputError.named("noise_states_nothing", name=name)
-    for key in stated:
-        if key not in NOISE_KEYS:
-            hint = nearest(key, NOISE_KEYS)
-            raise InputError.named("noise_unfit", name=name, key=key, hint=hint)
+    keys = (*readings.metadata, *readings.uncertainties)
+    stated = {key for key in keys if key.startswith("u_")}
+    unfit = sorted(stated.difference(NOISE_KEYS))
+    if unfit or not stated:
+        hint = nearest("".join(unfit[:1]), NOISE_KEYS)
+        raise InputError.named("noise_unfit", name=name, hint=hint)
     return {**TYPICAL, **readings.uncertainties}

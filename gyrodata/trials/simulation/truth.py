@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -67,23 +67,23 @@ class Design(Struct, frozen=True):
     """Angle of the rod above the horizontal, at the start of the run [rad]."""
     repeats: int = 1
     """Number of times that each run is repeated."""
-    runs: tuple[tuple[float, ...], ...] = ()
+    runs: Sequence[Sequence[float]] = ()
     """Mass, position, pitch, spin and turns of each run, such as those of a log, in
     place of all combinations."""
 
-    def _settings(self) -> Iterator[tuple[float, ...]]:
+    def _settings(self) -> Iterator[Sequence[float]]:
         """Yield mass, position, pitch, spin and turns of each run."""
         yield from self.runs
         if self.runs:
             return
-        loads: list[tuple[float, float]] = []
-        for mass in self.masses:
+        settings = itertools.product(
+            self.masses, self.positions, self.pitches, self.spins, self.turns
+        )
+        for mass, position, *others in settings:
             # A run without a weight has no position.
-            positions = self.positions if mass else (0.0,)
-            loads += itertools.product((mass,), positions)
-        settings = itertools.product(loads, self.pitches, self.spins, self.turns)
-        for load, pitch, spin, turns in settings:
-            yield from itertools.repeat((*load, pitch, spin, turns), self.repeats)
+            if mass or position == self.positions[0]:
+                load = (mass, position) if mass else (0.0, 0.0)
+                yield from itertools.repeat((*load, *others), self.repeats)
 
 
 class Runs(Struct, frozen=True):
@@ -164,10 +164,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     angle = 2 * np.pi * runs.turns
     at_start = rate(runs.spin)
     if not np.isfinite(at_start).all():
-        # This spin is enough for all runs.
-        least = physics.least_spin(runs.torque, *body, runs.pitch).max()
-        rpm = math.ceil(10 * least / RPM) / 10
-        raise InputError.named("simulated_not_steady", rpm=rpm)
+        raise InputError.named("simulated_not_steady")
     constant = truth.decay_time
     longest = angle / at_start
     if constant is None:

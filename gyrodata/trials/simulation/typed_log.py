@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from gyrodata.base.errors import InputError, insist_on_choice
 from gyrodata.physics import Floats, motion
 from gyrodata.quantities.units import DISPLAY, Uncertainty, from_si
-from gyrodata.readings import check_value, kind_of_role, to_display, u_keys
+from gyrodata.readings import check_value, kind_of_role, u_keys
 from gyrodata.readings.lablog import header_of
 from gyrodata.readings.roles import ROLES
 from gyrodata.readings.writing import SIMULATED, uncertainty_text
@@ -130,16 +130,16 @@ def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
         "time": runs.time,
         "turns": runs.turns,
     }
-    if runs.spin_end is not None:
-        columns["spin_start"] = np.abs(runs.spin)
-        columns["spin_end"] = np.abs(runs.spin_end)
-    elif is_released:
+    spin = runs.spin
+    if is_released:
         # The tachometer follows the rod.
         top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-        excess = motion.spin_excess(top, runs.spin, runs.pitch)
-        columns["spin"] = np.abs(runs.spin - excess)
+        spin = spin - motion.spin_excess(top, spin, runs.pitch)
+    if runs.spin_end is None:
+        columns["spin"] = np.abs(spin)
     else:
-        columns["spin"] = np.abs(runs.spin)
+        columns["spin_start"] = np.abs(spin)
+        columns["spin_end"] = np.abs(runs.spin_end)
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
     if runs.pitch.any() or is_released:
@@ -153,13 +153,8 @@ def _insist_on_possible(readings: Mapping[str, Floats]) -> None:
         for run, value in enumerate(values.tolist(), start=1):
             fault, _ = check_value(role, value)
             if fault and not math.isnan(value):
-                shown, unit = to_display(value, role)
                 raise InputError.named(
-                    "simulated_impossible",
-                    run=run,
-                    role=role,
-                    value=f"{shown:.6g} {unit}".rstrip(),
-                    fault=fault,
+                    "simulated_impossible", run=run, role=role, fault=fault
                 )
 
 
@@ -215,7 +210,7 @@ def _log(
     if len(across) == 1:
         del cells["transverse_inertia"]
         lines.append(f"# transverse_inertia: {across.pop()} {DISPLAY['inertia']}")
-    roles = [role for role in sorted(cells, key=ROLES.index) if any(cells[role])]
+    roles = sorted(cells, key=ROLES.index)
     headers = [header_of(role, DISPLAY[kind_of_role(role)]) for role in roles]
     lines.append(",".join([*headers, "run"]))
     rows = zip(*[cells[role] for role in roles], strict=True)

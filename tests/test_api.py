@@ -181,15 +181,9 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
         "ax is axes of matplotlib",
     ),
     (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
-    (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
     (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "be above zero"),
     (lambda g: g.analyze([], together=True), ValueError, "one log or more"),
-    (lambda g: g.simulate(noise={"u_time": 0.1}), TypeError, "is an Uncertainty"),
-    (
-        lambda g: g.simulate(design=g.Design(masses=0.02)),
-        TypeError,
-        "weight is a tuple",
-    ),
+    (lambda g: g.simulate(noise={"u_tme": 0.1}), ValueError, "did you mean 'u_time'"),
     (lambda g: g.Uncertainty(-1.0), ValueError, "0 or more"),
     (lambda g: g.Uncertainty(math.nan), ValueError, "0 or more"),
     (lambda g: g.Uncertainty("0.1 s"), TypeError, "a number in SI"),
@@ -280,7 +274,7 @@ def test_everything_returned_is_readable_text(lab: Analysis) -> None:
     assert "in 95 %" in str(lab.selfcheck(labs=5))
     simulation = gyrodata.simulate()
     assert str(simulation) == simulation.log
-    assert repr(simulation) == "<Simulation of 9 runs: I_zz = 0.00444 kg·m²>"
+    assert repr(simulation) == "<Simulation of 9 runs>"
     line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9], cov_y=0.01)
     assert (
         str(line)

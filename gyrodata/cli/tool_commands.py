@@ -23,7 +23,7 @@ from gyrodata.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from gyrodata.trials.benchmark.report import Scene
+    from gyrodata.trials.benchmark.labs import LabScene
 
 
 def simulate(
@@ -203,14 +203,14 @@ def benchmark(
     from gyrodata.base.workers import count_workers
     from gyrodata.trials.benchmark import report
 
-    own = report.USUAL if log is None else _scene_of(log)
+    own = None if log is None else _scene_of(log)
     # Test first that the folder can be written, because the benchmark takes minutes.
     with telling(out):
         write_folder(out, {})
     effort = report.QUICK if quick else report.FULL
     workers = count_workers()
     with progress_bar(100, "per cent") as progress:
-        tables = report.run(effort, workers, 1, own, progress)
+        tables = report.run(effort, workers, own, progress)
     name = named_logs([log])[0].name if log else ""
     files = report.files(tables, name, workers)
     with telling(out):
@@ -220,11 +220,11 @@ def benchmark(
     tell(f"page: {out / 'benchmark.html'}")
 
 
-def _scene_of(log: str) -> Scene:
+def _scene_of(log: str) -> LabScene:
     """Read a log for the benchmark."""
     from gyrodata.analysis import fit_log
     from gyrodata.results import Options
-    from gyrodata.trials.benchmark.report import scene_of
+    from gyrodata.trials.benchmark.labs import scene_of
 
     return scene_of(fit_log(options.read([log]), Options()))
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from operator import itemgetter
 from typing import Literal
 
 import numpy as np
@@ -25,14 +26,7 @@ from gyrodata.judging import changes
 from gyrodata.judging.changes import Lab
 from gyrodata.judging.procedure import SHORT
 from gyrodata.judging.tables import load_words
-from gyrodata.measurements import (
-    PLACED,
-    Measurements,
-    Source,
-    checks,
-    measure,
-    select,
-)
+from gyrodata.measurements import Measurements, checks, measure, select
 from gyrodata.physics import RPM, models
 from gyrodata.readings import read_log
 from gyrodata.reporting.content import source_words
@@ -166,9 +160,9 @@ def plan_lab(limits: Limits) -> Plan:
     measured = select(measured, good)
     lab = Lab(None, measured, fitting.fit(measured), models.Motion())
     u = fitting.relative_u(lab.fit.inertia)
-    first = [_planned(measured, run, u) for run in range(len(good))]
+    first = tuple([_planned(measured, run, u) for run in range(len(good))])
     left = limits.minutes - sum(run.minutes for run in first)
-    return _plan(lab, replace(limits, minutes=left, spins=spins), None, tuple(first))
+    return _plan(lab, replace(limits, minutes=left, spins=spins), None, first)
 
 
 def _plan(
@@ -183,7 +177,7 @@ def _plan(
     left_out = _left_out(lab, limits)
     runs, lab, end = _choose(lab, limits)
     u = fitting.relative_u(lab.fit.inertia)
-    limit = _limit(lab.fit)
+    limit = source_words(lab.fit.budget[0].source)
     others = _others(lab)
     return Plan(now, first, choices, runs, others, u, limit, limits.goal, end, left_out)
 
@@ -256,7 +250,8 @@ def _fit(
 
 def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
     """Describe a run of a lab."""
-    seconds = PREPARE + float(measured.time[run])
+    time = float(measured.time[run])
+    seconds = PREPARE + time
     if run == 0 or measured.torque[run] != measured.torque[run - 1]:
         seconds += CHANGE_WEIGHT
     return PlannedRun(
@@ -264,7 +259,7 @@ def _planned(measured: Measurements, run: int, u: float) -> PlannedRun:
         position=float(np.nan_to_num(measured.position[run])),
         spin=float(measured.spin[run]),
         turns=float(measured.turns[run]),
-        time=float(measured.time[run]),
+        time=time,
         minutes=seconds / 60,
         u=u,
     )
@@ -300,10 +295,12 @@ def _larger_labs(lab: Lab, limits: Limits) -> Iterator[Measurements]:
 
 def _loads(measured: Measurements, limits: Limits) -> Iterator[_Load]:
     """Yield the loads of the log, or those that the user has."""
-    # A load of several days is that of the last one.
-    first = [runs[0] for runs in measured.by_torque if measured.torque[runs[0]]]
-    last = {(measured.load[run], measured.position[run]): run for run in first}
-    loaded = list(last.values())
+    # The weights of the last day are there.
+    today = measured.day[-1]
+    first_runs = [runs[0] for runs in measured.by_torque]
+    loaded = [
+        run for run in first_runs if measured.torque[run] and measured.day[run] == today
+    ]
     if not (limits.masses or limits.positions):
         yield from map(_Load, loaded)
         return
@@ -332,7 +329,6 @@ def _with_run(
     slower = (measured.torque[like] + balance) / (torque + balance)
     values = {
         "mass": measured.mass[like] * load.mass,
-        "force": measured.force[like] * load.mass,
         "position": measured.position[like] * load.position,
         "torque": torque,
         "spin": spin,
@@ -342,36 +338,20 @@ def _with_run(
     larger = select(measured, [*range(len(measured.runs)), like])
     for name, value in values.items():
         getattr(larger, name)[-1] = value
-    if larger.block is not None:
-        larger.block[-1] = measured.day[-1]
-    ratios = {"mass": load.mass, "position": load.position}
-    new = [name for name, ratio in ratios.items() if ratio != 1]
-    if measured.day[like] != measured.day[-1]:
-        # A weight of another day is set again.
-        new += PLACED
+    is_new = {"mass": load.mass != 1, "position": load.position != 1}
     for source in larger.sources:
-        source.groups[-1] = _group_of_last_run(source, new)
+        is_of_all = source.shared_by.startswith("all runs")
+        is_own = not source.shared_by or is_new.get(source.quantity, False)
+        if is_own and not is_of_all:
+            source.groups[-1] = source.groups.max() + 1
     number = len(measured.runs) + 1
     return replace(
         larger, runs=(*measured.runs, f"planned {number}"), lines=(*measured.lines, 0)
     )
 
 
-def _group_of_last_run(source: Source, new: Sequence[str]) -> int:
-    """Return the group of an added run in a source of error.
-
-    `new` names the sources and quantities of which it has an error of its own.
-    """
-    group = int(source.groups[-1])
-    if source.shared_by.startswith("all runs"):
-        return max(group, 0)
-    if not source.shared_by or source.quantity in new or source.name in new:
-        return int(source.groups.max()) + 1
-    return group
-
-
 RANGES = {size.role: size.possible for size in checks.SIZES}
-RANGES["time"] = SHORT, checks.TIME.possible[1]
+RANGES |= {"time": (SHORT, RANGES["time"][1])}
 """The readings that `gyro check` does not doubt [SI unit]."""
 
 
@@ -397,19 +377,9 @@ def _left_out(lab: Lab, limits: Limits) -> dict[str, str]:
 # --- what remains ---
 
 
-def _limit(fit: FitResult) -> str:
-    """Name the largest source of uncertainty of a fit."""
-    largest = max(fit.budget, key=lambda share: share.share, default=None)
-    return "nothing" if largest is None else source_words(largest.source)
-
-
 def _others(lab: Lab) -> tuple[Other, ...]:
     """List what else would reduce u of a lab: the advice of an analysis."""
-    others = [
-        Other(answer.words, fitting.relative_u(answer.inertia))
-        for change, answer in changes.answers(lab, "advice")
-        if answer.inertia is not None and change.name != "unloaded_run"
-    ]
-    now = fitting.relative_u(lab.fit.inertia)
-    worth = [other for other in others if other.u < WORTH * now]
-    return tuple(sorted(worth, key=lambda other: other.u))
+    gains = sorted(changes.gains(lab, "advice", WORTH), key=itemgetter(2))
+    return tuple(
+        [Other(words, then / 100) for words, now, then in gains if then < WORTH * now]
+    )

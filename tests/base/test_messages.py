@@ -219,15 +219,19 @@ def test_a_seldom_mistake_of_a_rubric_gets_its_message(end: str, said: str) -> N
 
 
 LABS = [
-    (Truth(timing_bias=1e9), Design(), "timing bias 1e+09 s is too large"),
-    (Truth(), Design(repeats=0), "these are 0 runs"),
+    (Truth(timing_bias=1e9), Design(), "run 1: time is too large for a time"),
+    (Truth(), Design(repeats=0), "this design has no run"),
     (
         Truth(decay_time=600.0, motion="released"),
         Design(),
         "a released rod is simulated with a constant spin",
     ),
-    (Truth(timing_bias=-1000.0), Design(), "run 1: time -"),
-    (Truth(), Design(masses=(1e-7,), turns=(1000.0,)), "another number of turns"),
+    (Truth(timing_bias=-1000.0), Design(), "run 1: time must be above zero"),
+    (
+        Truth(),
+        Design(masses=(1e-7,), turns=(1000.0,)),
+        "run 1: time is too large for a time",
+    ),
 ]
 
 

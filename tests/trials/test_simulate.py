@@ -248,7 +248,8 @@ def test_errors_have_the_stated_size_and_are_shared(
             Truth(timing_bias=0.0), replace(ONE, repeats=300), {key: wide}, seed
         )
         share = (
-            np.array(done.readings.columns[role].values) / getattr(done.runs, role) - 1
+            np.array(read_log(done.log).columns[role].values) / getattr(done.runs, role)
+            - 1
         )
         spread.append(share.std())
         common.append(share.mean())
@@ -326,8 +327,8 @@ def test_noise_is_read_from_the_lines_of_a_log(tmp_path: Path) -> None:
     ("content", "code", "said"),
     [
         (b"# u_tme: 0.1 s\n", "G636", "did you mean u_time"),
-        (b"nothing to see here\n", "G636", "states no uncertainty"),
-        (b"# a remark\n", "G636", "states no uncertainty"),
+        (b"nothing to see here\n", "G636", "known here: u_time, "),
+        (b"# a remark\n", "G636", "known here: u_time, "),
         (b"\xff\xfe\x00", "G105", "this is not text"),
         (b"# u_time: long\n", "G306", '"long" is not a number'),
         (b"# u_mass_scale: 0.1 g\n", "G306", "is in %"),
@@ -345,8 +346,8 @@ def test_a_noise_file_that_cannot_be_read_is_refused(
 
 MESSAGES = [
     ("--spins 400", 'write --spins "400 rpm"'),
-    ("--weights=-20g", "negative position"),
-    ("--weights 20g --imbalance -29.41995mN*m", "cancel"),
+    ("--weights=-20g", "run 1: mass must not be below zero"),
+    ("--weights 20g --imbalance -29.41995mN*m", "change the weight"),
 ]
 
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gyrodata.reporting import figures
 from gyrodata.reporting.figure_data import COLOURS, MARKERS
 from gyrodata.reporting.figures import INK
-from gyrodata.trials.benchmark.fits import STATED
 from gyrodata.trials.benchmark.maps import HALF, MapKind
 from gyrodata.trials.benchmark.motions import KNOWN
 
@@ -43,16 +42,15 @@ def draw_points(
     table: pd.DataFrame,
     views: Sequence[tuple[str, str]],
     error: str,
-    limit: float | None = None,
+    levels: Mapping[str, float] = {},
 ) -> None:
     """Draw a panel for each scene and view, which is the columns of its axes.
 
-    A view of a cost that was not measured is left out. `error` describes the error, and
-    `limit` is a line for it.
+    A view of a cost that was not measured is left out. `error` describes the error,
+    and `levels` are lines for columns.
     """
     labels = LABELS | {"error": error}
     views = [(x, y) for x, y in views if x in table]
-    limits = {"coverage": STATED, "error": limit}
     scenes = list(table.groupby("scene", sort=False))
     grid = figure.subplots(
         len(views), len(scenes), sharex="row", sharey="row", squeeze=False
@@ -61,8 +59,8 @@ def draw_points(
         for ax, (_, points) in zip(row, scenes, strict=True):
             draw_panel(ax, points, x, y)
             ax.set_xlabel(labels[x])
-            if limits[y] is not None:
-                ax.axhline(limits[y], color=INK, linestyle="--", linewidth=1)
+            if y in levels:
+                ax.axhline(levels[y], color=INK, linestyle="--", linewidth=1)
         row[0].set_ylabel(labels[y])
     for ax, (scene, _) in zip(grid[0], scenes, strict=True):
         ax.set_title(textwrap.fill(str(scene), 90 // len(scenes)), fontsize=9)
@@ -87,12 +85,26 @@ def draw_panel(ax: Axes, rows: pd.DataFrame, x: str, y: str) -> None:
         colour = COLOURS[number % len(COLOURS)]
         marker = MARKERS[number % len(MARKERS)]
         fill = "white" if method == KNOWN else colour
-        looks: Any = {"color": colour, "mfc": fill, "label": method}
-        ax.errorbar(points[x], points[y], ends, fmt=f"{marker}-", **looks)
+        ax.errorbar(
+            points[x],
+            points[y],
+            ends,
+            fmt=f"{marker}-",
+            color=colour,
+            mfc=fill,
+            label=method,
+        )
         if y == "error" and "coverage" in points:
-            looks = {"marker": marker, "edgecolors": colour, "zorder": 3}
-            shades = points["coverage"]
-            ax.scatter(points[x], points[y], c=shades, vmin=0, vmax=1, **looks)
+            ax.scatter(
+                points[x],
+                points[y],
+                c=points["coverage"],
+                vmin=0,
+                vmax=1,
+                marker=marker,
+                edgecolors=colour,
+                zorder=3,
+            )
 
 
 def draw_map(figure: Figure, table: pd.DataFrame, kind: MapKind) -> None:
@@ -107,8 +119,8 @@ def draw_map(figure: Figure, table: pd.DataFrame, kind: MapKind) -> None:
         numbers = columns[kind.number]
         is_bad = kind.is_bad(numbers.to_numpy())
         states = np.where(numbers.isna(), 1, 2 * is_bad)
-        looks = {"cmap": ListedColormap(CELLS), "vmin": 0, "vmax": 2}
-        ax.imshow(states, aspect="auto", origin="lower", **looks)
+        colours = ListedColormap(CELLS)
+        ax.imshow(states, colours, aspect="auto", origin="lower", vmin=0, vmax=2)
         reacts = columns["reacts"].where(numbers.notna()).to_numpy()
         for (y, x), number in np.ndenumerate(numbers):
             text = "" if np.isnan(number) else f"{round(number, 2) + 0:.2f}"

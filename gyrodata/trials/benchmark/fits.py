@@ -15,6 +15,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -45,15 +46,12 @@ STATED = 0.95
 WARM = 0.25
 """Part of the labs that take less time than the stated one [1]."""
 
-Row = dict[str, Any]
-"""One line of a table."""
-
 Answer = tuple[float, float, float, bool]
 """I_zz, the ends of its 95 % interval [kg*m^2], and whether the program reacts to the
 log, such as by a warning."""
 
 
-def fit_lab(scene: LabScene, seed: int) -> list[Row]:
+def fit_lab(scene: LabScene, seed: int) -> list[dict[str, Any]]:
     """Apply all programs to one lab."""
     log = scene.draw(seed)
     measured = measured_lab(log)
@@ -68,12 +66,19 @@ def fit_lab(scene: LabScene, seed: int) -> list[Row]:
 
 def timed_answers(
     tasks: Mapping[str, Callable[[], Any]], truth: float, **where: Any
-) -> list[Row]:
-    """Do fits; return the answer of each over the true I_zz, and its CPU time [s]."""
+) -> list[dict[str, Any]]:
+    """Do fits; return the answer of each over the true I_zz, and its CPU time [s].
+
+    A fit without an answer is NaN, and a reaction.
+    """
+    refusals = GyroError, fitting.NoFit, ValueError, RuntimeError
     rows = []
     for name, task in tasks.items():
         begun = time.process_time()
-        value, low, high, *reacts = answer_of(task)
+        value, low, high, *reacts = math.nan, math.nan, math.nan, True
+        # A warning does not change the answer, which is what is compared.
+        with suppress(*refusals), warnings.catch_warnings(action="ignore"):
+            value, low, high, *reacts = task()
         answered = {
             "method": name,
             "value": value / truth,
@@ -84,17 +89,6 @@ def timed_answers(
         }
         rows.append(where | answered)
     return rows
-
-
-def answer_of(task: Callable[[], Any]) -> Any:
-    """Do a fit; NaN and a reaction if it gives no answer."""
-    with warnings.catch_warnings():
-        # A warning does not change the answer, which is what is compared.
-        warnings.simplefilter("ignore")
-        try:
-            return task()
-        except (GyroError, fitting.NoFit, ValueError, RuntimeError):
-            return math.nan, math.nan, math.nan, True
 
 
 def fit_once(measured: Measurements) -> Answer:
@@ -114,20 +108,23 @@ def answer(inertia: Estimate, reacts: bool) -> Answer:
     return inertia.value, low, high, reacts
 
 
-def process_cost(name: str, log: str) -> list[Row]:
+def process_cost(name: str, log: str) -> list[dict[str, Any]]:
     """Measure the CPU time of a whole process that fits a lab [s]."""
     words = [programs.__file__, name]
     data = pickle.dumps(lab_of(measured_lab(log)))
     if name == GYRO:
         words = ["-m", "gyrodata", "analyze", "--no-report", "-"]
         data = log.encode()
-    before = os.times()
+    before = children_time()
     command = [sys.executable, *words]
     subprocess.run(command, input=data, capture_output=True, check=True)
-    after = os.times()
-    user = after.children_user - before.children_user
-    system = after.children_system - before.children_system
-    return [{"method": name, "process": user + system}]
+    return [{"method": name, "process": children_time() - before}]
+
+
+def children_time() -> float:
+    """Return the CPU time of all processes that this one has started [s]."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def summary(rows: pd.DataFrame, *where: str) -> pd.DataFrame:
@@ -141,7 +138,7 @@ def summary(rows: pd.DataFrame, *where: str) -> pd.DataFrame:
     )
 
 
-def score(answers: pd.DataFrame) -> Row:
+def score(answers: pd.DataFrame) -> dict[str, Any]:
     """Compare the answers of one method with the true I_zz, which is 1.
 
     The error and the coverage have a 95 % interval, from the number of labs. "length" is
@@ -185,15 +182,19 @@ def title(scores: pd.DataFrame) -> str:
     most = counts.max()
     best = " and ".join(counts[counts == most].index) if most else "no program"
     kinds = scores["scene"].nunique()
-    lines = [f"A correct 95 % interval in {most} of {kinds} kinds of labs: {best}"]
-    for scene, answers in scores[is_correct].groupby("scene", sort=False):
-        lines.append(f"The cheapest correct one, {scene}: {_cheapest(answers)}")
-    lines.append(f"The cheapest of all: {_cheapest(scores)}")
-    return "\n".join(lines)
+    head = f"A correct 95 % interval in {most} of {kinds} kinds of labs: {best}"
+    return "\n".join([head, "The cheapest correct one:", *cheapest(scores, is_correct)])
 
 
-def _cheapest(scores: pd.DataFrame) -> str:
-    """Name the program that needs the least time, with its time."""
-    row = scores.sort_values("seconds").iloc[0]
-    milliseconds = float(f"{1e3 * row['seconds']:.1g}")
-    return f"{row['method']}, {milliseconds:g} ms"
+def cheapest(points: pd.DataFrame, is_good: pd.Series) -> list[str]:
+    """Name the good method that needs the least time in each scene, with its time."""
+    lines = []
+    for scene, rows in points.groupby("scene", sort=False):
+        good = rows[is_good[rows.index]].sort_values("seconds")
+        words = "none"
+        if len(good):
+            best = good.iloc[0]
+            milliseconds = float(f"{1e3 * best['seconds']:.1g}")
+            words = f"{best['method']}, {milliseconds:g} ms"
+        lines.append(f"{scene}: {words}")
+    return lines

@@ -34,18 +34,19 @@ class LabScene(Struct, frozen=True):
     median of 0.025."""
     miscounted: float = 0.0
     """Part of the labs in which a run has half of the turns written down [1]."""
+    push: tuple[float, float] = (0.0, 1.0)
+    """Smallest and largest push of the hand, over the rate of steady precession [1]."""
     truth: Truth = Truth()
 
     def draw(self, seed: int) -> str:
         """Simulate a lab, and return its log."""
         random = np.random.default_rng([seed, 1])
         truth = self.truth
-        design = self.design
         if truth.imbalance is None:
-            lightest = min(design.masses) * min(design.positions) * truth.g
+            lightest = min(self.design.masses) * min(self.design.positions) * truth.g
             residual = self.imbalance * lightest * random.standard_normal()
             truth = replace(truth, imbalance=residual)
-        log = simulate(truth, design, {**TYPICAL, **self.noise}, seed).log
+        log = simulate(truth, self.design, {**TYPICAL, **self.noise}, seed).log
         for key, text in self.stated.items():
             before, line, after = log.partition(f"# {key}: ")
             log = before + line + text + after[after.index("\n") :]
@@ -88,15 +89,9 @@ def scene_of(log: FittedLog) -> LabScene:
     truth = Truth(
         inertia=log.fit.inertia.value, imbalance=log.fit.residual_torque.value
     )
-    design = Design(runs=tuple(map(tuple, columns.T.tolist())))
-    return LabScene("your log", design, noise, truth=truth)
-
-
-def seeds(count: int, seed: int) -> list[int]:
-    """Return the seeds of a number of labs."""
-    random = np.random.default_rng(seed)
-    drawn: list[int] = random.integers(2**31, size=count).tolist()
-    return drawn
+    design = Design(runs=columns.T.tolist())
+    push = (0.0, 0.0) if measured.motion == "released" else (0.0, 1.0)
+    return LabScene("your log", design, noise, push=push, truth=truth)
 
 
 def measured_lab(log: str) -> Measurements:

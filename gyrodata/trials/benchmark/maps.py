@@ -7,8 +7,8 @@ as vectors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +18,24 @@ from msgspec.structs import replace
 
 from gyrodata import physics
 from gyrodata.analysis import check_fit, fit_log
+from gyrodata.base.errors import InputError
 from gyrodata.judging import changes
-from gyrodata.physics import RPM, models, motion
+from gyrodata.physics import models
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import read_log
 from gyrodata.results import Options
 from gyrodata.trials.benchmark import fits, motions
-from gyrodata.trials.benchmark.fits import Answer, Row
+from gyrodata.trials.benchmark.fits import Answer
 from gyrodata.trials.benchmark.labs import LabScene, measured_lab, points_of
 from gyrodata.trials.benchmark.programs import LINE, PROGRAMS
-from gyrodata.trials.simulation import Design, Truth
+from gyrodata.trials.simulation import (
+    Design,
+    Motion,
+    Runs,
+    Truth,
+    happen,
+    true_readings,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,7 +63,7 @@ class MapKind(Struct, frozen=True):
     """The numbers between which a method does not fail."""
     x: tuple[float, ...]
     y: tuple[float, ...]
-    fit: Callable[[float, float, Sequence[int]], list[Row]]
+    fit: Callable[[float, float, Sequence[int]], list[dict[str, Any]]]
     """Fits the labs of a cell, from x, y and their seeds, by two methods."""
     reactions: str = "gyro warns in most labs"
     """What it means that a method reacts."""
@@ -66,18 +74,11 @@ class MapKind(Struct, frozen=True):
         return (numbers < low) | (numbers > high)
 
     def title(self, table: pd.DataFrame) -> str:
-        """Say in how many cells each method fails, and gives no answer."""
+        """Say in how many cells each method fails."""
         words = []
         for method, cells in table.groupby("method", sort=False):
-            bad = cells[self.is_bad(cells[self.number])]
-            text = f"{method} fails in {len(bad)} of {len(cells)} cells"
-            if len(bad):
-                where = [f"{x:g}" for x in sorted({*bad["x"]})]
-                text += f" ({self.x_label}: {', '.join(where)})"
-            missing = cells[self.number].isna().sum()
-            if missing:
-                text += f", no answer in {missing}"
-            words.append(text)
+            bad = self.is_bad(cells[self.number]).sum()
+            words.append(f"{method} fails in {bad} of {len(cells)} cells")
         return "\n".join(words)
 
 
@@ -86,7 +87,7 @@ class MapKind(Struct, frozen=True):
 
 def of_balance(difference: float, weights: float) -> LabScene:
     """Return labs whose M0 depends on the weight, in % of the lightest torque."""
-    masses = np.linspace(0.020, 0.060, int(weights)).tolist()
+    masses = np.linspace(0.020, 0.060, int(weights))
     return LabScene(
         design=Design(masses=tuple(masses)),
         noise={"u_mass": Uncertainty(difference / 100 * 0.020, 0.002)},
@@ -96,7 +97,7 @@ def of_balance(difference: float, weights: float) -> LabScene:
 
 def of_torques(spread: float, torques: float) -> LabScene:
     """Return labs whose largest torque is `spread` times the smallest."""
-    masses = np.linspace(0.060 / spread, 0.060, int(torques)).tolist()
+    masses = np.linspace(0.060 / spread, 0.060, int(torques))
     return LabScene(design=Design(masses=tuple(masses)))
 
 
@@ -111,11 +112,15 @@ def fit_labs(
     x: float,
     y: float,
     seeds: Sequence[int],
-) -> list[Row]:
-    """Fit simulated labs of one cell by the line and by gyro."""
+) -> list[dict[str, Any]]:
+    """Fit simulated labs of one cell by the line and by gyro.
+
+    There are fewer labs if each of them has very many runs.
+    """
     scene = scene_of(x, y)
-    rows: list[Row] = []
-    for seed in seeds:
+    most = MOST_RUNS // (9 * scene.design.repeats)
+    rows: list[dict[str, Any]] = []
+    for seed in seeds[:most]:
         log = scene.draw(seed)
         tasks: dict[str, Callable[[], Any]] = {
             LINE: partial(PROGRAMS[LINE], points_of(measured_lab(log))),
@@ -136,39 +141,39 @@ def fit_and_check(log: str) -> Answer:
 # --- tilted rods, by the equations of motion ---
 
 
-def fit_tilted(start: str, rpm: float, degrees: float, _: Sequence[int]) -> list[Row]:
+def fit_tilted(
+    start: Motion, rpm: float, degrees: float, _: Sequence[int]
+) -> list[dict[str, Any]]:
     """Fit a lab of nine tilted rods by eq. (9) and by gyro.
 
     Eq. (9) "reacts" if a rod touches the cup, which neither method knows.
     """
-    spin = np.tile([0.95, 1.0, 1.05], 3) * rpm * RPM
-    mass = np.repeat(motions.MASSES, 3)
-    rods = motions.steady_turn(mass, spin, np.full(9, math.radians(degrees)))
-    read = spin
+    truth = Truth(motion=start)
+    design = motions.at_rpm(0.95 * rpm, rpm, 1.05 * rpm, degrees=degrees)
     touches = False
-    if start == "released":
-        rods = motions.released_turn(rods)
-        # A tachometer that follows the rod reads the spin in its frame.
-        read = spin - motion.spin_excess(rods.top, spin, rods.pitch)
-        sag = physics.greatest_sag(
-            rods.top.torque,
-            spin,
-            rods.top.inertia,
-            rods.top.transverse_inertia,
-            rods.pitch,
-        )
-        touches = bool(sag.max() > models.STEEP)
     # Without steady precession the log is empty, and every method refuses it.
     log = ""
-    if np.isfinite(rods.time).all():
+    with suppress(InputError):
+        runs = happen(truth, design)
+        rods = motions.rods_of(truth, runs, push=float(start == "steady"))
         # The time that the rod really needs for one turn.
-        time = rods.time * 2 * np.pi / motions.full_motion(rods, motions.CLOSER)
-        log = write_log(start, mass, replace(rods, spin=read, time=time), degrees)
+        time = runs.time * 2 * np.pi / motions.full_motion(rods, motions.CLOSER)
+        log = write_log(truth, replace(runs, time=time), degrees)
+        touches = start == "released" and sags_into_cup(rods)
     tasks = {
         LEVEL: partial(fit_by, "horizontal", log, touches),
         GYRO: partial(fit_by, "auto", log),
     }
-    return fits.timed_answers(tasks, Truth().inertia, x=rpm, y=degrees)
+    return fits.timed_answers(tasks, truth.inertia, x=rpm, y=degrees)
+
+
+def sags_into_cup(rods: motions.Rods) -> bool:
+    """Return whether a rod that is released touches the cup."""
+    top = rods.top
+    sag = physics.greatest_sag(
+        top.torque, rods.spin, top.inertia, top.transverse_inertia, rods.pitch
+    )
+    return bool(sag.max() > models.STEEP)
 
 
 def fit_by(model: models.ModelName, log: str, touches: bool = False) -> Answer:
@@ -178,25 +183,21 @@ def fit_by(model: models.ModelName, log: str, touches: bool = False) -> Answer:
     return fits.answer(fitted.fit.inertia, touches or other)
 
 
-def write_log(start: str, mass: Any, rods: motions.Rods, degrees: float) -> str:
-    """Write a log without errors of reading."""
+def write_log(truth: Truth, runs: Runs, degrees: float) -> str:
+    """Write a log without errors of reading, which does not state I."""
     import pandas as pd
 
+    readings = true_readings(truth, runs)
     columns = {
-        "mass [kg]": mass,
-        "spin [rad/s]": rods.spin,
-        "time [s]": rods.time,
+        "mass [kg]": readings["mass"],
+        "spin [rad/s]": readings["spin"],
+        "time [s]": readings["time"],
         "pitch [deg]": degrees,
-        "position [m]": motions.POSITION,
+        "position [m]": readings["position"],
         "turns": 1,
     }
     table = pd.DataFrame(columns).to_csv(index=False)
-    return f"# u_spin_delay: 0 s\n# motion: {start}\n{table}"
-
-
-def fit_many_runs(runs: float, spin_u: float, seeds: Sequence[int]) -> list[Row]:
-    """Fit labs of many runs; fewer labs if each of them takes long."""
-    return fit_labs(of_runs, runs, spin_u, seeds[: int(MOST_RUNS // runs)])
+    return f"# u_spin_delay: 0 s\n# motion: {truth.motion}\n{table}"
 
 
 TILTED = MapKind(
@@ -255,7 +256,7 @@ KINDS = (
         good=(-1, 1),
         x=(9, 90, 900, 30_000),
         y=(0.5, 2, 5),
-        fit=fit_many_runs,
+        fit=partial(fit_labs, of_runs),
         reactions='gyro asks no "what would I_zz be if …?"',
     ),
 )

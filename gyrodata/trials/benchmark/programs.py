@@ -100,18 +100,17 @@ def odrpack(lab: Lab) -> Answer:
 
 def lmfit(lab: Lab) -> Answer:
     """Fit the times with u, scaled by the scatter, as is the default."""
-    from lmfit import Parameters, minimize
+    from lmfit import create_params, minimize
 
-    parameters = Parameters()
-    for name, value in zip(("inertia", "residual"), start(lab), strict=True):
-        parameters.add(name, value=value)
+    inertia, residual = start(lab)
+    parameters = create_params(inertia=inertia, residual=residual)
 
     def deviations(at: Any) -> Any:
         return (predicted_time(lab, **at.valuesdict()) - lab["time"]) / lab["time_u"]
 
     solution = minimize(deviations, parameters)
-    inertia = solution.params["inertia"]
-    return interval(inertia.value, inertia.stderr, solution.nfree)
+    fitted = solution.params["inertia"]
+    return interval(fitted.value, fitted.stderr, solution.nfree)
 
 
 def iminuit(lab: Lab) -> Answer:
@@ -172,8 +171,11 @@ OPTIONAL = "lmfit", "odrpack", "iminuit", "kafe2"
 
 def installed() -> dict[str, Callable[[Lab], Answer]]:
     """Return the fits of the programs that are installed, by name."""
-    missing = [name for name in OPTIONAL if find_spec(name) is None]
-    return {name: fit for name, fit in PROGRAMS.items() if name not in missing}
+    return {
+        name: fit
+        for name, fit in PROGRAMS.items()
+        if name not in OPTIONAL or find_spec(name)
+    }
 
 
 if __name__ == "__main__":

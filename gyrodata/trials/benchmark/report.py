@@ -7,20 +7,21 @@ depend on their order.
 from __future__ import annotations
 
 import itertools
-import platform
+import operator
 import textwrap
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec import Struct
 
 from gyrodata.base.workers import Failed, in_workers
 from gyrodata.judging.changes import DROP_ALL
 from gyrodata.reporting import figures
 from gyrodata.reporting.data import templates
-from gyrodata.results import FittedLog
 from gyrodata.trials.benchmark import (
     charts,
     fits,
@@ -30,7 +31,6 @@ from gyrodata.trials.benchmark import (
     motions,
     programs,
 )
-from gyrodata.trials.benchmark.fits import Row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 LONGEST = 900.0
 """Largest time of one job [s]."""
+
+SEED = 1
+"""Seed of the random numbers."""
 
 
 class Effort(Struct, frozen=True):
@@ -60,13 +63,6 @@ QUICK = Effort(6, {1: 3_000, 10: 8_000}, 2, False)
 """A quarter of a minute on two processors."""
 
 
-Tables = Mapping[str, "pd.DataFrame"]
-"""The numbers of each picture, by its name."""
-
-Job = Callable[[], list[Row]]
-"""A part of the work; it returns rows of a table."""
-
-
 class Picture(Struct, frozen=True):
     """A picture of the benchmark, with its numbers."""
 
@@ -84,6 +80,7 @@ PICTURES: Mapping[str, Picture] = {
             charts.draw_points,
             views=[("seconds", "error"), ("seconds", "coverage"), ("process", "error")],
             error="relative error, 68 % are closer",
+            levels={"coverage": fits.STATED},
         ),
         8.4,
     ),
@@ -93,7 +90,7 @@ PICTURES: Mapping[str, Picture] = {
             charts.draw_points,
             views=[("seconds", "error")],
             error="error of I_zz over u (bar: half of the labs)",
-            limit=DROP_ALL,
+            levels={"error": DROP_ALL},
         ),
         5.2,
     ),
@@ -114,32 +111,25 @@ PICTURES: Mapping[str, Picture] = {
     },
 }
 
-Scene = tuple[labs.LabScene, motions.MotionScene]
-"""A lab, for the fits and for the models of the motion."""
 
-USUAL: Scene = labs.SCENES[0], motions.SCENES[0]
-
-
-def scene_of(log: FittedLog) -> Scene:
-    """Return the lab of a log as a scene."""
-    return labs.scene_of(log), motions.scene_of(log)
-
-
-def list_jobs(effort: Effort, seed: int, own: Scene) -> Iterator[tuple[str, Job]]:
+def list_jobs(
+    effort: Effort, own: labs.LabScene | None
+) -> Iterator[tuple[str, Callable[[], list[dict[str, Any]]]]]:
     """List the jobs with the names of their tables, the long ones first."""
-    lab, rods = own
-    seeds = labs.seeds(effort.labs, seed)
+    lab = own or labs.SCENES[0]
+    random = np.random.default_rng(SEED)
+    seeds = random.integers(2**31, size=effort.labs).tolist()
     for method, turns in itertools.product(integrators.NOMINAL, effort.budgets):
         most = effort.budgets[turns]
         yield "integrators", partial(integrators.measure_curve, method, turns, most)
-    for scene in (rods, *motions.SCENES[1:]):
-        yield "motion", partial(motions.compare, scene, effort.labs, seed)
+    for scene in (lab, *motions.SCENES[1:]):
+        yield "motion", partial(motions.compare, scene, effort.labs, SEED)
     for kind in maps.KINDS:
         cells = itertools.product(kind.y[:: effort.every], kind.x[:: effort.every])
         for y, x in cells:
             yield kind.name, partial(kind.fit, x, y, seeds)
     for name in (*programs.installed(), fits.GYRO) * effort.processes:
-        yield "process", partial(fits.process_cost, name, lab.draw(seed))
+        yield "process", partial(fits.process_cost, name, lab.draw(SEED))
     for kind_of_lab, each in itertools.product((lab, *labs.SCENES[1:]), seeds):
         yield "fits", partial(fits.fit_lab, kind_of_lab, each)
 
@@ -147,25 +137,20 @@ def list_jobs(effort: Effort, seed: int, own: Scene) -> Iterator[tuple[str, Job]
 def run(
     effort: Effort,
     workers: int,
-    seed: int = 1,
-    own: Scene = USUAL,
+    own: labs.LabScene | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Tables:
-    """Do all jobs; `own` takes the place of the usual lab.
+) -> dict[str, pd.DataFrame]:
+    """Do all jobs; return the numbers of each picture.
 
-    `progress` is called with the part of the jobs that is done [%].
+    `own` takes the place of the usual lab, and `progress` is called with the part of the
+    jobs that is done [%].
     """
-    names, jobs = zip(*list_jobs(effort, seed, own), strict=True)
-    rows_of: dict[str, list[Row]] = {}
-    for name, rows in zip(names, answers_of(jobs, workers, progress), strict=True):
-        rows_of.setdefault(name, []).extend(rows)
-    return tables_of(rows_of)
-
-
-def tables_of(rows_of: Mapping[str, list[Row]]) -> dict[str, pd.DataFrame]:
-    """Compute the numbers of each picture from the rows of the jobs."""
     import pandas as pd
 
+    names, jobs = zip(*list_jobs(effort, own), strict=True)
+    rows_of: defaultdict[str, list[dict[str, Any]]] = defaultdict(list)
+    for name, rows in zip(names, answers_of(jobs, workers, progress), strict=True):
+        rows_of[name] += rows
     tables = {name: pd.DataFrame(rows) for name, rows in rows_of.items()}
     tables["fits"] = fits.summary(tables["fits"], "scene")
     if "process" in tables:
@@ -176,44 +161,41 @@ def tables_of(rows_of: Mapping[str, list[Row]]) -> dict[str, pd.DataFrame]:
 
 
 def answers_of(
-    tasks: Sequence[Callable[[], Any]],
+    jobs: Sequence[Callable[[], Any]],
     workers: int,
     progress: Callable[[int], None] | None = None,
 ) -> list[Any]:
-    """Do tasks in several processes; return their answers in the order of the tasks."""
-    answers: dict[int, Any] = {}
-    for (number, _), answer in in_workers(do, [*enumerate(tasks)], workers, LONGEST):
+    """Do jobs in several processes; return their answers in the order of the jobs."""
+    answers: dict[Callable[[], Any], Any] = {}
+    for job, answer in in_workers(operator.call, jobs, workers, LONGEST):
         if isinstance(answer, Failed):
-            raise RuntimeError(f"the benchmark failed at task {number}: {answer}")
-        answers[number] = answer
+            raise RuntimeError(f"the benchmark failed: {answer}")
+        answers[job] = answer
         if progress is not None:
-            progress(100 * len(answers) // len(tasks))
-    return [answers[number] for number in range(len(tasks))]
-
-
-def do(task: tuple[int, Callable[[], Any]]) -> Any:
-    """Do one task."""
-    return task[1]()
+            progress(100 * len(answers) // len(jobs))
+    return [answers[job] for job in jobs]
 
 
 # --- the files ---
 
 
-def titles(tables: Tables) -> dict[str, str]:
+def titles(tables: Mapping[str, pd.DataFrame]) -> dict[str, str]:
     """Return what each picture shows, by its name."""
     return {name: picture.title(tables[name]) for name, picture in PICTURES.items()}
 
 
-def files(tables: Tables, own: str, workers: int) -> dict[str, bytes]:
+def files(
+    tables: Mapping[str, pd.DataFrame], own: str, workers: int
+) -> dict[str, bytes]:
     """Return the page, the pictures and the tables; `own` is the name of a log, or ""."""
     drawn = answers_of([partial(draw, name, tables) for name in PICTURES], workers)
     data = {f"{name}.png": png for name, png in zip(PICTURES, drawn, strict=True)}
     for name, table in tables.items():
-        data[f"{name}.csv"] = table.to_csv(index=False, lineterminator="\n").encode()
+        data[f"{name}.csv"] = table.to_csv(index=False).encode()
     return data | {"benchmark.html": page(tables, own).encode()}
 
 
-def draw(name: str, tables: Tables) -> bytes:
+def draw(name: str, tables: Mapping[str, pd.DataFrame]) -> bytes:
     """Draw a picture, and return the bytes of its PNG."""
     from matplotlib.figure import Figure
 
@@ -239,14 +221,12 @@ def labs_text(table: pd.DataFrame) -> str:
     return f"Quick look: only {text}, so methods can fail by chance"
 
 
-def page(tables: Tables, own: str) -> str:
+def page(tables: Mapping[str, pd.DataFrame], own: str) -> str:
     """Write the page with all pictures."""
     scores = tables["fits"]
     template = templates(Path(__file__).parent).get_template("page.html.jinja")
     return template.render(
         own=own,
-        machine=platform.processor() or platform.machine(),
-        python=platform.python_version(),
         titles=titles(tables),
         labs=labs_text(scores),
         scores=scores[scores["scene"] == scores["scene"].iloc[0]].to_dict("records"),

@@ -6,5 +6,5 @@
 """
 
 from gyrodata.trials.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, read_noise
-from gyrodata.trials.simulation.truth import Design, Runs, Truth
-from gyrodata.trials.simulation.typed_log import Simulation, simulate
+from gyrodata.trials.simulation.truth import Design, Motion, Runs, Truth, happen
+from gyrodata.trials.simulation.typed_log import Simulation, simulate, true_readings

@@ -5,9 +5,7 @@ They are the ``u_…`` keys of the log format, shared between runs as in a real 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +15,6 @@ from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import read_log
-from gyrodata.readings.roles import SPIN_SETS, u_keys
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows
 # from the digits.
@@ -53,9 +50,6 @@ NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 UNREADABLE = "G306"
 """Code of an uncertainty that cannot be read."""
 
-_SPINS = tuple(
-    role for role in chain.from_iterable(SPIN_SETS) if "u_spin" in u_keys(role)
-)
 _ERRORS = (
     "time",
     "spin",
@@ -71,6 +65,15 @@ _ERRORS = (
 )
 """The kinds of errors, in the order in which they are drawn. Readings of one weight or
 position share an error."""
+
+_OF_WHOLE_LOG = (
+    "spin_scale",
+    "mass_scale",
+    "position_zero",
+    "transverse_inertia",
+    "g",
+)
+"""The kinds of errors that all runs share."""
 
 
 def put_errors(
@@ -88,24 +91,21 @@ def put_errors(
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
     for key in _ERRORS:
         u = noise.get(f"u_{key}", Uncertainty())
-        of_whole_log = key in SOURCES and SOURCES[key].shared_by.startswith("all runs")
         of_log = float(random.standard_normal())
-        roles = [key.removesuffix("_scale").removesuffix("_zero")]
-        if key.startswith("spin"):
-            roles = [*_SPINS]
-        for role in roles:
-            if role not in true:
-                continue
-            drawn: Floats | float = of_log
-            if not of_whole_log:
+        quantity, _, _ = key.partition("_")
+        # The spins at the start and at the end are read with one tachometer.
+        for role in [role for role in true if role.split("_")[0] == quantity]:
+            drawn = np.full(len(true[role]), of_log)
+            if key not in _OF_WHOLE_LOG:
+                drawn = random.standard_normal(len(true[role]))
+            if key in ("mass", "position"):
                 _, groups = np.unique(true[role], return_inverse=True)
-                own = random.standard_normal(len(true[role]))
-                drawn = own[groups] if key in ("mass", "position") else own
+                drawn = drawn[groups]
             read[role] += (u.absolute + u.relative * true[role]) * drawn
     return read
 
 
-def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
+def read_noise(name: str) -> dict[str, Uncertainty]:
     """Read uncertainties from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
 
     Raises
@@ -114,20 +114,16 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
         If the file cannot be read, or does not state any uncertainty of a simulated
         log.
     """
-    name = str(path)
-    if not Path(path).is_file():
+    if not Path(name).is_file():
         raise InputError.named("noise_not_read", name=name)
-    readings = read_log(Path(path), name=name)
+    readings = read_log(Path(name))
     unread = [fault for fault in readings.diagnostics if fault.code == UNREADABLE]
     if unread:
         raise InputError(unread)
-    stated = [
-        key for key in (*readings.metadata, *readings.uncertainties) if key[:2] == "u_"
-    ]
-    if not stated:
-        raise InputError.named("noise_states_nothing", name=name)
-    for key in stated:
-        if key not in NOISE_KEYS:
-            hint = nearest(key, NOISE_KEYS)
-            raise InputError.named("noise_unfit", name=name, key=key, hint=hint)
+    keys = (*readings.metadata, *readings.uncertainties)
+    stated = {key for key in keys if key.startswith("u_")}
+    unfit = sorted(stated.difference(NOISE_KEYS))
+    if unfit or not stated:
+        hint = nearest("".join(unfit[:1]), NOISE_KEYS)
+        raise InputError.named("noise_unfit", name=name, hint=hint)
     return {**TYPICAL, **readings.uncertainties}

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from numbers import Integral
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.base.errors import InputError, insist_on_choice, insist_on_type
+from gyrodata.base.errors import InputError, insist_on_choice
 from gyrodata.physics import Floats, motion
-from gyrodata.quantities.notation import read_cell
 from gyrodata.quantities.units import DISPLAY, Uncertainty, from_si
-from gyrodata.readings import Readings, check_value, kind_of_role, read_log, u_keys
+from gyrodata.readings import check_value, kind_of_role, u_keys
+from gyrodata.readings.lablog import header_of
 from gyrodata.readings.roles import ROLES
 from gyrodata.readings.writing import SIMULATED, uncertainty_text
 from gyrodata.trials.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
@@ -27,7 +25,7 @@ UNKNOWN_BIAS_U = 30.0
 the noise does not contain one."""
 
 
-class Simulation(Struct, frozen=True, dict=True):
+class Simulation(Struct, frozen=True):
     """A simulated log and its truth.
 
     Attributes
@@ -40,29 +38,18 @@ class Simulation(Struct, frozen=True, dict=True):
         The true values, without errors.
     noise : mapping of str to Uncertainty
         The stated uncertainties by their ``u_…`` keys.
-    seed : int or None
-        The seed of the random numbers.
     """
 
     log: str
     truth: Truth
     runs: Runs
     noise: Mapping[str, Uncertainty]
-    seed: int | None
 
     def __str__(self) -> str:
         return self.log
 
     def __repr__(self) -> str:
-        return (
-            f"<Simulation of {len(self.runs.time)} runs: "
-            f"I_zz = {self.truth.inertia:g} kg·m²>"
-        )
-
-    @cached_property
-    def readings(self) -> Readings:
-        """The readings of the log."""
-        return read_log(self.log.encode(), name="<simulated>")
+        return f"<Simulation of {len(self.runs.time)} runs>"
 
 
 def simulate(
@@ -95,53 +82,47 @@ def simulate(
     ------
     InputError
         If a value is impossible, or if a rod does not complete its turns.
-    TypeError, ValueError
-        If an argument has the wrong type, or a key of `noise` is unknown.
+    ValueError
+        If a key of `noise` is unknown.
     """
-    insist_on_type("truth", truth, Truth | None, "a Truth")
-    insist_on_type("design", design, Design | None, "a Design")
-    insist_on_type("noise", noise, Mapping, "a mapping of u_… keys to Uncertainty")
-    for key, u in noise.items():
+    for key in noise:
         insist_on_choice("a key of noise", key, NOISE_KEYS)
-        insist_on_type(f"noise[{key!r}]", u, Uncertainty, "an Uncertainty")
-    insist_on_type("seed", seed, Integral | None, "a whole number")
-    truth = truth or Truth()
-    design = design or Design()
     random = np.random.default_rng(seed)
-    truth = _drawn(truth, noise, random, seed)
-    runs = happen(truth, design)
-    true = _columns(truth, runs)
-    read = put_errors(true, noise, random) if seed is not None else dict(true)
+    errors = {} if seed is None else noise
+    truth = _drawn(truth or Truth(), errors, random)
+    runs = happen(truth, design or Design())
+    true = true_readings(truth, runs)
+    _insist_on_possible(true)
+    read = put_errors(true, errors, random)
     # A mark that is sighted too far along makes the time too long; whole turns end at
     # the mark where they began.
     sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
     read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
+    _insist_on_possible(read)
     stated = _stated(truth, noise, runs, set(read))
-    return Simulation(_log(truth, runs, read, stated, seed), truth, runs, stated, seed)
+    # Without errors, a reading is written with all its digits.
+    cells = _cells_of_runs(runs, read, {} if seed is None else stated)
+    summary = _summary(truth, "no errors" if seed is None else f"seed {seed}")
+    return Simulation(_log(summary, truth, cells, stated), truth, runs, stated)
 
 
 def _drawn(
-    truth: Truth,
-    noise: Mapping[str, Uncertainty],
-    random: np.random.Generator,
-    seed: int | None,
+    truth: Truth, noise: Mapping[str, Uncertainty], random: np.random.Generator
 ) -> Truth:
     """Draw the values that the truth leaves open and that the whole log shares."""
-    widths = [
-        noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")
-    ]
-    imbalance = bias = 0.0
-    if seed is not None:
-        imbalance, bias = (random.standard_normal(2) * widths).tolist()
-    return replace(
-        truth,
-        imbalance=imbalance if truth.imbalance is None else truth.imbalance,
-        timing_bias=bias if truth.timing_bias is None else truth.timing_bias,
-    )
+    values: dict[str, float] = {}
+    for name, key in (("imbalance", "u_imbalance"), ("timing_bias", "u_time_bias")):
+        width = noise.get(key, Uncertainty()).absolute
+        # Zero, and not minus zero, without this noise.
+        drawn = width * float(random.standard_normal()) + 0.0
+        value = getattr(truth, name)
+        values[name] = drawn if value is None else value
+    return replace(truth, **values)
 
 
-def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
+def true_readings(truth: Truth, runs: Runs) -> dict[str, Floats]:
     """Return the true value of everything that is read, by role."""
+    is_released = truth.motion == "released"
     columns = {
         "g": np.full(len(runs.time), truth.g),
         "mass": np.where(runs.mass == 0, np.nan, runs.mass),
@@ -149,21 +130,32 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
         "time": runs.time,
         "turns": runs.turns,
     }
+    spin = runs.spin
+    if is_released:
+        # The tachometer follows the rod.
+        top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+        spin = spin - motion.spin_excess(top, spin, runs.pitch)
     if runs.spin_end is None:
-        columns["spin"] = np.abs(runs.spin)
-        if truth.motion == "released":
-            # The tachometer follows the rod.
-            top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-            columns["spin"] = np.abs(
-                runs.spin - motion.spin_excess(top, runs.spin, runs.pitch)
-            )
+        columns["spin"] = np.abs(spin)
     else:
-        columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
+        columns["spin_start"] = np.abs(spin)
+        columns["spin_end"] = np.abs(runs.spin_end)
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
-    if runs.pitch.any() or truth.motion == "released":
+    if runs.pitch.any() or is_released:
         columns["transverse_inertia"] = runs.transverse_inertia
     return columns
+
+
+def _insist_on_possible(readings: Mapping[str, Floats]) -> None:
+    """Refuse readings that a log could not contain; NaN is a blank cell."""
+    for role, values in readings.items():
+        for run, value in enumerate(values.tolist(), start=1):
+            fault, _ = check_value(role, value)
+            if fault and not math.isnan(value):
+                raise InputError.named(
+                    "simulated_impossible", run=run, role=role, fault=fault
+                )
 
 
 def _stated(
@@ -173,60 +165,64 @@ def _stated(
 
     They are the uncertainties that affect its readings, also if they are zero.
     """
-    absent = {
-        f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles
-    }
-    if not (runs.turns % 1).any():
-        absent.add("u_turns")
-    absent.add("u_decay_exponent" if truth.decay_time is None else "u_spin_delay")
     stated = {**EXACT, **noise}
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
+    for role in {"pitch", "transverse_inertia"} - roles:
+        del stated[f"u_{role}"]
+    if not (runs.turns % 1).any():
+        del stated["u_turns"]
     if truth.decay_time is None:
+        del stated["u_decay_exponent"]
         # A constant spin is the same a moment later.
         stated["u_spin_delay"] = Uncertainty()
-    return {key: u for key, u in stated.items() if key not in absent}
+    else:
+        del stated["u_spin_delay"]
+    return stated
+
+
+def _summary(truth: Truth, errors: str) -> str:
+    """Write the truth for the first line of the log."""
+    parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
+    if truth.transverse_inertia is not None:
+        parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
+    parts.append(f"residual torque {truth.imbalance:.6g} N*m")
+    parts.append(f"timing bias {truth.timing_bias:.6g} s")
+    parts.append(truth.motion)
+    if truth.decay_time is not None:
+        parts.append(f"spin decays with time constant {truth.decay_time!r} s")
+    return ", ".join([*parts, errors])
 
 
 def _log(
+    summary: str,
     truth: Truth,
-    runs: Runs,
-    read: dict[str, Floats],
-    stated: dict[str, Uncertainty],
-    seed: int | None,
+    cells: dict[str, list[str]],
+    stated: Mapping[str, Uncertainty],
 ) -> str:
     """Write the log: ``#`` lines, a header and one line for each run."""
-    columns = _cells_of_runs(runs, read, {} if seed is None else stated)
-    head = {
-        SIMULATED: _summary(truth, seed),
-        "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}",
-    }
+    g = cells.pop("g")[0]
+    lines = [f"# {SIMULATED}: {summary}", f"# g: {g} {DISPLAY['acceleration']}"]
     for key, u in stated.items():
-        head[key] = uncertainty_text(u, kind_of_role(key))
-    head["motion"] = truth.motion
-    across = columns.get("transverse_inertia", [])
-    if len(set(across)) == 1:
-        head["transverse_inertia"] = f"{across[0]} {DISPLAY['inertia']}"
-        del columns["transverse_inertia"]
-    table: dict[str, list[str]] = {}
-    for role in sorted(columns, key=ROLES.index):
-        unit = DISPLAY[kind_of_role(role)]
-        table[f"{role} [{unit}]" if unit else role] = columns[role]
-    table["run"] = [str(i + 1) for i in range(len(runs.time))]
-    filled = {header: cells for header, cells in table.items() if any(cells)}
-    lines = [f"# {key}: {value}" for key, value in head.items()]
-    lines.append(",".join(filled))
-    lines += map(",".join, zip(*filled.values(), strict=True))
+        lines.append(f"# {key}: {uncertainty_text(u, kind_of_role(key))}")
+    lines.append(f"# motion: {truth.motion}")
+    across = {*cells.get("transverse_inertia", [])}
+    if len(across) == 1:
+        del cells["transverse_inertia"]
+        lines.append(f"# transverse_inertia: {across.pop()} {DISPLAY['inertia']}")
+    roles = sorted(cells, key=ROLES.index)
+    headers = [header_of(role, DISPLAY[kind_of_role(role)]) for role in roles]
+    lines.append(",".join([*headers, "run"]))
+    rows = zip(*[cells[role] for role in roles], strict=True)
+    for number, row in enumerate(rows, start=1):
+        lines.append(",".join([*row, str(number)]))
     return "\n".join(lines) + "\n"
 
 
 def _cells_of_runs(
-    runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty]
+    runs: Runs, read: Mapping[str, Floats], stated: Mapping[str, Uncertainty]
 ) -> dict[str, list[str]]:
-    """Write the readings as the cells of a log, by role.
-
-    A reading without a stated uncertainty is written with all its digits.
-    """
+    """Write the readings as the cells of a log, by role."""
     columns: dict[str, list[str]] = {}
     for role, values in read.items():
         u = stated.get(u_keys(role)[-1], Uncertainty())
@@ -255,62 +251,22 @@ def _senses(values: Floats) -> list[str]:
 def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     """Write readings with steps of a third of their uncertainty or less.
 
-    Raises
-    ------
-    InputError
-        If a reading could not be typed into a log.
+    A reading without an uncertainty is written with all its digits.
     """
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    sizes = [u.at(float(value)) for value in values if not math.isnan(value)]
-    spread = from_si(min(sizes, default=0.0), unit, kind)
+    there = values[~np.isnan(values)].tolist()
+    spread = from_si(min(map(u.at, there), default=0.0), unit, kind)
     # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is
     # still true.
     digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
-    texts = []
-    for run, value in enumerate(values, start=1):
-        text = ""
-        if not math.isnan(value):
-            text = _rounded(from_si(float(value), unit, kind), digits)
-            _insist_on_possible(text, role, run)
-        texts.append(text)
-    return texts
+    return [_rounded(from_si(value, unit, kind), digits) for value in values.tolist()]
 
 
 def _rounded(value: float, digits: int | None) -> str:
     """Write a number with some digits behind the point; None: with all of them."""
+    if math.isnan(value):
+        return ""
     if digits is None:
         return repr(value)
     return f"{round(value, digits):.{max(digits, 0)}f}"
-
-
-def _insist_on_possible(text: str, role: str, run: int) -> None:
-    """Raise InputError if a simulated reading is impossible."""
-    kind = kind_of_role(role)
-    unit = DISPLAY[kind]
-    fault, _ = check_value(role, read_cell(text, kind, unit).value)
-    if not fault:
-        return
-    raise InputError.named(
-        "simulated_reading_impossible",
-        run=run,
-        role=role,
-        value=float(text),
-        unit=unit,
-        fault=fault,
-    )
-
-
-def _summary(truth: Truth, seed: int | None) -> str:
-    """Write the truth for the first line of the log."""
-    parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
-    if truth.transverse_inertia is not None:
-        parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
-    parts += [
-        f"residual torque {truth.imbalance:.6g} N*m",
-        f"timing bias {truth.timing_bias:.6g} s",
-        truth.motion,
-    ]
-    if truth.decay_time is not None:
-        parts.append(f"spin decays with time constant {truth.decay_time!r} s")
-    return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

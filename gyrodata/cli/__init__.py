@@ -148,6 +148,7 @@ def _is_log(word: str) -> bool:
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
+    suggest_commands=False,
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

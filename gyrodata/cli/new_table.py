@@ -15,22 +15,24 @@ ENDINGS = (".csv", ".txt", ".xlsx")
 
 
 def write_table(out: Path, text: str) -> None:
-    """Write a table to fill in; "-" is standard output.
-
-    A file that exists may contain data, and stays.
-    """
+    """Write a table to fill in; "-" is standard output."""
     if out == Path("-"):
         write_out(text)
         return
     ending = out.suffix.lower()
     if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
-    if out.exists():
-        refuse("template_exists", out=out)
-    with telling(out):
-        write_whole(out, [_workbook(text) if ending == ".xlsx" else text.encode()])
+    write_new(out, _workbook(text) if ending == ".xlsx" else text.encode())
     check = f"gyro check {word_of_file(str(out))}"
     tell(f"table to fill in: {out}; after the first runs, check it: {check}")
+
+
+def write_new(out: Path, data: bytes) -> None:
+    """Write a file. One with another content may contain data, and stays."""
+    with telling(out):
+        if out.exists() and out.read_bytes() != data:
+            refuse("file_exists", out=out)
+        write_whole(out, [data])
 
 
 _CELL_FORMATS = {

@@ -265,14 +265,19 @@ def write_out(text: str) -> None:
         refuse("output_not_written", why=error.strerror or error)
 
 
-def write_answer(form: str, document: dict[str, Any], text: object) -> None:
-    """Print a result: its document as JSON, or what `str` makes of `text`."""
+def answer_text(form: str, document: dict[str, Any]) -> str:
+    """Write the document of a result as JSON, on one line for ndjson."""
     from gyrodata.reporting.data import json_text
 
+    return json_text(document, indent=None if form == "ndjson" else 2)
+
+
+def write_answer(form: str, document: dict[str, Any], text: object) -> None:
+    """Print a result: its document as JSON, or what `str` makes of `text`."""
     if form == "text":
         write_text(str(text))
     else:
-        write_out(json_text(document, indent=None if form == "ndjson" else 2))
+        write_out(answer_text(form, document))
 
 
 def write_text(text: str) -> None:
@@ -371,17 +376,18 @@ class Log(NamedTuple):
 
     path: str
     """As it was typed; "-" is standard input."""
-    name: str
-    """For messages and results."""
+    short: Path
+    """The same; absolute paths are relative to the folder that they share."""
+
+    @property
+    def name(self) -> str:
+        """The name in messages and results."""
+        return "<stdin>" if self.path == "-" else printable(self.short.as_posix())
 
 
 def named_logs(paths: Sequence[str]) -> list[Log]:
     """Return the logs of a command with their names."""
-    logs = []
-    for path, short in zip(paths, short_paths(paths), strict=True):
-        name = "<stdin>" if path == "-" else printable(short.as_posix())
-        logs.append(Log(path, name))
-    return logs
+    return list(map(Log, paths, _short_paths(paths)))
 
 
 def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
@@ -406,7 +412,7 @@ def source_of(log: Log) -> Any:
     return sys.stdin.buffer
 
 
-def short_paths(logs: Sequence[str]) -> list[Path]:
+def _short_paths(logs: Sequence[str]) -> list[Path]:
     """Return the paths of logs as they were given.
 
     Absolute paths become relative to the folder that they share.

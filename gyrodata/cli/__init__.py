@@ -35,11 +35,12 @@ _GROUPS = {
 }
 """The commands as ``gyro --help`` lists them."""
 
-_SHORT: dict[str, str] = {}
+COMMANDS: dict[str, str] = {}
+"""What each command does."""
 for _group in _GROUPS.values():
-    _SHORT |= _group
+    COMMANDS |= _group
 
-_MODULES = {name: f"{name}_command" for name in _SHORT}
+_MODULES = {name: f"{name}_command" for name in COMMANDS}
 _MODULES |= {
     "demo": "analyze_command",
     "template": "check_command",
@@ -83,14 +84,12 @@ def _load(name: str) -> Any:
     module = import_module(f"gyrodata.cli.{_MODULES[name]}")
     command = getattr(module, name)
     if not isinstance(command, typer.Typer):
-        alone = typer.Typer(
-            add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
-        )
-        alone.command(name, hidden=name not in _SHORT)(command)
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(name, hidden=name not in COMMANDS)(command)
         command = alone
     loaded = _described(typer.main.get_command(command))
     loaded.name = name
-    loaded.short_help = _SHORT.get(name, "")
+    loaded.short_help = COMMANDS.get(name, "")
     return loaded
 
 

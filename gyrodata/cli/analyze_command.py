@@ -196,7 +196,7 @@ def analyze(
     for part, folder in zip(parts, output.folders(parts), strict=True):
         worst = max(worst, _analyze_part(part, reader, options, output, folder))
     output.finish()
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+    terminal.finish(worst, exit_zero)
 
 
 def _analyze_part(

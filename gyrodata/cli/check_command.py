@@ -26,6 +26,7 @@ from gyrodata.cli.terminal import (
     Log,
     complain,
     explained,
+    finish,
     in_parts,
     named_logs,
     place,
@@ -145,17 +146,13 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
     head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
     lines = head.splitlines()
     notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
+    notes["0"] = iter([f"no weight on the rod; aim at {aims[len(aims) // 2]} rpm"])
     half = masses * (len(aims) // 2)
-    middle: list[str | None] = [masses[0]]
-    if len(aims) % 2:
-        middle = [*masses, masses[0]]
-    middle.insert((len(middle) + 1) // 2, None)
+    middle = [*masses * (len(aims) % 2), masses[0]]
+    middle.insert((len(middle) + 1) // 2, "0")
     for mass in (*half, *middle, *reversed(half)):
-        if mass is None:
-            aim = aims[len(aims) // 2]
-            lines.append(f"0,,,,,,no weight on the rod; aim at {aim} rpm")
-        else:
-            lines.append(f"{mass},{arm},,,,,{next(notes[mass])}")
+        position_cell = arm if mass != "0" else ""
+        lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
     return "\n".join(lines) + "\n"
 
 
@@ -238,7 +235,7 @@ def check(
         parts = in_parts(logs, together, form)
         reader = Reader.of_options(settings, mapping, config)
         worst = max([_check_part(part, reader, fix, form) for part in parts])
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+    finish(worst, exit_zero)
 
 
 def _check_part(

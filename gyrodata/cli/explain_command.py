@@ -9,35 +9,15 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, indent
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
-from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
-from gyrodata.base.errors import PICTURES, GyroError
-from gyrodata.cli import documentation
+from gyrodata.base.errors import PICTURES
+from gyrodata.cli import COMMANDS, documentation
 from gyrodata.cli.options import settings_file
 from gyrodata.cli.terminal import refuse, write_text
-
-if TYPE_CHECKING:
-    from gyrodata.base.errors import Diagnostic
-
-COMMANDS = (
-    "analyze",
-    "benchmark",
-    "check",
-    "demo",
-    "explain",
-    "grade",
-    "plan",
-    "predict",
-    "schema",
-    "selfcheck",
-    "simulate",
-    "template",
-)
-"""Words that are commands, also in examples."""
 
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
@@ -113,16 +93,9 @@ def _text_about(asked: str) -> str:
     InputError
         If there is no such name; the message proposes the nearest one.
     """
-    from gyrodata.readings.roles import KEYS
-
     codes = diagnostics.explanations()
-    texts = _glossary()["keys"] | _glossary()["words"]
-    words: dict[str, str] = {}
-    for names in texts:
-        words |= dict.fromkeys(names.split(", "), names)
-    topics = {
-        _folded(name): name for name in (*KEYS, *words, *codes, *documentation.PAGES)
-    }
+    texts = _texts()
+    topics = {_folded(name): name for name in (*texts, *codes, *documentation.PAGES)}
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in topics:
         _refuse_unknown(asked, name, topics)
@@ -130,23 +103,24 @@ def _text_about(asked: str) -> str:
     if topic in documentation.PAGES:
         page = documentation.page_text(topic)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if topic in codes:
-        return _about_code(topic)
-    names = words.get(topic, topic)
-    text = texts.get(names, "").rstrip("\n")
-    return _about_word(topic, names, f"{text}\n" if text else "")
+    return _about_code(topic) if topic in codes else texts[topic]
 
 
-def _about_word(topic: str, names: str, text: str) -> str:
-    """Complete the text of the glossary about a word or a key."""
+def _texts() -> dict[str, str]:
+    """Return the text about each word, and about each key of a log."""
     from gyrodata.readings.roles import KEYS, OTHER_KEYS
 
-    if topic == "settings":
-        text += _settings_here()
-    # The glossary shows other keys as whole lines.
-    if topic in KEYS and topic not in OTHER_KEYS:
-        text += "".join(f"{line}\n" for line in _about_key(topic))
-    return f"{names}:\n{indent(text, '  ')}"
+    texts: dict[str, str] = {}
+    for names, text in (_glossary()["keys"] | _glossary()["words"]).items():
+        for name in names.split(", "):
+            texts[name] = f"{names}:\n{indent(text.strip(), '  ')}\n"
+    for key in KEYS:
+        texts.setdefault(key, f"{key}:\n")
+        # The glossary shows other keys as whole lines.
+        if key not in OTHER_KEYS:
+            texts[key] += "".join(f"  {line}\n" for line in _about_key(key))
+    texts["settings"] += _settings_here()
+    return texts
 
 
 def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
@@ -165,17 +139,17 @@ def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
     ]
     if pages:
         hints.append(f"these pages contain it: {', '.join(pages)}")
-    hints = hints or [
-        f"gyro explain lists words, and codes such as {diagnostics.NO_UNLOADED_RUN}"
-    ]
-    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints))
+    words = "gyro explain lists words, and codes such as G454"
+    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints) or words)
 
 
 def _settings_here() -> str:
     """Say which file of settings a log in this folder uses."""
     variable = os.environ.get("GYRO_CONFIG") or "not set"
     file = settings_file(Path.cwd()) or "none"
-    return f"GYRO_CONFIG now: {variable}\nThe file for a log in this folder: {file}\n"
+    return (
+        f"  GYRO_CONFIG now: {variable}\n  The file for a log in this folder: {file}\n"
+    )
 
 
 def _about_key(key: str) -> Iterator[str]:
@@ -204,47 +178,16 @@ def _about_key(key: str) -> Iterator[str]:
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
     entry = diagnostics.explanations()[code]
-    raised = _raised(code)
     example = entry.example or "(an empty file)"
-    if not raised and example.split()[0] in COMMANDS:
+    if example.split()[0] in COMMANDS:
         example = f"gyro {example}"
-    if raised and raised.hint[1:] in entry.remedy:
-        # The remedy is the hint: it is not shown twice.
-        raised = replace(raised, hint="")
-    blocks = {
+    parts = {
         "What it means": entry.meaning,
-        "How to fix it": "\n".join(map(_wrapped, entry.remedy.splitlines())),
+        "How to fix it": entry.remedy,
         "Example": example,
-        "gyro says about this log": str(raised or ""),
     }
-    parts = [f"{code}, {entry.severity}: {entry.title}"]
-    for head, text in blocks.items():
-        if text:
-            parts.append(f"{head}:\n{indent(text.rstrip(), '  ')}")
-    return "\n\n".join(parts).translate(PICTURES) + "\n"
-
-
-def _wrapped(line: str) -> str:
-    """Wrap a line, but not one to copy."""
-    if line.startswith("  "):
-        return line
-    return fill(line, 76, break_long_words=False, break_on_hyphens=False)
-
-
-def _raised(code: str) -> Diagnostic | None:
-    """Return the diagnostic of the example of a code; None if it is not a log."""
-    from gyrodata.analysis import check_log
-    from gyrodata.readings import read_log
-
-    example = diagnostics.explanations()[code].example
-    # Codes from G5 on are about options and classes.
-    if code >= "G5" or example.startswith("analyze "):
-        return None
-    about_bytes = (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED)
-    encoding = "latin-1" if code in about_bytes else "utf-8"
-    try:
-        readings = read_log(example.encode(encoding), name="log.csv")
-        raised = (*readings.diagnostics, *check_log(readings)[1])
-    except GyroError as error:
-        raised = error.diagnostics
-    return next((diagnostic for diagnostic in raised if diagnostic.code == code), None)
+    text = f"{code}, {entry.severity}: {entry.title}\n"
+    for head, part in parts.items():
+        if part:
+            text += f"\n{head}:\n{indent(part.rstrip(), '  ')}\n"
+    return text.translate(PICTURES)

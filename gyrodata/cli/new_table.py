@@ -51,7 +51,6 @@ def _workbook(text: str) -> bytes:
     The constants are in rows of two cells, and a row of headers contains the units.
     """
     from openpyxl import Workbook
-    from openpyxl.styles import Font
 
     workbook = Workbook()
     sheet = workbook.active
@@ -64,15 +63,12 @@ def _workbook(text: str) -> bytes:
             sheet.append(next(csv.reader([line])))
     header = next(row for row in sheet if not str(row[0].value).startswith("#"))
     for head in header:
-        head.font = Font(bold=True)
         sheet.column_dimensions[head.column_letter].width = 18
-    first_run = header[0].row + 1
-    for row in sheet.iter_rows(min_row=first_run):
+    for row in sheet.iter_rows(min_row=header[0].row + 1):
         for head, cell in zip(header, row, strict=True):
             cell.number_format = _CELL_FORMATS.get(head.value, "General")
             if cell.number_format.startswith("0") and cell.value:
                 cell.value = float(cell.value)
-    sheet.freeze_panes = sheet.cell(first_run, 1)
     data = io.BytesIO()
     workbook.save(data)
     return data.getvalue()

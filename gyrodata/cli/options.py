@@ -205,10 +205,9 @@ def with_units(items: str) -> list[str]:
     """
     unit = ""
     complete = []
-    parts = [part.strip() for part in items.replace(";", ",").split(",")]
-    for item in reversed([part for part in parts if part] or [items]):
-        number = re.split(r"[^\d.]*$", item)[0]
-        unit = item[len(number) :].strip() or unit
+    for item in reversed(re.split("[,;]", items)):
+        number = re.sub(r"[^\d.]*$", "", item.strip())
+        unit = item.strip()[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())
     return complete[::-1]
 

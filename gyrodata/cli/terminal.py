@@ -199,13 +199,12 @@ def _fault(error: Exception, log: str) -> Diagnostic:
 
     if os.environ.get("GYRO_DEBUG"):
         tell("".join(traceback.format_exception(error)))
-    places = [
-        f" in {frame.f_globals.get('__name__', '')}, line {line}"
-        for frame, line in traceback.walk_tb(error.__traceback__)
-    ]
-    ours = [place for place in places if place.startswith(" in gyrodata")]
+    place = ""
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        module = frame.f_globals.get("__name__", "")
+        if module.startswith("gyrodata"):
+            place = f" in {module}, line {line}"
     name = type(error).__name__
-    place = ours[-1] if ours else ""
     return Diagnostic.named("fault_of_gyro", log, error=name, place=place)
 
 
@@ -313,6 +312,11 @@ def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
 def refuse(name: str, /, **values: object) -> NoReturn:
     """Stop with one error, a message of a file `messages.toml`."""
     raise InputError.named(name, **values)
+
+
+def finish(code: int, exit_zero: bool) -> NoReturn:
+    """End a command; with --exit-zero, findings are no failure."""
+    raise typer.Exit(0 if exit_zero and code == 1 else code)
 
 
 @contextmanager

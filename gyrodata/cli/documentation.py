@@ -8,6 +8,7 @@ from pathlib import Path
 PAGES = (
     "first-timer",
     "log-format",
+    "glossary",
     "theory",
     "statistics",
     "approximations",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, indent
@@ -61,23 +60,31 @@ def _contents() -> str:
         f"gyro explain {name:<{longest}}  {documentation.page_title(name)}"
         for name in documentation.PAGES
     ]
-    words = [names.partition(",")[0] for names in _glossary()["words"]]
+    words, _ = _glossary()
+    first_names = [names.partition(",")[0] for names in words]
     parts = {
         "Pages": "\n".join(pages),
         "Codes of messages, such as": f"gyro explain {diagnostics.NO_UNLOADED_RUN}",
-        "Words": fill(", ".join(words), 74),
+        "Words": fill(", ".join(first_names), 74),
         "Keys of a log, such as": "gyro explain u_time",
     }
     return "".join(f"{head}:\n{indent(text, '  ')}\n" for head, text in parts.items())
 
 
-def _glossary() -> dict[str, dict[str, str]]:
-    """Read the texts about the "words" and the "keys" of a log.
+def _glossary() -> tuple[dict[str, str], dict[str, str]]:
+    """Read the texts about words and about keys of a log, by all their names."""
+    page = documentation.page_text("glossary")
+    words, _, keys = page.partition("\n## Keys of a log\n")
+    return _entries(words), _entries(keys)
 
-    The key of a text consists of all names of the word, separated by commas.
-    """
-    path = documentation.FOLDER / "glossary.toml"
-    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+def _entries(page: str) -> dict[str, str]:
+    """Return the texts below the headings of a page, by their headings."""
+    texts = {}
+    for entry in page.split("\n### ")[1:]:
+        heading, _, text = entry.partition("\n")
+        texts[heading] = text.partition("\n## ")[0].strip("\n")
+    return texts
 
 
 def _folded(name: str) -> str:
@@ -110,8 +117,9 @@ def _texts() -> dict[str, str]:
     """Return the text about each word, and about each key of a log."""
     from gyrodata.readings.roles import KEYS, OTHER_KEYS
 
+    words, keys = _glossary()
     texts: dict[str, str] = {}
-    for names, text in (_glossary()["keys"] | _glossary()["words"]).items():
+    for names, text in (keys | words).items():
         for name in names.split(", "):
             texts[name] = f"{names}:\n{indent(text.strip(), '  ')}\n"
     for key in KEYS:

@@ -419,8 +419,9 @@ def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     for year in years or ():
         path = year / JOURNAL
         name = year.resolve().name
+        journal = _read(path) if path.exists() else b""
         kept = {}
-        for student, entry in read_journal(_read(path))[0].items():
+        for student, entry in read_journal(journal)[0].items():
             if entry.grade.fingerprint:
                 kept[f"{name}/{student}"] = entry.grade.fingerprint
         if not kept:

@@ -102,6 +102,7 @@ def plan(
     is fitted. --out writes a table to fill in, with the expected times.
 
     Example:  gyro plan demo.csv \
+                --spins 200,400,600rpm \
                 --minutes 20 --goal 0.5%
     """
     from gyrodata.trials import plan as planning

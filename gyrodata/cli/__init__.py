@@ -54,23 +54,12 @@ _MODULES |= {
 
 _MEANT = {
     "sample": "demo",
-    "example": "demo",
-    "tutorial": "demo",
-    "init": "template",
     "new": "template",
-    "blank": "template",
-    "next": "plan",
     "fit": "analyze",
     "plot": "analyze",
     "report": "analyze",
-    "figures": "analyze",
-    "run": "analyze",
     "analyse": "analyze",
-    "analysis": "analyze",
     "docs": "explain",
-    "doc": "explain",
-    "man": "explain",
-    "pages": "explain",
     "version": "--version",
 }
 """Words that users may type, with the command that they mean."""

@@ -159,10 +159,13 @@ def analyze(
               gyro analyze demo.csv --worksheet
               gyro analyze demo.csv --no-report --format json
     """
+    parts = terminal.in_parts(logs, together, form)
+    file = None
     if form != "text" and out == Path("-"):
         # Data go to standard output without --out too.
         out = None
-    parts = terminal.in_parts(logs, together, form)
+    elif out is not None and out.suffix.lower() in DATA.get(form, ()):
+        file, out = out, None
     output = _Output(
         form=form,
         table=table,
@@ -170,8 +173,9 @@ def analyze(
         style=style,
         verbose=verbose,
         several=len(parts) > 1,
+        file=file,
         out=out,
-        no_report=no_report,
+        has_report=not no_report and (form == "text" or out is not None),
         opened=opened,
         quiet=quiet,
     )
@@ -187,9 +191,9 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        if len(logs) > 1 or form != "text" or out is not None:
+        if form != "text" or out is not None:
             terminal.refuse("watch_one_file")
-        _watch(Path(logs[0]), reader, options)
+        _watch(logs, reader, options)
         return
     output.show(output.head)
     worst = 0
@@ -261,42 +265,35 @@ class _Output(Struct):
     verbose: bool
     several: bool
     """True if there are several answers."""
+    file: Path | None
+    """Data go into a file completely, or not at all."""
     out: Path | None
-    """A file for the data, or the folder of the report."""
-    no_report: bool
+    """The folder for the report, if the user names one."""
+    has_report: bool
     opened: bool
     quiet: bool
     parts: list[str] = []
     """The texts so far."""
 
-    @property
-    def is_file(self) -> bool:
-        """Whether the data go into a file: completely, or not at all."""
-        endings = DATA.get(self.form, ())
-        return self.out is not None and self.out.suffix.lower() in endings
-
-    @property
-    def has_report(self) -> bool:
-        """Whether a report is written; data have one if there is a folder for it."""
-        wanted = self.form == "text" or self.out is not None
-        return wanted and not self.is_file and not self.no_report
-
     def refuse_contradictions(self) -> None:
         """Refuse options that contradict each other, and a file for a report."""
         if self.table != "runs" and self.form != "csv":
             terminal.refuse("table_for_csv", table=self.table)
+        if self.out is not None:
+            self._refuse_file(self.out)
+            if not self.has_report:
+                terminal.refuse("folder_without_report", out=self.out)
         if self.opened and not self.has_report:
             terminal.refuse("open_without_report")
-        if self.out is None or self.is_file:
-            return
-        if self.out == Path("-"):
+
+    def _refuse_file(self, out: Path) -> None:
+        """Refuse the name of a file for a report, which is a folder."""
+        if out == Path("-"):
             terminal.refuse("out_is_standard_output")
-        if self.out.suffix.lower() in FILE_TYPES and not self.out.is_dir():
+        if out.suffix.lower() in FILE_TYPES and not out.is_dir():
             form = self.form if self.form in DATA else "json"
-            folder = self.out.with_suffix("")
-            terminal.refuse("out_is_a_file", out=self.out, folder=folder, form=form)
-        if self.no_report:
-            terminal.refuse("folder_without_report", out=self.out)
+            folder = out.with_suffix("")
+            terminal.refuse("out_is_a_file", out=out, folder=folder, form=form)
 
     def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
         """Yield the folder of each report; None without a report.
@@ -305,33 +302,37 @@ class _Output(Struct):
         """
         used: Counter[Path] = Counter()
         for logs in parts:
-            path, short = logs[0]
-            if not self.has_report or (self.out is None and path == "-"):
+            is_unnamed = self.out is None and logs[0].path == "-"
+            if is_unnamed or not self.has_report:
                 yield None
                 continue
-            folder = self.out or Path()
-            if self.several:
-                steps = [step for step in short.parent.parts if step != ".."]
-                folder = folder.joinpath(*steps)
-            if self.several or self.out is None:
-                together = "-together" * (len(logs) > 1)
-                folder /= f"{stem_of(short)}{together}-report"
+            folder = self._folder_of(logs)
             used[folder] += 1
             if used[folder] > 1:
                 folder = folder.with_name(f"{folder.name}-{used[folder]}")
             yield folder
 
+    def _folder_of(self, logs: Sequence[Log]) -> Path:
+        folder = self.out or Path()
+        path = logs[0].short
+        if self.several:
+            steps = [step for step in path.parent.parts if step != ".."]
+            folder = folder.joinpath(*steps)
+        elif self.out is not None:
+            return folder
+        together = "-together" * (len(logs) > 1)
+        return folder / f"{stem_of(path)}{together}-report"
+
     def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
-        outputs = [self.out] if self.out and self.is_file else []
+        outputs = [self.file] if self.file else []
         if folder is not None:
             outputs = [folder / name for name in REPORT]
-            page, *others = [out.exists() for out in outputs]
-            if folder == self.out and any(others) and not page:
-                terminal.refuse("folder_with_data", out=folder)
+            if folder == self.out:
+                _refuse_other_data(folder)
         sources = {Path(log.path).resolve() for log in logs}
-        if not sources.isdisjoint([out.resolve() for out in outputs]):
-            terminal.refuse("out_is_the_log", out=self.out)
+        if not sources.isdisjoint([output.resolve() for output in outputs]):
+            terminal.refuse("out_is_the_log", out=self.file or folder)
 
     @property
     def head(self) -> str:
@@ -405,7 +406,7 @@ class _Output(Struct):
         self.parts.append(text)
         if self.form == "text":
             terminal.write_text(text)
-        elif not self.is_file:
+        elif self.file is None:
             terminal.write_out(text)
 
     def write_report(self, analysis: Analysis, folder: Path) -> Sequence[Diagnostic]:
@@ -447,9 +448,16 @@ class _Output(Struct):
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
-        if self.out is not None and self.is_file:
-            with telling(self.out.parent):
-                write_whole(self.out, ["".join(self.parts).encode()])
+        if self.file is not None:
+            with telling(self.file.parent):
+                write_whole(self.file, ["".join(self.parts).encode()])
+
+
+def _refuse_other_data(folder: Path) -> None:
+    """Refuse a folder that contains files with the names of a report, but no report."""
+    page, *others = [folder / name for name in REPORT]
+    if any(other.exists() for other in others) and not page.exists():
+        terminal.refuse("folder_with_data", out=folder)
 
 
 def demo(opened: OpenOption = False) -> None:
@@ -474,7 +482,7 @@ def demo(opened: OpenOption = False) -> None:
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(path: Path, reader: Reader, options: Options) -> None:
+def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
     On a terminal, each state replaces the last one.
@@ -484,11 +492,12 @@ def _watch(path: Path, reader: Reader, options: Options) -> None:
     from gyrodata.cli.check_command import check_log
     from gyrodata.reporting.text import answer_line
 
-    constants = reader.constants_of(str(path))
-    options = replace(options, config=reader.name_of_constants(str(path)))
+    path = Path(logs[0])
+    constants = reader.constants_of(logs[0])
+    options = replace(options, config=reader.name_of_constants(logs[0]))
     if not path.exists():
         reader.read_source(path, path.name, constants)
-    if not path.is_file():
+    if len(logs) > 1 or not path.is_file():
         terminal.refuse("watch_one_file")
     for data in contents(path):
         text = f"{path.name}: cannot be read now\n"

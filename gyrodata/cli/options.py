@@ -273,28 +273,20 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
             meant = f"{text.strip()} {units.DISPLAY[kind]}"
             refuse("option_without_unit", shown=shown, option=option, meant=meant)
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
+    low, high = units.LIMITS[kind]
+    size = abs(value)
     broken = {
         "above zero": value <= 0,
         "other than zero": value == 0,
         "zero or above": value < 0,
-        "below 90 degrees": abs(value) >= math.pi / 2,
-        "from -90 to 90 degrees": abs(value) > math.pi / 2,
+        "below 90 degrees": size >= math.pi / 2,
+        "from -90 to 90 degrees": size > math.pi / 2,
     }
     if broken.get(bound):
         refuse("option_impossible", shown=shown, bound=bound)
-    low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
-    is_small = 0 < abs(value) < low and kind != "angle"
-    if is_small or abs(value) > high:
-        words = units.KINDS[kind].words
-        unit = f" {units.SI[kind]}".rstrip()
-        refuse(
-            "option_too_large",
-            shown=shown,
-            size="small" if is_small else "large",
-            kind=words,
-            low=low,
-            high=high,
-            unit=unit,
-        )
+    is_small = 0 < size < low and kind != "angle"
+    if is_small or size > high:
+        limits = f"from {low:g} to {high:g} {units.SI[kind]}".rstrip()
+        refuse("option_impossible", shown=shown, bound=limits)
     return value

@@ -86,17 +86,19 @@ def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
     elif error.ctx is None:
         hint = f"see: {' '.join(['gyro', *typed[:1]])} --help"
     else:
-        hint = _nearest(error.ctx.command, message, typed) or _example(error.ctx)
+        hint = _nearest(error, message, typed) or _example(error.ctx)
     return InputError.named("command_line_wrong", message=message, hint=hint)
 
 
-def _nearest(command: Any, message: str, typed: Sequence[str]) -> str:
+def _nearest(error: Any, message: str, typed: Sequence[str]) -> str:
     """Propose the option, value or command that is nearest to a wrong word."""
     from difflib import get_close_matches
 
+    command = error.ctx.command
     known = {name: name for name in getattr(command, "commands", ())}
     options = [param for param in command.params if param.opts[0].startswith("-")]
-    for option in options:
+    wrong = getattr(error, "param", None)
+    for option in [wrong] if wrong in options else options:
         for value in option.type_descriptor.choices or ():
             known[value] = f"{option.opts[0]} {value}"
     for option in options:

@@ -495,7 +495,7 @@ def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     path = Path(logs[0])
     constants = reader.constants_of(logs[0])
     options = replace(options, config=reader.name_of_constants(logs[0]))
-    if not path.exists():
+    if not path.exists() and len(logs) == 1:
         reader.read_source(path, path.name, constants)
     if len(logs) > 1 or not path.is_file():
         terminal.refuse("watch_one_file")

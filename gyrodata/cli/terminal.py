@@ -94,21 +94,27 @@ def _nearest(error: Any, message: str, typed: Sequence[str]) -> str:
     """Propose the option, value or command that is nearest to a wrong word."""
     from difflib import get_close_matches
 
-    command = error.ctx.command
-    known = {name: name for name in getattr(command, "commands", ())}
-    options = [param for param in command.params if param.opts[0].startswith("-")]
-    wrong = getattr(error, "param", None)
-    for option in [wrong] if wrong in options else options:
-        for value in option.type_descriptor.choices or ():
-            known[value] = f"{option.opts[0]} {value}"
-    for option in options:
-        known |= {name.lstrip("-"): name for name in option.opts}
+    known = _known_words(error)
     for word in re.findall(r"[^\s=]+", " ".join(typed)):
         is_wrong = word.startswith("-") or f"'{word}'" in message
         if is_wrong and word not in known.values():
             for near in get_close_matches(word.lower().lstrip("-"), known, n=1):
                 return f"did you mean {known[near]}?"
     return ""
+
+
+def _known_words(error: Any) -> dict[str, str]:
+    """Return what a user can mean by a word, and how to type it."""
+    command = error.ctx.command
+    known = {name: name for name in getattr(command, "commands", ())}
+    options = [param for param in command.params if param.opts[0].startswith("-")]
+    wrong: Any = getattr(error, "param", None)
+    for option in [wrong] if wrong in options else options:
+        for value in option.type_descriptor.choices or ():
+            known[value] = f"{option.opts[0]} {value}"
+    for option in options:
+        known |= {name.lstrip("-"): name for name in option.opts}
+    return known
 
 
 def _example(context: Any) -> str:

@@ -326,13 +326,14 @@ class _Output(Struct):
     def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
         outputs = [self.file] if self.file else []
+        is_ours = True
         if folder is not None:
-            outputs = [folder / name for name in REPORT]
-            if folder == self.out:
-                _refuse_other_data(folder)
+            page, *_ = outputs = [folder / name for name in REPORT]
+            is_ours = folder != self.out or page.exists()
         sources = {Path(log.path).resolve() for log in logs}
-        if not sources.isdisjoint([output.resolve() for output in outputs]):
-            terminal.refuse("out_is_the_log", out=self.file or folder)
+        for out in outputs:
+            if out.resolve() in sources or (out.exists() and not is_ours):
+                terminal.refuse("out_has_data", out=out)
 
     @property
     def head(self) -> str:
@@ -451,13 +452,6 @@ class _Output(Struct):
         if self.file is not None:
             with telling(self.file.parent):
                 write_whole(self.file, ["".join(self.parts).encode()])
-
-
-def _refuse_other_data(folder: Path) -> None:
-    """Refuse a folder that contains files with the names of a report, but no report."""
-    page, *others = [folder / name for name in REPORT]
-    if any(other.exists() for other in others) and not page.exists():
-        terminal.refuse("folder_with_data", out=folder)
 
 
 def demo(opened: OpenOption = False) -> None:

@@ -195,7 +195,7 @@ def stem_of(log: Path) -> str:
     """Return the name of a log without its ending: "lab" of lab.csv.gz."""
     name = "stdin" if log == Path("-") else log.name.removesuffix(".gz")
     # A folder that is given by mistake may have no name: "." or "/".
-    return name.rpartition(".")[0] or name or "log"
+    return Path(name).stem or "log"
 
 
 def with_units(items: str) -> list[str]:

@@ -431,9 +431,11 @@ def _short_paths(logs: Sequence[str]) -> list[Path]:
     """
     paths = [Path(log) for log in logs]
     folders = [path.parent for path in paths if path.is_absolute()]
-    try:
-        shared = os.path.commonpath(folders) if folders else ""
-    except ValueError:
-        # Two drives of Windows share no folder.
-        return [Path(path.name) if path.is_absolute() else path for path in paths]
-    return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
+    shared = ""
+    # Two drives of Windows share no folder.
+    with suppress(ValueError):
+        shared = os.path.commonpath(folders)
+    return [
+        path.relative_to(shared or path.parent) if path.is_absolute() else path
+        for path in paths
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from pathlib import Path
 
 from gyrodata.base.disk import telling, write_whole
@@ -67,7 +68,8 @@ def _workbook(text: str) -> bytes:
     for row in sheet.iter_rows(min_row=header[0].row + 1):
         for head, cell in zip(header, row, strict=True):
             cell.number_format = _CELL_FORMATS.get(head.value, "General")
-            if cell.number_format.startswith("0") and cell.value:
+            is_number = re.fullmatch(r"\d+(\.\d+)?", cell.value or "")
+            if is_number and cell.number_format.startswith("0"):
                 cell.value = float(cell.value)
     data = io.BytesIO()
     workbook.save(data)

@@ -250,12 +250,21 @@ def for_stream(text: str, stream: Any) -> str:
 
 
 def _wrapped(line: str) -> str:
-    """Wrap a long line between words at the width of the terminal."""
+    """Wrap a long line between words at the width of the terminal.
+
+    The last column of a table goes on below its first word.
+    """
+    from gyrodata.reporting.values import display_width
+
+    width = shutil.get_terminal_size().columns
+    if display_width(line) <= width:
+        return line
     indent = len(line) - len(line.lstrip()) + 2
+    starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]
     return textwrap.fill(
         line,
-        shutil.get_terminal_size().columns,
-        subsequent_indent=" " * indent,
+        width,
+        subsequent_indent=" " * max([indent, *starts]),
         break_long_words=False,
         break_on_hyphens=False,
     )

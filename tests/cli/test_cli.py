@@ -322,7 +322,7 @@ def test_report_replaces_an_older_report(typed: Callable[..., Result]) -> None:
     assert "would replace report/runs.csv" in done.stderr
 
 
-TABLES = ("template", "plan demo.csv --minutes 5")
+TABLES = ("template", "plan demo.csv --minutes 5", "plan --minutes 5")
 
 
 @pytest.mark.slow

@@ -11,34 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from gyrodata.base.version import __version__
+from gyrodata.cli.documentation import COMMANDS, GROUPS
 from gyrodata.cli.terminal import Door, write_out
-
-_GROUPS = {
-    "Your lab": {
-        "demo": "Write a sample log, demo.csv, and analyze it.",
-        "template": "Write a blank log to fill in: a workbook or CSV.",
-        "plan": "Say which run reduces the uncertainty most.",
-        "check": "Check a log while you can still repeat or add runs.",
-        "analyze": "Fit I_zz to a log, and write figures and a report.",
-        "explain": "Explain a message code, a word or a key; or show a page.",
-    },
-    "A class": {"grade": "Grade a class, with feedback for each student."},
-    "Theory and simulation": {
-        "predict": "Predict precession and other motions from theory.",
-        "simulate": "Print a simulated log of a known truth.",
-    },
-    "Advanced": {
-        "selfcheck": "Test by simulation if the intervals of a log are reliable.",
-        "schema": "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-        "benchmark": "Chart cost against error, and map where methods fail.",
-    },
-}
-"""The commands as ``gyro --help`` lists them."""
-
-COMMANDS: dict[str, str] = {}
-"""What each command does."""
-for _group in _GROUPS.values():
-    COMMANDS |= _group
 
 _MODULES = {name: f"{name}_command" for name in COMMANDS}
 _MODULES |= {
@@ -113,7 +87,7 @@ class _Gyro(Door):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""
-        for title, group in _GROUPS.items():
+        for title, group in GROUPS.items():
             with formatter.section(title):
                 formatter.write_dl(list(group.items()))
 

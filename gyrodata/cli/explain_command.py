@@ -14,7 +14,8 @@ import typer
 
 from gyrodata.base import diagnostics
 from gyrodata.base.errors import PICTURES
-from gyrodata.cli import COMMANDS, documentation
+from gyrodata.cli import documentation
+from gyrodata.cli.documentation import COMMANDS
 from gyrodata.cli.options import settings_file
 from gyrodata.cli.terminal import refuse, write_text
 
@@ -60,28 +61,19 @@ def _contents() -> str:
         f"gyro explain {name:<{longest}}  {documentation.page_title(name)}"
         for name in documentation.PAGES
     ]
-    words, _ = _glossary()
-    first_names = [names.partition(",")[0] for names in words]
+    words = [names.partition(",")[0] for names in _glossary()]
     parts = {
         "Pages": "\n".join(pages),
-        "Codes of messages, such as": f"gyro explain {diagnostics.NO_UNLOADED_RUN}",
-        "Words": fill(", ".join(first_names), 74),
-        "Keys of a log, such as": "gyro explain u_time",
+        "Codes and uncertainties, such as": "gyro explain G454\ngyro explain u_time",
+        "Words, and keys of a log": fill(", ".join(words), 74),
     }
     return "".join(f"{head}:\n{indent(text, '  ')}\n" for head, text in parts.items())
 
 
-def _glossary() -> tuple[dict[str, str], dict[str, str]]:
+def _glossary() -> dict[str, str]:
     """Read the texts about words and about keys of a log, by all their names."""
-    page = documentation.page_text("glossary")
-    words, _, keys = page.partition("\n## Keys of a log\n")
-    return _entries(words), _entries(keys)
-
-
-def _entries(page: str) -> dict[str, str]:
-    """Return the texts below the headings of a page, by their headings."""
     texts = {}
-    for entry in page.split("\n### ")[1:]:
+    for entry in documentation.page_text("glossary").split("\n### ")[1:]:
         heading, _, text = entry.partition("\n")
         texts[heading] = text.partition("\n## ")[0].strip("\n")
     return texts
@@ -117,9 +109,8 @@ def _texts() -> dict[str, str]:
     """Return the text about each word, and about each key of a log."""
     from gyrodata.readings.roles import KEYS, OTHER_KEYS
 
-    words, keys = _glossary()
     texts: dict[str, str] = {}
-    for names, text in (keys | words).items():
+    for names, text in _glossary().items():
         for name in names.split(", "):
             texts[name] = f"{names}:\n{indent(text.strip(), '  ')}\n"
     for key in KEYS:

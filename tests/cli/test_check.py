@@ -19,7 +19,8 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import GyroError
-from gyrodata.cli import COMMANDS, app
+from gyrodata.cli import app
+from gyrodata.cli.documentation import COMMANDS
 
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"

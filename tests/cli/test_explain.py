@@ -15,7 +15,8 @@ from typer.testing import CliRunner, Result
 from gyrodata.analysis import check_log
 from gyrodata.base.diagnostics import explanations, messages
 from gyrodata.base.errors import GyroError
-from gyrodata.cli import COMMANDS, app
+from gyrodata.cli import app
+from gyrodata.cli.documentation import COMMANDS
 from gyrodata.readings import read_log
 from gyrodata.readings.roles import KEYS
 

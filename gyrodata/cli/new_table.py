@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from pathlib import Path
+from typing import Any
 
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli.options import word_of_file
@@ -67,10 +68,15 @@ def _workbook(text: str) -> bytes:
         sheet.column_dimensions[head.column_letter].width = 18
     for row in sheet.iter_rows(min_row=header[0].row + 1):
         for head, cell in zip(header, row, strict=True):
-            cell.number_format = _CELL_FORMATS.get(head.value, "General")
-            is_number = re.fullmatch(r"\d+(\.\d+)?", cell.value or "")
-            if is_number and cell.number_format.startswith("0"):
-                cell.value = float(cell.value)
+            _set_format(cell, head.value)
     data = io.BytesIO()
     workbook.save(data)
     return data.getvalue()
+
+
+def _set_format(cell: Any, header: str) -> None:
+    """Show a number with the digits of its column; what is typed as well."""
+    cell.number_format = _CELL_FORMATS.get(header, "General")
+    is_number = re.fullmatch(r"\d+(\.\d+)?", str(cell.value))
+    if is_number and cell.number_format.startswith("0"):
+        cell.value = float(cell.value)

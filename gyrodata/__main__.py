@@ -35,11 +35,10 @@ def command() -> None:
         if not isinstance(ended.code, int | None):
             raise
         atexit._run_exitfuncs()
-        with suppress(OSError, ValueError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(ended.code or 0)
-        raise
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(ended.code or 0)
 
 
 if __name__ == "__main__":

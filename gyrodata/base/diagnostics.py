@@ -84,8 +84,6 @@ def explanations() -> dict[str, Message]:
 
 
 # Codes that the package compares with others.
-COMPRESSED_FILE_DAMAGED = "G107"
-CODE_PAGE_GUESSED = "G109"
 CELL_IS_NO_NUMBER = "G203"
 CELL_BECAME_A_DATE = "G204"
 UNIT_UNKNOWN = "G205"

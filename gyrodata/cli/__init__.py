@@ -11,35 +11,10 @@ from typing import Annotated, Any
 import typer
 
 from gyrodata.base.version import __version__
+from gyrodata.cli.documentation import COMMANDS, GROUPS
 from gyrodata.cli.terminal import Door, write_out
 
-_GROUPS = {
-    "Your lab": {
-        "demo": "Write a sample log, demo.csv, and analyze it.",
-        "template": "Write a blank log to fill in: a workbook or CSV.",
-        "plan": "Say which run reduces the uncertainty most.",
-        "check": "Check a log while you can still repeat or add runs.",
-        "analyze": "Fit I_zz to a log, and write figures and a report.",
-        "explain": "Explain a message code, a word or a key; or show a page.",
-    },
-    "A class": {"grade": "Grade a class, with feedback for each student."},
-    "Theory and simulation": {
-        "predict": "Predict precession and other motions from theory.",
-        "simulate": "Print a simulated log of a known truth.",
-    },
-    "Advanced": {
-        "selfcheck": "Test by simulation if the intervals of a log are reliable.",
-        "schema": "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-        "benchmark": "Chart cost against error, and map where methods fail.",
-    },
-}
-"""The commands as ``gyro --help`` lists them."""
-
-_SHORT: dict[str, str] = {}
-for _group in _GROUPS.values():
-    _SHORT |= _group
-
-_MODULES = {name: f"{name}_command" for name in _SHORT}
+_MODULES = {name: f"{name}_command" for name in COMMANDS}
 _MODULES |= {
     "demo": "analyze_command",
     "template": "check_command",
@@ -53,23 +28,12 @@ _MODULES |= {
 
 _MEANT = {
     "sample": "demo",
-    "example": "demo",
-    "tutorial": "demo",
-    "init": "template",
     "new": "template",
-    "blank": "template",
-    "next": "plan",
     "fit": "analyze",
     "plot": "analyze",
     "report": "analyze",
-    "figures": "analyze",
-    "run": "analyze",
     "analyse": "analyze",
-    "analysis": "analyze",
     "docs": "explain",
-    "doc": "explain",
-    "man": "explain",
-    "pages": "explain",
     "version": "--version",
 }
 """Words that users may type, with the command that they mean."""
@@ -83,14 +47,12 @@ def _load(name: str) -> Any:
     module = import_module(f"gyrodata.cli.{_MODULES[name]}")
     command = getattr(module, name)
     if not isinstance(command, typer.Typer):
-        alone = typer.Typer(
-            add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
-        )
-        alone.command(name, hidden=name not in _SHORT)(command)
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(name, hidden=name not in COMMANDS)(command)
         command = alone
     loaded = _described(typer.main.get_command(command))
     loaded.name = name
-    loaded.short_help = _SHORT.get(name, "")
+    loaded.short_help = COMMANDS.get(name, "")
     return loaded
 
 
@@ -125,7 +87,7 @@ class _Gyro(Door):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""
-        for title, group in _GROUPS.items():
+        for title, group in GROUPS.items():
             with formatter.section(title):
                 formatter.write_dl(list(group.items()))
 
@@ -148,6 +110,7 @@ def _is_log(word: str) -> bool:
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
+    suggest_commands=False,
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

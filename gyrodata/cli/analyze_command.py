@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from gyrodata.base.disk import telling, write_folder, write_whole
 from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.cli import terminal
+from gyrodata.cli.new_table import write_new
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -158,11 +159,27 @@ def analyze(
               gyro analyze demo.csv --worksheet
               gyro analyze demo.csv --no-report --format json
     """
+    parts = terminal.in_parts(logs, together, form)
+    file = None
     if form != "text" and out == Path("-"):
         # Data go to standard output without --out too.
         out = None
-    parts = terminal.in_parts(logs, together, form)
-    _refuse_contradictions(form, table, out, no_report)
+    elif out is not None and out.suffix.lower() in DATA.get(form, ()):
+        file, out = out, None
+    output = _Output(
+        form=form,
+        table=table,
+        figures=figures,
+        style=style,
+        verbose=verbose,
+        several=len(parts) > 1,
+        file=file,
+        out=out,
+        has_report=not no_report and (form == "text" or out is not None),
+        opened=opened,
+        quiet=quiet,
+    )
+    output.refuse_contradictions()
     from gyrodata.results import Options
 
     reader = Reader.of_options(settings, mapping, config, quiet)
@@ -174,97 +191,16 @@ def analyze(
         worksheet=worksheet,
     )
     if watched:
-        _watch(logs, reader, options, alone=form == "text" and out is None)
+        if form != "text" or out is not None:
+            terminal.refuse("watch_one_file")
+        _watch(logs, reader, options)
         return
-    file = _data_file(out, form)
-    has_report = not no_report and _goes_with_report(form, out, file)
-    if opened and not has_report:
-        terminal.refuse("open_without_report")
-    output = _Output(
-        form=form,
-        table=table,
-        figures=figures,
-        style=style,
-        verbose=verbose,
-        several=len(parts) > 1,
-        file=file,
-        out=out,
-        has_report=has_report,
-        opened=opened,
-        quiet=quiet,
-    )
+    output.show(output.head)
     worst = 0
-    for part, below in zip(parts, _report_folders(parts), strict=True):
-        worst = max(worst, _analyze_part(part, reader, options, output, below))
+    for part, folder in zip(parts, output.folders(parts), strict=True):
+        worst = max(worst, _analyze_part(part, reader, options, output, folder))
     output.finish()
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
-
-
-def _data_file(out: Path | None, form: Format) -> Path | None:
-    """Return the file for the data; None if ``--out`` is a folder, or is not given."""
-    if out is not None and out.suffix.lower() in DATA.get(form, ()):
-        return out
-    return None
-
-
-def _goes_with_report(form: Format, out: Path | None, file: Path | None) -> bool:
-    """Return whether a report is written, unless the user wants none."""
-    if out is None:
-        return form == "text"
-    return file is None
-
-
-def _refuse_contradictions(
-    form: Format, table: Table, out: Path | None, no_report: bool
-) -> None:
-    """Refuse options that contradict each other."""
-    if table != "runs" and form != "csv":
-        terminal.refuse("table_for_csv", table=table)
-    if out is not None:
-        _refuse_file_for_report(out, form)
-        if no_report and _data_file(out, form) is None:
-            terminal.refuse("folder_without_report", out=out)
-
-
-def _refuse_file_for_report(out: Path, form: Format) -> None:
-    """Refuse a name of a file for a report, which is a folder."""
-    if out == Path("-"):
-        terminal.refuse("out_is_standard_output")
-    ending = out.suffix.lower()
-    if ending not in FILE_TYPES or ending in DATA.get(form, ()) or out.is_dir():
-        return
-    folder = out.with_suffix("")
-    data = ending.removeprefix(".")
-    if data in DATA:
-        terminal.refuse("out_is_data", out=out, folder=folder, form=data)
-    terminal.refuse("out_is_a_file", out=out, folder=folder)
-
-
-# --- the folders of reports ---
-
-
-def _report_folders(parts: Sequence[Sequence[Log]]) -> Iterator[Path]:
-    """Name the folder of each report, below that of the log if there are several.
-
-    Equal names get numbers.
-    """
-    used: Counter[Path] = Counter()
-    paths = terminal.short_paths([part[0].path for part in parts])
-    for part, path in zip(parts, paths, strict=True):
-        name = stem_of(path) + "-together" * (len(part) > 1)
-        above = Path()
-        if len(parts) > 1:
-            above = above.joinpath(
-                *(step for step in path.parent.parts if step not in ("..", path.anchor))
-            )
-        folder = above / f"{name}-report"
-        used[folder] += 1
-        if used[folder] > 1:
-            folder = folder.with_name(f"{folder.name}-{used[folder]}")
-        yield folder
-
-
-# --- one answer ---
+    terminal.finish(worst, exit_zero)
 
 
 def _analyze_part(
@@ -272,7 +208,7 @@ def _analyze_part(
     reader: Reader,
     options: Options,
     output: _Output,
-    below: Path,
+    folder: Path | None,
 ) -> int:
     """Analyse one log, or several together, and return the exit code.
 
@@ -283,40 +219,39 @@ def _analyze_part(
     options : Options
     output : _Output
         Where the answer goes.
-    below : Path
-        The folder of the report, relative to the folder of all reports.
+    folder : Path or None
+        The folder of the report, if there is one.
     """
     from gyrodata.analysis import analyze_readings
 
     options = replace(options, config=reader.name_of_constants(logs[0].path))
     name = " + ".join(log.name for log in logs)
-    folder = output.folder_of(logs, below)
     output.refuse_to_replace_data(logs, folder)
     readings = None
     try:
         readings = reader.read(logs)
         analysis = analyze_readings(readings, options)
         command = reader.command_for(logs)
-        text = output.text_of(analysis, below, folder is not None, command)
+        text = output.text_of(analysis, folder, command)
     except Exception as error:
         findings, code = terminal.explained(error, name)
         output.show(output.text_without(name, readings, options, findings))
         terminal.complain(findings, output.quiet)
         return code
     # The answer is on the screen while the figures are drawn.
-    output.show(text, folder is not None)
+    output.show(text)
     code = 0
     findings = analysis.diagnostics
-    report = None
     if folder is not None:
         try:
-            report, faults = output.write_report(analysis, folder)
+            faults = output.write_report(analysis, folder)
         except Exception as error:
             # The answer is right also if its report cannot be made.
             faults, code = terminal.explained(error, name)
+            folder = None
         findings = (*findings, *faults)
     terminal.complain(findings, output.quiet)
-    output.end(analysis, findings, report)
+    output.end(analysis, findings, folder)
     return code
 
 
@@ -333,75 +268,114 @@ class _Output(Struct):
     file: Path | None
     """Data go into a file completely, or not at all."""
     out: Path | None
-    """The folder for the reports, if the user names one."""
+    """The folder for the report, if the user names one."""
     has_report: bool
     opened: bool
     quiet: bool
     parts: list[str] = []
-    """The texts of the answers so far."""
+    """The texts so far."""
 
-    def folder_of(self, logs: Sequence[Log], below: Path) -> Path | None:
-        """Return the folder of a report; None without a report.
+    def refuse_contradictions(self) -> None:
+        """Refuse options that contradict each other, and a file for a report."""
+        if self.table != "runs" and self.form != "csv":
+            terminal.refuse("table_for_csv", table=self.table)
+        if self.out is not None:
+            self._refuse_file(self.out)
+            if not self.has_report:
+                terminal.refuse("folder_without_report", out=self.out)
+        if self.opened and not self.has_report:
+            terminal.refuse("open_without_report")
 
-        Standard input has a report only with ``--out``.
+    def _refuse_file(self, out: Path) -> None:
+        """Refuse the name of a file for a report, which is a folder."""
+        if out == Path("-"):
+            terminal.refuse("out_is_standard_output")
+        if out.suffix.lower() in FILE_TYPES and not out.is_dir():
+            form = self.form if self.form in DATA else "json"
+            folder = out.with_suffix("")
+            terminal.refuse("out_is_a_file", out=out, folder=folder, form=form)
+
+    def folders(self, parts: Sequence[Sequence[Log]]) -> Iterator[Path | None]:
+        """Yield the folder of each report; None without a report.
+
+        Several reports are below the folders of their logs. Equal names get numbers.
         """
-        if not self.has_report or (self.out is None and logs[0].path == "-"):
-            return None
-        if self.out is None:
-            return below
-        return self.out / below if self.several else self.out
+        used: Counter[Path] = Counter()
+        for logs in parts:
+            is_unnamed = self.out is None and logs[0].path == "-"
+            if is_unnamed or not self.has_report:
+                yield None
+                continue
+            folder = self._folder_of(logs)
+            used[folder] += 1
+            if used[folder] > 1:
+                folder = folder.with_name(f"{folder.name}-{used[folder]}")
+            yield folder
+
+    def _folder_of(self, logs: Sequence[Log]) -> Path:
+        folder = self.out or Path()
+        path = logs[0].short
+        if self.several:
+            steps = [step for step in path.parent.parts if step != ".."]
+            folder = folder.joinpath(*steps)
+        elif self.out is not None:
+            return folder
+        together = "-together" * (len(logs) > 1)
+        return folder / f"{stem_of(path)}{together}-report"
 
     def refuse_to_replace_data(self, logs: Sequence[Log], folder: Path | None) -> None:
         """Refuse an output that would replace a log, or other data of the user."""
         outputs = [self.file] if self.file else []
+        is_ours = True
         if folder is not None:
-            outputs = [folder / name for name in REPORT]
-            is_report = outputs[0].exists()
-            is_named = self.out is not None
-            if is_named and not is_report and any(out.exists() for out in outputs):
-                terminal.refuse("folder_with_data", out=folder)
+            page, *_ = outputs = [folder / name for name in REPORT]
+            is_ours = folder != self.out or page.exists()
         sources = {Path(log.path).resolve() for log in logs}
-        if not sources.isdisjoint([out.resolve() for out in outputs]):
-            terminal.refuse("out_is_the_log", out=self.out)
+        for out in outputs:
+            if out.resolve() in sources or (out.exists() and not is_ours):
+                terminal.refuse("out_has_data", out=out)
 
-    def text_of(
-        self, analysis: Analysis, below: Path, has_report: bool, command: str
-    ) -> str:
+    @property
+    def head(self) -> str:
+        """The first line of a table."""
+        from gyrodata.reporting.data import table_header
+
+        return table_header(self.table) if self.form == "csv" else ""
+
+    def text_of(self, analysis: Analysis, folder: Path | None, command: str) -> str:
         """Write an analysis in the format of the command.
 
         `command` is what a user types for the full report.
         """
-        from gyrodata.reporting.data import json_text, table_rows
-
         after = "\n" * self.several
         if self.form == "csv":
+            from gyrodata.reporting.data import table_rows
+
             return table_rows(analysis, self.table)
-        if self.form in ("json", "ndjson"):
-            return json_text(analysis.to_dict(), self._indent())
         if self.form == "text":
             from gyrodata.reporting.text import summary
 
             more = f"More: {command} -v"
-            more += ", or open the HTML report" * has_report
+            more += ", or open the HTML report" * (folder is not None)
             return summary(analysis, self.verbose, more, terminal.columns()) + after
         if self.form == "markdown":
-            return self._markdown(analysis, below) + after
-        from gyrodata.reporting.latex import latex_report
+            return self._markdown(analysis, folder) + after
+        if self.form == "latex":
+            from gyrodata.reporting.latex import latex_report
 
-        return latex_report(analysis)
+            return latex_report(analysis)
+        return terminal.answer_text(self.form, analysis.to_dict())
 
-    def _indent(self) -> int | None:
-        return 2 if self.form == "json" else None
-
-    def _markdown(self, analysis: Analysis, below: Path) -> str:
+    def _markdown(self, analysis: Analysis, folder: Path | None) -> str:
         from urllib.parse import quote
 
         from gyrodata.reporting.markdown import markdown_report
         from gyrodata.reporting.page import shown_form
 
         figures = f"{{}}.{shown_form(self.figures)}"
-        if self.several:
+        if self.several and folder is not None:
             # The document of several logs is next to the folders of their figures.
+            below = folder.relative_to(self.out or Path())
             figures = quote(os.fsencode(f"{below.as_posix()}/")) + figures
         return markdown_report(analysis, figures)
 
@@ -413,7 +387,7 @@ class _Output(Struct):
         findings: Sequence[Diagnostic],
     ) -> str:
         """Describe a log without an answer: an object or a row for programs."""
-        from gyrodata.reporting.data import json_text, log_row
+        from gyrodata.reporting.data import log_row
         from gyrodata.results import AnalysisDocument, to_json
 
         if self.form == "csv" and self.table == "logs":
@@ -426,34 +400,20 @@ class _Output(Struct):
             result=None,
             diagnostics=tuple([finding.to_dict() for finding in findings]),
         )
-        return json_text(to_json(document), self._indent())
+        return terminal.answer_text(self.form, to_json(document))
 
-    def show(self, text: str, has_report: bool = False) -> None:
-        """Print the text about one log, or keep it for the file."""
-        if not text:
-            return
-        if self.form == "csv" and not self.parts:
-            from gyrodata.reporting.data import table_header
-
-            text = table_header(self.table) + text
+    def show(self, text: str) -> None:
+        """Print a text, or keep it for the file."""
         self.parts.append(text)
-        if self.file is not None:
-            return
         if self.form == "text":
             terminal.write_text(text)
-            return
-        # A document is next to its figures: a terminal need not show it.
-        is_in_folder = has_report and self.form in DOCUMENTS
-        if not (is_in_folder and sys.stdout.isatty()):
+        elif self.file is None:
             terminal.write_out(text)
 
-    def write_report(
-        self, analysis: Analysis, folder: Path
-    ) -> tuple[Path, Sequence[Diagnostic]]:
+    def write_report(self, analysis: Analysis, folder: Path) -> Sequence[Diagnostic]:
         """Write the report of an answer into a folder.
 
-        Return the page or the document, and a warning about each reason why figures
-        cannot be drawn.
+        Return a warning if figures cannot be drawn.
         """
         from gyrodata.reporting.page import report_files
 
@@ -462,38 +422,30 @@ class _Output(Struct):
         files = report_files(analysis, self.figures, self.style, document, faults)
         with telling(folder):
             write_folder(folder, files)
-        warnings = []
-        for why in dict.fromkeys(faults.values()):
-            figures = listing([name for name in faults if faults[name] == why])
-            warnings.append(
-                Diagnostic.named(
-                    "figure_not_drawn", analysis.name, what=figures, why=why
-                )
-            )
-        return folder / (document or "report.html"), warnings
+        if not faults:
+            return []
+        why = "; ".join(dict.fromkeys(faults.values()))
+        what = listing([*faults])
+        return [Diagnostic.named("figure_not_drawn", analysis.name, what=what, why=why)]
 
     def end(
-        self, analysis: Analysis, findings: Sequence[Diagnostic], report: Path | None
+        self, analysis: Analysis, findings: Sequence[Diagnostic], folder: Path | None
     ) -> None:
         """Print where the report is, and the answer if messages moved it off a screen."""
-        if report is not None and self.opened:
+        if folder is not None and self.opened:
             import webbrowser
 
-            webbrowser.open(report.with_name("report.html").resolve().as_uri())
+            webbrowser.open((folder / "report.html").resolve().as_uri())
         if self.quiet:
             return
-        if report is not None:
-            terminal.tell(f"report: {report}")
-        counts = Counter(finding.severity for finding in findings)
-        words = [
-            count_text(counts[severity], severity)
-            for severity in ("error", "warning")
-            if counts[severity]
-        ]
-        if words and self.form == "text" and sys.stdout.isatty():
+        if folder is not None:
+            terminal.tell(f"report: {folder / DOCUMENTS.get(self.form, 'report.html')}")
+        warnings = [finding for finding in findings if finding.severity == "warning"]
+        if warnings and self.form == "text" and sys.stdout.isatty():
             from gyrodata.reporting.text import answer_line
 
-            terminal.tell(f"{' and '.join(words)} above; {answer_line(analysis)}")
+            count = count_text(len(warnings), "warning")
+            terminal.tell(f"{count} above; {answer_line(analysis)}")
 
     def finish(self) -> None:
         """Write the file, if the data go into one."""
@@ -512,15 +464,9 @@ def demo(opened: OpenOption = False) -> None:
     from gyrodata.cli import documentation
 
     log = Path("demo.csv")
-    data = (documentation.FOLDER / "demo.csv").read_bytes()
-    if log.exists() and log.read_bytes() != data:
-        terminal.refuse("demo_exists")
-    with telling(log):
-        write_whole(log, [data])
+    write_new(log, (documentation.FOLDER / log).read_bytes())
     terminal.tell(
-        "demo.csv is a sample log: change a number in it, then type: gyro check demo.csv"
-    )
-    terminal.tell(
+        "demo.csv is a sample log: change a number in it, then type: gyro check demo.csv",
         "for your own log: gyro template --out log.xlsx",
         "for a guide from Excel to the report: gyro explain first-timer",
     )
@@ -530,33 +476,33 @@ def demo(opened: OpenOption = False) -> None:
 # --- --watch: the answer again whenever the log is saved ---
 
 
-def _watch(logs: Sequence[str], reader: Reader, options: Options, alone: bool) -> None:
+def _watch(logs: Sequence[str], reader: Reader, options: Options) -> None:
     """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
-    On a terminal each state replaces the last one; elsewhere a line separates them.
-    `alone` says that no other output is asked for.
+    On a terminal, each state replaces the last one.
     """
+    from rich.console import Console
+
+    from gyrodata.cli.check_command import check_log
+    from gyrodata.reporting.text import answer_line
+
     path = Path(logs[0])
-    if len(logs) > 1 or logs[0] == "-" or path.is_fifo() or not alone:
-        terminal.refuse("watch_one_file")
-    constants = reader.constants_of(str(path))
-    options = replace(options, config=reader.name_of_constants(str(path)))
-    if not path.is_file():
+    constants = reader.constants_of(logs[0])
+    options = replace(options, config=reader.name_of_constants(logs[0]))
+    if not path.exists() and len(logs) == 1:
         reader.read_source(path, path.name, constants)
-    on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
-    before = ""
+    if len(logs) > 1 or not path.is_file():
+        terminal.refuse("watch_one_file")
     for data in contents(path):
         text = f"{path.name}: cannot be read now\n"
         if data is not None:
             read = partial(reader.read_source, data, path.name, constants)
-            text = _state(path.name, read, options)
-        if on_terminal:
-            # Clear the screen first.
-            terminal.write_out("\033[H\033[2J")
-            text += f"\nwatching {path.name}; Ctrl-C ends it\n"
-        terminal.write_text(before + text)
-        if not on_terminal:
-            before = "-" * 72 + "\n"
+            checked = check_log(path.name, read, options)
+            text = str(checked)
+            if checked.analysis is not None:
+                text += f"{answer_line(checked.analysis)}\n"
+        Console().clear()
+        terminal.write_text(f"watching {path.name}; Ctrl-C ends it\n{text}")
 
 
 def contents(path: Path) -> Iterator[bytes | None]:
@@ -565,28 +511,17 @@ def contents(path: Path) -> Iterator[bytes | None]:
     Two looks in sequence have to agree, because a program may still be writing the
     file.
     """
-    last = shown = None
-    for look in itertools.count():
+    last: bytes | None = path.read_bytes()
+    shown = last
+    yield shown
+    while True:
+        time.sleep(PAUSE)
         data = None
-        try:
+        with suppress(OSError):
             # To open a pipe without a writer would wait for ever.
             if path.is_file():
                 data = path.read_bytes()
-        except OSError:
-            pass
-        if look == 0 or (data == last and data != shown):
+        if data == last and data != shown:
             shown = data
             yield data
         last = data
-        time.sleep(PAUSE)
-
-
-def _state(name: str, read: partial[Readings], options: Options) -> str:
-    """Write what ``gyro check`` says of the log, and the answer so far."""
-    from gyrodata.cli.check_command import check_log
-    from gyrodata.reporting.text import answer_line
-
-    checked = check_log(name, read, options)
-    if checked.analysis is None:
-        return str(checked)
-    return f"{checked}{answer_line(checked.analysis)}\n"

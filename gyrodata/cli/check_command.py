@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import typer
 
 from gyrodata.base import diagnostics
-from gyrodata.base.disk import telling, write_whole
 from gyrodata.base.errors import Diagnostic, InputError
-from gyrodata.cli.new_table import write_table
+from gyrodata.cli.new_table import write_new, write_table
 from gyrodata.cli.options import (
     ConfigOption,
     MappingOption,
@@ -27,8 +26,10 @@ from gyrodata.cli.terminal import (
     Log,
     complain,
     explained,
+    finish,
     in_parts,
     named_logs,
+    place,
     refuse,
     write_answer,
 )
@@ -145,17 +146,13 @@ def blank_log(weights: Sequence[float], position: float, spins: Sequence[float])
     head = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8")
     lines = head.splitlines()
     notes = {mass: _notes(aims, first) for first, mass in enumerate(masses)}
+    notes["0"] = iter([f"no weight on the rod; aim at {aims[len(aims) // 2]} rpm"])
     half = masses * (len(aims) // 2)
-    middle: list[str | None] = [masses[0]]
-    if len(aims) % 2:
-        middle = [*masses, masses[0]]
-    middle.insert((len(middle) + 1) // 2, None)
+    middle = [*masses * (len(aims) % 2), masses[0]]
+    middle.insert((len(middle) + 1) // 2, "0")
     for mass in (*half, *middle, *reversed(half)):
-        if mass is None:
-            aim = aims[len(aims) // 2]
-            lines.append(f"0,,,,,,no weight on the rod; aim at {aim} rpm")
-        else:
-            lines.append(f"{mass},{arm},,,,,{next(notes[mass])}")
+        position_cell = arm if mass != "0" else ""
+        lines.append(f"{mass},{position_cell},,,,,{next(notes[mass])}")
     return "\n".join(lines) + "\n"
 
 
@@ -238,7 +235,7 @@ def check(
         parts = in_parts(logs, together, form)
         reader = Reader.of_options(settings, mapping, config)
         worst = max([_check_part(part, reader, fix, form) for part in parts])
-    raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+    finish(worst, exit_zero)
 
 
 def _check_part(
@@ -270,10 +267,7 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
-    with telling(fixed, "fixed_not_written"):
-        if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
-            refuse("fixed_exists", fixed=fixed)
-        write_whole(fixed, [text.encode()])
+    write_new(fixed, text.encode())
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
     lines = [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
     typer.echo("\n   ".join(lines), err=form != "text")
@@ -292,7 +286,7 @@ def check_log(
         return Checked(name, *explained(error, name))
     has_doubts = analysis is not None and bool(analysis.doubts)
     code = int(has_doubts or _is_serious(findings))
-    in_order = sorted(findings, key=_place)
+    in_order = sorted(findings, key=place)
     if readings.files:
         in_order.sort(key=lambda finding: finding.file or "")
     return Checked(name, in_order, code, readings, analysis)
@@ -317,14 +311,10 @@ def _check_submission(paths: Sequence[str]) -> Checked:
         for finding in readings.diagnostics
         if (finding.code, finding.file, finding.line) != answer
     ]
-    of_log = sorted(others, key=_place)
-    findings = (*of_log, *sorted(of_submission, key=_place))
+    of_log = sorted(others, key=place)
+    findings = (*of_log, *sorted(of_submission, key=place))
     code = int(_is_serious(findings))
     return Checked(readings.name, findings, code, readings, hand_in=hand_in)
-
-
-def _place(finding: Diagnostic) -> tuple[int, int]:
-    return finding.line or 0, finding.column or 0
 
 
 def _is_serious(findings: Sequence[Diagnostic]) -> bool:

@@ -1,4 +1,4 @@
-"""The pages of documentation: Markdown files, for a terminal or a browser."""
+"""The list of commands, and the pages of documentation for a terminal."""
 
 from __future__ import annotations
 
@@ -19,6 +19,33 @@ PAGES = (
     "changelog",
 )
 """Names of the pages, in the order of the list."""
+
+GROUPS = {
+    "Your lab": {
+        "demo": "Write a sample log, demo.csv, and analyze it.",
+        "template": "Write a blank log to fill in: a workbook or CSV.",
+        "plan": "Say which run reduces the uncertainty most.",
+        "check": "Check a log while you can still repeat or add runs.",
+        "analyze": "Fit I_zz to a log, and write figures and a report.",
+        "explain": "Explain a message code, a word or a key; or show a page.",
+    },
+    "A class": {"grade": "Grade a class, with feedback for each student."},
+    "Theory and simulation": {
+        "predict": "Predict precession and other motions from theory.",
+        "simulate": "Print a simulated log of a known truth.",
+    },
+    "Advanced": {
+        "selfcheck": "Test by simulation if the intervals of a log are reliable.",
+        "schema": "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
+        "benchmark": "Chart cost against error, and map where methods fail.",
+    },
+}
+"""The commands as ``gyro --help`` lists them."""
+
+COMMANDS: dict[str, str] = {}
+"""What each command does."""
+for _group in GROUPS.values():
+    COMMANDS |= _group
 
 FOLDER = Path(__file__).parents[1] / "docs"
 """The folder of the pages, and of the files that belong to them."""

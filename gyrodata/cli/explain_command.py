@@ -8,35 +8,16 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, indent
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
-from msgspec.structs import replace
 
 from gyrodata.base import diagnostics
-from gyrodata.base.errors import PICTURES, GyroError
+from gyrodata.base.errors import PICTURES
 from gyrodata.cli import documentation
+from gyrodata.cli.documentation import COMMANDS
 from gyrodata.cli.options import settings_file
 from gyrodata.cli.terminal import refuse, write_text
-
-if TYPE_CHECKING:
-    from gyrodata.base.errors import Diagnostic
-
-COMMANDS = (
-    "analyze",
-    "benchmark",
-    "check",
-    "demo",
-    "explain",
-    "grade",
-    "plan",
-    "predict",
-    "schema",
-    "selfcheck",
-    "simulate",
-    "template",
-)
-"""Words that are commands, also in examples."""
 
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
@@ -80,28 +61,19 @@ def _contents() -> str:
         f"gyro explain {name:<{longest}}  {documentation.page_title(name)}"
         for name in documentation.PAGES
     ]
-    words, _ = _glossary()
-    first_names = [names.partition(",")[0] for names in words]
+    words = [names.partition(",")[0] for names in _glossary()]
     parts = {
         "Pages": "\n".join(pages),
-        "Codes of messages, such as": f"gyro explain {diagnostics.NO_UNLOADED_RUN}",
-        "Words": fill(", ".join(first_names), 74),
-        "Keys of a log, such as": "gyro explain u_time",
+        "Codes and uncertainties, such as": "gyro explain G454\ngyro explain u_time",
+        "Words, and keys of a log": fill(", ".join(words), 74),
     }
     return "".join(f"{head}:\n{indent(text, '  ')}\n" for head, text in parts.items())
 
 
-def _glossary() -> tuple[dict[str, str], dict[str, str]]:
+def _glossary() -> dict[str, str]:
     """Read the texts about words and about keys of a log, by all their names."""
-    page = documentation.page_text("glossary")
-    words, _, keys = page.partition("\n## Keys of a log\n")
-    return _entries(words), _entries(keys)
-
-
-def _entries(page: str) -> dict[str, str]:
-    """Return the texts below the headings of a page, by their headings."""
     texts = {}
-    for entry in page.split("\n### ")[1:]:
+    for entry in documentation.page_text("glossary").split("\n### ")[1:]:
         heading, _, text = entry.partition("\n")
         texts[heading] = text.partition("\n## ")[0].strip("\n")
     return texts
@@ -120,17 +92,9 @@ def _text_about(asked: str) -> str:
     InputError
         If there is no such name; the message proposes the nearest one.
     """
-    from gyrodata.readings.roles import KEYS
-
     codes = diagnostics.explanations()
-    about_words, about_keys = _glossary()
-    texts = about_keys | about_words
-    words: dict[str, str] = {}
-    for names in texts:
-        words |= dict.fromkeys(names.split(", "), names)
-    topics = {
-        _folded(name): name for name in (*KEYS, *words, *codes, *documentation.PAGES)
-    }
+    texts = _texts()
+    topics = {_folded(name): name for name in (*texts, *codes, *documentation.PAGES)}
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in topics:
         _refuse_unknown(asked, name, topics)
@@ -138,23 +102,24 @@ def _text_about(asked: str) -> str:
     if topic in documentation.PAGES:
         page = documentation.page_text(topic)
         return documentation.for_terminal(page) if sys.stdout.isatty() else page
-    if topic in codes:
-        return _about_code(topic)
-    names = words.get(topic, topic)
-    text = texts.get(names, "").rstrip("\n")
-    return _about_word(topic, names, f"{text}\n" if text else "")
+    return _about_code(topic) if topic in codes else texts[topic]
 
 
-def _about_word(topic: str, names: str, text: str) -> str:
-    """Complete the text of the glossary about a word or a key."""
+def _texts() -> dict[str, str]:
+    """Return the text about each word, and about each key of a log."""
     from gyrodata.readings.roles import KEYS, OTHER_KEYS
 
-    if topic == "settings":
-        text += _settings_here()
-    # The glossary shows other keys as whole lines.
-    if topic in KEYS and topic not in OTHER_KEYS:
-        text += "".join(f"{line}\n" for line in _about_key(topic))
-    return f"{names}:\n{indent(text, '  ')}"
+    texts: dict[str, str] = {}
+    for names, text in _glossary().items():
+        for name in names.split(", "):
+            texts[name] = f"{names}:\n{indent(text.strip(), '  ')}\n"
+    for key in KEYS:
+        texts.setdefault(key, f"{key}:\n")
+        # The glossary shows other keys as whole lines.
+        if key not in OTHER_KEYS:
+            texts[key] += "".join(f"  {line}\n" for line in _about_key(key))
+    texts["settings"] += _settings_here()
+    return texts
 
 
 def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
@@ -173,17 +138,17 @@ def _refuse_unknown(asked: str, name: str, topics: dict[str, str]) -> NoReturn:
     ]
     if pages:
         hints.append(f"these pages contain it: {', '.join(pages)}")
-    hints = hints or [
-        f"gyro explain lists words, and codes such as {diagnostics.NO_UNLOADED_RUN}"
-    ]
-    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints))
+    words = "gyro explain lists words, and codes such as G454"
+    refuse("nothing_to_explain", asked=asked, hint="; ".join(hints) or words)
 
 
 def _settings_here() -> str:
     """Say which file of settings a log in this folder uses."""
     variable = os.environ.get("GYRO_CONFIG") or "not set"
     file = settings_file(Path.cwd()) or "none"
-    return f"GYRO_CONFIG now: {variable}\nThe file for a log in this folder: {file}\n"
+    return (
+        f"  GYRO_CONFIG now: {variable}\n  The file for a log in this folder: {file}\n"
+    )
 
 
 def _about_key(key: str) -> Iterator[str]:
@@ -212,47 +177,16 @@ def _about_key(key: str) -> Iterator[str]:
 def _about_code(code: str) -> str:
     """Describe the meaning and the remedy of a code, with an example."""
     entry = diagnostics.explanations()[code]
-    raised = _raised(code)
     example = entry.example or "(an empty file)"
-    if not raised and example.split()[0] in COMMANDS:
+    if example.split()[0] in COMMANDS:
         example = f"gyro {example}"
-    if raised and raised.hint[1:] in entry.remedy:
-        # The remedy is the hint: it is not shown twice.
-        raised = replace(raised, hint="")
-    blocks = {
+    parts = {
         "What it means": entry.meaning,
-        "How to fix it": "\n".join(map(_wrapped, entry.remedy.splitlines())),
+        "How to fix it": entry.remedy,
         "Example": example,
-        "gyro says about this log": str(raised or ""),
     }
-    parts = [f"{code}, {entry.severity}: {entry.title}"]
-    for head, text in blocks.items():
-        if text:
-            parts.append(f"{head}:\n{indent(text.rstrip(), '  ')}")
-    return "\n\n".join(parts).translate(PICTURES) + "\n"
-
-
-def _wrapped(line: str) -> str:
-    """Wrap a line, but not one to copy."""
-    if line.startswith("  "):
-        return line
-    return fill(line, 76, break_long_words=False, break_on_hyphens=False)
-
-
-def _raised(code: str) -> Diagnostic | None:
-    """Return the diagnostic of the example of a code; None if it is not a log."""
-    from gyrodata.analysis import check_log
-    from gyrodata.readings import read_log
-
-    example = diagnostics.explanations()[code].example
-    # Codes from G5 on are about options and classes.
-    if code >= "G5" or example.startswith("analyze "):
-        return None
-    about_bytes = (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED)
-    encoding = "latin-1" if code in about_bytes else "utf-8"
-    try:
-        readings = read_log(example.encode(encoding), name="log.csv")
-        raised = (*readings.diagnostics, *check_log(readings)[1])
-    except GyroError as error:
-        raised = error.diagnostics
-    return next((diagnostic for diagnostic in raised if diagnostic.code == code), None)
+    text = f"{code}, {entry.severity}: {entry.title}\n"
+    for head, part in parts.items():
+        if part:
+            text += f"\n{head}:\n{indent(part.rstrip(), '  ')}\n"
+    return text.translate(PICTURES)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 from msgspec.structs import replace
@@ -17,6 +17,7 @@ from typer import Argument, Option
 from gyrodata.base.disk import alone_in, telling, write_whole
 from gyrodata.cli.terminal import (
     complain,
+    finish,
     progress_bar,
     refuse,
     tell,
@@ -218,45 +219,39 @@ def grade(
         keep=not dry_run,
     )
     target = None if dry_run else folder
-    try:
-        with _alone_in(target):
-            with progress_bar(len(listed.items), "graded", quiet) as progress:
-                options = replace(options, progress=progress)
-                grades = classroom.grade_class(
-                    listed, inputs.rubric, options, earlier, desk, inputs.roster
-                )
-            complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
-            changes = _changes(grades, folder)
-            filled = inputs.filled(grades, folder, desk)
-            if not quiet:
-                told = output.told_of(grades, changes, filled, dry_run)
-                tell(*told.splitlines())
-            if target is not None:
-                output.write_rubric(target, inputs.rubric_text)
-                _write(grades, target, filled, quiet, anonymous)
-    except KeyboardInterrupt:
-        _stop(target)
+    with _alone_in(target):
+        with progress_bar(len(listed.items), "graded", quiet) as progress:
+            options = replace(options, progress=progress)
+            grades = classroom.grade_class(
+                listed, inputs.rubric, options, earlier, desk, inputs.roster
+            )
+        complain(grades.submissions.diagnostics[len(listed.diagnostics) :], quiet)
+        changes = _changes(grades, folder)
+        filled = inputs.filled(grades, folder, desk)
+        if not quiet:
+            told = output.told_of(grades, changes, filled, dry_run)
+            tell(*told.splitlines())
+        if target is not None:
+            output.write_rubric(target, inputs.rubric_text)
+            _write(grades, target, filled, quiet, anonymous)
     _print(grades, changes if dry_run else None, form)
-    raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
-
-
-def _stop(folder: Path | None) -> NoReturn:
-    """End gyro after Ctrl-C."""
-    kept = "nothing is kept"
-    if folder is not None:
-        kept = "what was done is kept, and the same command goes on from there"
-    tell(f"stopped; {kept}")
-    raise typer.Exit(130) from None
+    finish(int(grades.count("not graded") > 0), exit_zero)
 
 
 @contextmanager
 def _alone_in(folder: Path | None) -> Iterator[None]:
-    """Be the only gyro that writes into the folder of the grades, if there is one."""
-    if folder is None:
-        yield
-        return
-    with telling(folder, "grades_not_written"), alone_in(folder, private=True):
-        yield
+    """Be the only gyro that writes the grades, and say what is kept after Ctrl-C."""
+    kept = "nothing is kept"
+    with ExitStack() as stack:
+        if folder is not None:
+            kept = "what was done is kept, and the same command goes on from there"
+            stack.enter_context(telling(folder, "grades_not_written"))
+            stack.enter_context(alone_in(folder, private=True))
+        try:
+            yield
+        except KeyboardInterrupt:
+            tell(f"stopped; {kept}")
+            raise typer.Exit(130) from None
 
 
 class _Inputs(NamedTuple):
@@ -424,9 +419,9 @@ def _earlier(years: Sequence[Path] | None) -> dict[str, Fingerprint]:
     for year in years or ():
         path = year / JOURNAL
         name = year.resolve().name
-        entries = read_journal(_read(path) if path.exists() else b"")[0].items()
+        journal = _read(path) if path.exists() else b""
         kept = {}
-        for student, entry in entries:
+        for student, entry in read_journal(journal)[0].items():
             if entry.grade.fingerprint:
                 kept[f"{name}/{student}"] = entry.grade.fingerprint
         if not kept:
@@ -449,18 +444,15 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
-    points = rubric.points
-    by_hand = []
-    for criterion in rubric.criteria:
-        if criterion.check == "manual":
-            points -= criterion.points
-            shown = f'{criterion.points:g} points for "{criterion.title}"'
-            by_hand.append(f"in Gradescope: {shown} are given by hand")
+    by_hand = [part for part in rubric.criteria if part.check == "manual"]
+    points = rubric.points - sum(part.points for part in by_hand)
     yield (
         f"in Gradescope: {points:g} autograder points, and a due date, after which all "
         f"feedback is shown"
     )
-    yield from by_hand
+    for part in by_hand:
+        shown = f'{part.points:g} points for "{part.title}"'
+        yield f"in Gradescope: {shown} are given by hand"
 
 
 def _folder(

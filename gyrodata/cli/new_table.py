@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from pathlib import Path
+from typing import Any
 
 from gyrodata.base.disk import telling, write_whole
 from gyrodata.cli.options import word_of_file
@@ -15,22 +17,24 @@ ENDINGS = (".csv", ".txt", ".xlsx")
 
 
 def write_table(out: Path, text: str) -> None:
-    """Write a table to fill in; "-" is standard output.
-
-    A file that exists may contain data, and stays.
-    """
+    """Write a table to fill in; "-" is standard output."""
     if out == Path("-"):
         write_out(text)
         return
     ending = out.suffix.lower()
     if ending not in ENDINGS:
         refuse("table_of_unknown_type", out=out)
-    if out.exists():
-        refuse("template_exists", out=out)
-    with telling(out):
-        write_whole(out, [_workbook(text) if ending == ".xlsx" else text.encode()])
+    write_new(out, _workbook(text) if ending == ".xlsx" else text.encode())
     check = f"gyro check {word_of_file(str(out))}"
     tell(f"table to fill in: {out}; after the first runs, check it: {check}")
+
+
+def write_new(out: Path, data: bytes) -> None:
+    """Write a file. One with another content may contain data, and stays."""
+    with telling(out):
+        if out.exists() and out.read_bytes() != data:
+            refuse("file_exists", out=out)
+        write_whole(out, [data])
 
 
 _CELL_FORMATS = {
@@ -49,7 +53,6 @@ def _workbook(text: str) -> bytes:
     The constants are in rows of two cells, and a row of headers contains the units.
     """
     from openpyxl import Workbook
-    from openpyxl.styles import Font
 
     workbook = Workbook()
     sheet = workbook.active
@@ -62,15 +65,18 @@ def _workbook(text: str) -> bytes:
             sheet.append(next(csv.reader([line])))
     header = next(row for row in sheet if not str(row[0].value).startswith("#"))
     for head in header:
-        head.font = Font(bold=True)
         sheet.column_dimensions[head.column_letter].width = 18
-    first_run = header[0].row + 1
-    for row in sheet.iter_rows(min_row=first_run):
+    for row in sheet.iter_rows(min_row=header[0].row + 1):
         for head, cell in zip(header, row, strict=True):
-            cell.number_format = _CELL_FORMATS.get(head.value, "General")
-            if cell.number_format.startswith("0") and cell.value:
-                cell.value = float(cell.value)
-    sheet.freeze_panes = sheet.cell(first_run, 1)
+            _set_format(cell, head.value)
     data = io.BytesIO()
     workbook.save(data)
     return data.getvalue()
+
+
+def _set_format(cell: Any, header: str) -> None:
+    """Show a number with the digits of its column; what is typed as well."""
+    cell.number_format = _CELL_FORMATS.get(header, "General")
+    is_number = re.fullmatch(r"\d+(\.\d+)?", str(cell.value))
+    if is_number and cell.number_format.startswith("0"):
+        cell.value = float(cell.value)

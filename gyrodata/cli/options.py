@@ -195,7 +195,7 @@ def stem_of(log: Path) -> str:
     """Return the name of a log without its ending: "lab" of lab.csv.gz."""
     name = "stdin" if log == Path("-") else log.name.removesuffix(".gz")
     # A folder that is given by mistake may have no name: "." or "/".
-    return name.rpartition(".")[0] or name or "log"
+    return Path(name).stem or "log"
 
 
 def with_units(items: str) -> list[str]:
@@ -205,10 +205,9 @@ def with_units(items: str) -> list[str]:
     """
     unit = ""
     complete = []
-    parts = [part.strip() for part in items.replace(";", ",").split(",")]
-    for item in reversed([part for part in parts if part] or [items]):
-        number = re.split(r"[^\d.]*$", item)[0]
-        unit = item[len(number) :].strip() or unit
+    for item in reversed(re.split("[,;]", items)):
+        number = re.sub(r"[^\d.]*$", "", item.strip())
+        unit = item.strip()[len(number) :].strip() or unit
         complete.append(f"{number} {unit}".strip())
     return complete[::-1]
 
@@ -274,28 +273,20 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
             meant = f"{text.strip()} {units.DISPLAY[kind]}"
             refuse("option_without_unit", shown=shown, option=option, meant=meant)
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
+    low, high = units.LIMITS[kind]
+    size = abs(value)
     broken = {
         "above zero": value <= 0,
         "other than zero": value == 0,
         "zero or above": value < 0,
-        "below 90 degrees": abs(value) >= math.pi / 2,
-        "from -90 to 90 degrees": abs(value) > math.pi / 2,
+        "below 90 degrees": size >= math.pi / 2,
+        "from -90 to 90 degrees": size > math.pi / 2,
     }
     if broken.get(bound):
         refuse("option_impossible", shown=shown, bound=bound)
-    low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
-    is_small = 0 < abs(value) < low and kind != "angle"
-    if is_small or abs(value) > high:
-        words = units.KINDS[kind].words
-        unit = f" {units.SI[kind]}".rstrip()
-        refuse(
-            "option_too_large",
-            shown=shown,
-            size="small" if is_small else "large",
-            kind=words,
-            low=low,
-            high=high,
-            unit=unit,
-        )
+    is_small = 0 < size < low and kind != "angle"
+    if is_small or size > high:
+        limits = f"from {low:g} to {high:g} {units.SI[kind]}".rstrip()
+        refuse("option_impossible", shown=shown, bound=limits)
     return value

@@ -102,6 +102,7 @@ def plan(
     is fitted. --out writes a table to fill in, with the expected times.
 
     Example:  gyro plan demo.csv \
+                --spins 200,400,600rpm \
                 --minutes 20 --goal 0.5%
     """
     from gyrodata.trials import plan as planning
@@ -141,21 +142,21 @@ def _analyzed(readings: Readings) -> Analysis:
 
 def plan_text(plan: Plan, minutes: float) -> str:
     """Write a plan as text."""
-    blocks = []
+    lines = []
     if plan.now is not None:
-        now = f"u of I_zz is {_percent(plan.now)} now."
-        head = "The next run, the best for its time first:"
-        blocks.append([now, head, *_table(plan.choices)])
+        lines += [f"u of I_zz is {_percent(plan.now)} now."]
+        lines += ["The next run, the best for its time first:"]
+        lines += [*_table(plan.choices), ""]
     title = f"A plan for {minutes:g} minutes, in this order:"
     if plan.minutes > minutes:
         title = f"The first runs of a lab, which take more than {minutes:g} minutes:"
     runs = (*plan.first, *plan.runs)
-    blocks.append([title, *_table(runs)] if runs else [f"No run: {plan.end}."])
-    blocks.append(_result(plan))
+    lines += [title, *_table(runs)] if runs else [f"No run: {plan.end}."]
+    lines += ["", *_result(plan)]
     if plan.others:
-        lines = [f"  {other.words}: u {_percent(other.u)}" for other in plan.others]
-        blocks.append(["What else would then reduce u:", *lines])
-    return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
+        lines += ["", "What else would then reduce u:"]
+        lines += [f"  {other.words}: u {_percent(other.u)}" for other in plan.others]
+    return "\n".join(lines) + "\n"
 
 
 def _result(plan: Plan) -> list[str]:

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from gyrodata.physics.prediction import Earth, Platform, Precession, Tip, Twist
     from gyrodata.results import Analysis
 
-predict = typer.Typer(cls=Door, add_completion=False, rich_markup_mode=None)
+predict = typer.Typer(
+    cls=Door, add_completion=False, suggest_commands=False, rich_markup_mode=None
+)
 
 
 @predict.callback()

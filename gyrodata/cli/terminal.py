@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import errno
+import codecs
 import os
 import re
 import shutil
@@ -10,7 +10,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from io import TextIOBase, TextIOWrapper
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
@@ -32,28 +32,35 @@ class Door(TyperGroup):
     Each error that ends a command becomes a message and an exit code here.
     """
 
-    def main(self, *args: Any, **extra: Any) -> Any:
+    def main(self, args: Any = None, *more: Any, **extra: Any) -> Any:
         """Run the command line, and exit."""
+        typed = sys.argv[1:] if args is None else args
         standalone = extra.get("standalone_mode", True)
         extra["standalone_mode"] = False
         _open_streams()
         try:
-            code = super().main(*args, **extra)
+            code = super().main(args, *more, **extra)
         except SystemExit:
             # Help goes to a reader that has stopped, such as "| head".
             code = 0
         except Exception as error:
+            if hasattr(error, "format_message"):
+                # Typer does not export the class of an error of the command line.
+                error = _usage_error(error, typed)
             diagnostics, code = explained(error)
             complain(diagnostics)
-            _flush()
         if standalone:
             sys.exit(code)
         return code
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Print the help without arguments; refuse an empty one."""
+        """Print the help without arguments; refuse an empty one.
+
+        Word processors replace the two minus signs of an option by a dash.
+        """
         if "" in args:
             refuse("empty_word")
+        args = [re.sub("^[–—]", "--", word) for word in args]
         return super().parse_args(ctx, args or ["--help"])
 
 
@@ -65,109 +72,72 @@ def explained(error: Exception, log: str = "") -> tuple[Sequence[Diagnostic], in
         # Commands explain errors of the files that they open.
         why = error.strerror or type(error).__name__
         return [Diagnostic.named("cannot_continue", why=why)], InputError.exit_code
-    if hasattr(error, "format_message"):
-        # An error of the command line itself: typer does not export its class.
-        return [_usage_error(error)], InputError.exit_code
     return [_fault(error, log)], FAULT
 
 
-def _usage_error(error: Any) -> Diagnostic:
+def _usage_error(error: Any, typed: Sequence[str]) -> InputError:
     """Write an error of the command line in the form of all others."""
     words = " ".join(error.format_message().split())
-    message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
-    message = re.sub("(?i)value error, ", "", message)
+    message = re.sub(r"(?i)value error, | \(possible options: .*", "", words)
     message = (message[:1].lower() + message[1:]).rstrip(".")
-    hint = ""
-    if error.ctx is not None:
-        wrong = getattr(error, "option_name", "").lstrip("-")
-        hint = _hint_from_options(error.ctx, message, wrong)
-    if not hint and names:
-        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
-    hint = hint or _hint_for_file() or _nearest_choice(message)
-    if not hint and error.ctx is not None:
-        hint = _example_or_help(error.ctx, message)
-    hint = hint or "see: gyro --help"
-    return Diagnostic.named("command_line_wrong", message=message, hint=hint)
+    files = [word for word in typed if word.startswith("-") and Path(word).is_file()]
+    if files:
+        hint = f"for a file whose name begins with -: ./{files[0]}"
+    elif error.ctx is None:
+        hint = f"see: {' '.join(['gyro', *typed[:1]])} --help"
+    else:
+        hint = _nearest(error, message, typed) or _example(error.ctx)
+    return InputError.named("command_line_wrong", message=message, hint=hint)
 
 
-def _hint_for_file() -> str:
-    """Say how to name a file whose name looks like an option; "" if there is none."""
-    for word in sys.argv[1:]:
-        if word.startswith("-") and Path(word).is_file():
-            return f"for a file whose name begins with -: ./{word}"
-    return ""
-
-
-def _nearest_choice(message: str) -> str:
-    """Name the nearest of the values that an option can have; "" if none is near."""
+def _nearest(error: Any, message: str, typed: Sequence[str]) -> str:
+    """Propose the option, value or command that is nearest to a wrong word."""
     from difflib import get_close_matches
 
-    choice = re.search(r"'([^']*)' is not one of (.*)", message)
-    if choice is None:
-        return ""
-    values = re.findall(r"'([^']*)'", choice[2])
-    near = get_close_matches(choice[1].lower(), values, n=1)
-    return f"did you mean {near[0]}?" if near else ""
-
-
-def _hint_from_options(context: Any, message: str, wrong: str) -> str:
-    """Name the option for a value without one; "" if no option has such a value."""
-    for option in context.command.params:
-        if wrong in (option.type_descriptor.choices or ()):
-            return f"did you mean {option.opts[0]} {wrong}?"
-        name = message.rpartition("(")[2].rstrip(")")
-        is_extra = message.startswith("got unexpected extra argument")
-        # A file that exists is another log, not the name for the output.
-        if is_extra and "--out" in option.opts and not Path(name).exists():
-            return f"to write a file: {context.command_path} --out {name}"
-    if wrong in ("out", "o"):
-        return "to write a file, add this at the end: > FILE"
+    known = _known_words(error)
+    for word in re.findall(r"[^\s=]+", " ".join(typed)):
+        is_wrong = word.startswith("-") or f"'{word}'" in message
+        if is_wrong and word not in known.values():
+            for near in get_close_matches(word.lower().lstrip("-"), known, n=1):
+                return f"did you mean {known[near]}?"
     return ""
 
 
-def _example_or_help(context: Any, message: str) -> str:
-    """Show the example of a command if its argument is missing; else name its help."""
-    epilog = context.command.epilog or ""
-    if message.startswith("missing argument") and epilog:
-        first = epilog.partition("Example:")[2].split("\n          gyro ")[0]
-        words = first.replace("\\", "").split()
-        return f"for example: {' '.join(words)}"
-    return f"see: {context.command_path} --help"
+def _known_words(error: Any) -> dict[str, str]:
+    """Return what a user can mean by a word, and how to type it."""
+    command = error.ctx.command
+    known = {name: name for name in getattr(command, "commands", ())}
+    options = [param for param in command.params if param.opts[0].startswith("-")]
+    wrong: Any = getattr(error, "param", None)
+    for option in [wrong] if wrong in options else options:
+        for value in option.type_descriptor.choices or ():
+            known[value] = f"{option.opts[0]} {value}"
+    for option in options:
+        known |= {name.lstrip("-"): name for name in option.opts}
+    return known
 
 
-def _flush() -> None:
-    """Write what Python still keeps; a stream that is closed is left alone."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except OSError:
-            _throw_away(stream)
-
-
-class _Closed(TextIOBase):
-    """Replacement for a closed stream, for which Python has None.
-
-    Writing to it is an error, like writing to a full disk.
-    """
-
-    encoding = "utf-8"
-
-    def write(self, _: str) -> NoReturn:
-        raise OSError(errno.EBADF, "it is closed; remove >&- from the command")
+def _example(context: Any) -> str:
+    """Show the first example of a command, and name its help."""
+    command = context.command_path
+    _, _, examples = (context.command.epilog or "").partition("Example:")
+    first = examples.split("\n          gyro ")[0].replace("\\", "").split()
+    if not first:
+        return f"see: {command} --help"
+    return f"for example: {' '.join(first)}; all options: {command} --help"
 
 
 def _open_streams() -> None:
     """Write UTF-8 to files and pipes on every system."""
-    closed: Any = _Closed()
-    sys.stdout = sys.stdout or closed
-    sys.stderr = sys.stderr or closed
-    for stream in (sys.stdout, sys.stderr):
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            # A closed stream: writing to it is an error, like writing to a full disk.
+            setattr(sys, name, Path(os.devnull).open())  # noqa: SIM115
         # The streams of tests and notebooks accept every character.
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(
-                encoding=stream.encoding if stream.isatty() else "utf-8",
-                errors="replace",
-            )
+            encoding = stream.encoding if stream.isatty() else "utf-8"
+            stream.reconfigure(encoding=encoding, errors="in_ascii")
 
 
 _PLAIN = {
@@ -196,27 +166,19 @@ _PLAIN = {
 }
 """ASCII text for characters that `unicodedata` does not describe."""
 
-_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
+def _in_ascii(error: Any) -> tuple[str, int]:
+    """Write in ASCII what an encoding lacks, as a handler of `codecs`.
 
-def readable(text: str, encoding: str) -> str:
-    """Write a text in ASCII if the encoding lacks a character.
-
-    Every number stays the same: 4.4 × 10⁻³ as 4.4e-3.
+    Every number stays the same: 10⁻³ is 10^-3, and 2½ is 2 1/2.
     """
-    try:
-        text.encode(encoding)
-    except UnicodeEncodeError:
-        text = re.sub(
-            " ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
-            lambda match: "e" + match[1].translate(_RAISED),
-            text,
-        )
-        text = re.sub(
-            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), text
-        )
-        text = "".join(map(_plain, text))
-    return text
+    raised = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+").match(error.object, error.start)
+    if raised:
+        return "^" + "".join(map(_plain, raised[0])), raised.end()
+    return _plain(error.object[error.start]), error.start + 1
+
+
+codecs.register_error("in_ascii", _in_ascii)
 
 
 def _plain(sign: str) -> str:
@@ -224,28 +186,19 @@ def _plain(sign: str) -> str:
 
     A question mark for a character without such a name.
     """
-    from unicodedata import combining, decimal, name, normalize
+    from unicodedata import combining, name, normalize
 
     if sign.isascii() or sign in _PLAIN:
         return _PLAIN.get(sign, sign)
-    if (digit := decimal(sign, None)) is not None:
-        return str(digit)
-    if (parts := normalize("NFKD", sign)) != sign:
+    parts = normalize("NFKD", sign)
+    if parts != sign:
         # Separated by a blank: 2½ is not 21/2.
         return " " * ("⁄" in parts) + "".join(map(_plain, parts))
-    if "\N{SYMBOL FOR NULL}" <= sign <= "\N{SYMBOL FOR UNIT SEPARATOR}":
-        return f"^{chr(ord(sign) - 0x2400 + 64)}"  # NUL as ^@
     called = name(sign, "")
     if called.startswith("GREEK "):
         letter = called.split()[-1]
         return letter.capitalize() if "CAPITAL" in called else letter.lower()
     return "" if combining(sign) else "?"
-
-
-def _throw_away(stream: Any) -> None:
-    """Discard the output that Python flushes at exit."""
-    with suppress(OSError, ValueError, AttributeError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _fault(error: Exception, log: str) -> Diagnostic:
@@ -276,9 +229,11 @@ STYLES = {
 def for_stream(text: str, stream: Any) -> str:
     """Wrap a text, colour severities and make the answer bold, on a terminal.
 
-    FORCE_COLOR, NO_COLOR and TERM are respected.
+    Pages have their width and their colours already. FORCE_COLOR, NO_COLOR and TERM are
+    respected.
     """
-    text = _wrapped(text, stream)
+    if stream.isatty() and "\033" not in text:
+        text = "\n".join(map(_wrapped, text.split("\n")))
     wanted = stream.isatty() or os.environ.get("FORCE_COLOR")
     if not wanted or os.environ.get("NO_COLOR"):
         return text
@@ -294,22 +249,14 @@ def for_stream(text: str, stream: Any) -> str:
     return captured.get()
 
 
-def _wrapped(text: str, stream: Any) -> str:
-    """Wrap long lines between words at the width of a terminal.
+def _wrapped(line: str) -> str:
+    """Wrap a long line between words at the width of the terminal.
 
-    Texts for other streams stay the same, and pages, which have their width and their
-    colours already.
+    The last column of a table goes on below its first word.
     """
-    if not stream.isatty() or "\033" in text:
-        return text
-    width = shutil.get_terminal_size().columns
-    return "\n".join([_wrap_line(line, width) for line in text.split("\n")])
-
-
-def _wrap_line(line: str, width: int) -> str:
-    """Wrap a line; the last column of a table goes on below its first word."""
     from gyrodata.reporting.values import display_width
 
+    width = shutil.get_terminal_size().columns
     if display_width(line) <= width:
         return line
     indent = len(line) - len(line.lstrip()) + 2
@@ -326,24 +273,27 @@ def _wrap_line(line: str, width: int) -> str:
 def write_out(text: str) -> None:
     """Write data to standard output; ``| head`` can close it."""
     try:
-        sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
+        sys.stdout.write(text)
         sys.stdout.flush()
     except BrokenPipeError:
-        _throw_away(sys.stdout)
         raise typer.Exit(0) from None
     except OSError as error:
-        _throw_away(sys.stdout)
-        refuse("output_not_written", why=error.strerror)
+        refuse("output_not_written", why=error.strerror or error)
+
+
+def answer_text(form: str, document: dict[str, Any]) -> str:
+    """Write the document of a result as JSON, on one line for ndjson."""
+    from gyrodata.reporting.data import json_text
+
+    return json_text(document, indent=None if form == "ndjson" else 2)
 
 
 def write_answer(form: str, document: dict[str, Any], text: object) -> None:
     """Print a result: its document as JSON, or what `str` makes of `text`."""
-    from gyrodata.reporting.data import json_text
-
     if form == "text":
         write_text(str(text))
     else:
-        write_out(json_text(document, indent=None if form == "ndjson" else 2))
+        write_out(answer_text(form, document))
 
 
 def write_text(text: str) -> None:
@@ -353,32 +303,37 @@ def write_text(text: str) -> None:
 
 def tell(*lines: str) -> None:
     """Write lines to standard error; if it is closed, the answer is still printed."""
-    for line in (line.translate(PICTURES) for line in lines):
-        try:
-            line = readable(line, sys.stderr.encoding or "utf-8")
-            typer.echo(for_stream(line, sys.stderr), err=True, color=True)
-        except OSError:
-            _throw_away(sys.stderr)
+    for line in lines:
+        with suppress(OSError):
+            text = for_stream(line.translate(PICTURES), sys.stderr)
+            print(text, file=sys.stderr, flush=True)
 
 
 SEVERITIES = ("note", "warning", "error")
 
 
+def place(finding: Diagnostic) -> tuple[int, int]:
+    """Return the place of a diagnostic in its file, to sort by."""
+    return finding.line or 0, finding.column or 0
+
+
 def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error; errors come last, where users see them."""
-
-    def order(finding: Diagnostic) -> tuple[int, int, int]:
-        place = finding.line or 0, finding.column or 0
-        return SEVERITIES.index(finding.severity), *place
-
-    for finding in sorted(diagnostics, key=order):
-        if not quiet or finding.severity == "error":
-            tell(str(finding))
+    in_order = sorted(diagnostics, key=place)
+    for severity in SEVERITIES:
+        for finding in in_order:
+            if finding.severity == severity and (severity == "error" or not quiet):
+                tell(str(finding))
 
 
 def refuse(name: str, /, **values: object) -> NoReturn:
     """Stop with one error, a message of a file `messages.toml`."""
     raise InputError.named(name, **values)
+
+
+def finish(code: int, exit_zero: bool) -> NoReturn:
+    """End a command; with --exit-zero, findings are no failure."""
+    raise typer.Exit(0 if exit_zero and code == 1 else code)
 
 
 @contextmanager
@@ -442,17 +397,18 @@ class Log(NamedTuple):
 
     path: str
     """As it was typed; "-" is standard input."""
-    name: str
-    """For messages and results."""
+    short: Path
+    """The same; absolute paths are relative to the folder that they share."""
+
+    @property
+    def name(self) -> str:
+        """The name in messages and results."""
+        return "<stdin>" if self.path == "-" else printable(self.short.as_posix())
 
 
 def named_logs(paths: Sequence[str]) -> list[Log]:
     """Return the logs of a command with their names."""
-    logs = []
-    for path, short in zip(paths, short_paths(paths), strict=True):
-        name = "<stdin>" if path == "-" else printable(short.as_posix())
-        logs.append(Log(path, name))
-    return logs
+    return list(map(Log, paths, _short_paths(paths)))
 
 
 def in_parts(paths: Sequence[str], together: bool, form: str) -> list[list[Log]]:
@@ -472,21 +428,23 @@ def source_of(log: Log) -> Any:
     if sys.stdin is None:
         refuse("input_closed")
     if sys.stdin.isatty():
-        end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
+        end = "Ctrl-D, on Windows Ctrl-Z and Enter"
         tell(f"gyro reads the log from the keyboard; end it with {end}")
     return sys.stdin.buffer
 
 
-def short_paths(logs: Sequence[str]) -> list[Path]:
+def _short_paths(logs: Sequence[str]) -> list[Path]:
     """Return the paths of logs as they were given.
 
     Absolute paths become relative to the folder that they share.
     """
     paths = [Path(log) for log in logs]
     folders = [path.parent for path in paths if path.is_absolute()]
-    try:
-        shared = os.path.commonpath(folders) if folders else ""
-    except ValueError:
-        # Two drives of Windows share no folder.
-        return [Path(path.name) if path.is_absolute() else path for path in paths]
-    return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
+    shared = ""
+    # Two drives of Windows share no folder.
+    with suppress(ValueError):
+        shared = os.path.commonpath(folders)
+    return [
+        path.relative_to(shared or path.parent) if path.is_absolute() else path
+        for path in paths
+    ]

@@ -174,8 +174,8 @@ def _read_file(path: Path, name: str | None) -> tuple[str, bytes]:
 def _no_file(path: Path, shown: str) -> Exception:
     names = sorted(entry.name for entry in path.parent.glob("*"))
     close = difflib.get_close_matches(path.name, names[:2000], n=3)
-    hint = f"did you mean {listing(close)}?" if close else ""
-    return Faults(shown).refuse("file_not_found", path=str(path), hint=hint)
+    name = "file_misspelt" if close else "file_not_found"
+    return Faults(shown).refuse(name, path=str(path), names=listing(close))
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:

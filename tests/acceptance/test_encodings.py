@@ -81,8 +81,8 @@ def numbers(text: str) -> list[str]:
     written.
     """
     text = re.sub(
-        r"[×x·*] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
-        lambda m: f" <{unicodedata.normalize('NFKC', m[1])}> ",
+        r"[×x·*] ?10([\^⁻⁰¹²³⁴⁵⁶⁷⁸⁹][-⁻⁰¹²³⁴⁵⁶⁷⁸⁹\d]*)",
+        lambda m: f" <{unicodedata.normalize('NFKC', m[1].replace('^', ''))}> ",
         text,
     )
     text = re.sub(r"(?<=[\d)])e([-+]?\d+)", lambda m: f" <{int(m[1])}> ", text)

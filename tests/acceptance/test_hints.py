@@ -453,7 +453,7 @@ def test_a_file_that_is_not_there_is_proposed(
     Path("lab.csv").write_text(GOOD, encoding="utf-8")
     for name, hint in (
         ("lab.cv", "did you mean lab.csv?"),
-        (".", "if it is a folder, give the file in it"),
+        (".", "if it is a folder, give the file in it, such as ./log.csv"),
     ):
         with pytest.raises(GyroError) as caught:
             gyrodata.analyze(name)

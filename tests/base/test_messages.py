@@ -148,7 +148,7 @@ COMMANDS = [
     ),
     ("check log.csv log.csv --format json", "G602: --format json is for one log"),
     ("predict tip --force 0.5kg --spin 400rpm", "G621: --force: "),
-    ("simulate --imbalance '1e9 N m'", "is too large for a torque in a lab"),
+    ("simulate --imbalance '1e9 N m'", "the value must be from 1e-12 to 1e+06 N*m"),
     (
         "predict precession --transverse '1e-9 kg m^2' --spin 400rpm",
         "G622: --transverse 1e-09 kg*m^2 is less than I_zz/2",

@@ -20,7 +20,7 @@ import gyrodata
 from gyrodata.base.diagnostics import explanations
 from gyrodata.base.errors import GyroError
 from gyrodata.cli import app
-from gyrodata.cli.explain_command import COMMANDS
+from gyrodata.cli.documentation import COMMANDS
 
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -342,7 +342,7 @@ class TestFix:
             done = gyro("check", "--fix", tmp_path / "a.csv", tmp_path / "b.csv")
             assert (tmp_path / "a-fixed.csv").read_text(encoding="utf-8") == "mine"
             assert analyze_briefly(tmp_path / "b-fixed.csv").inertia.value > 0
-            assert "G639" in str(done.exception) + done.output
+            assert "G603" in str(done.exception) + done.output
 
     @pytest.mark.slow
     @pytest.mark.parametrize(

@@ -155,6 +155,8 @@ SAME = {
     "": "--help",
     "version": "--version",
     "docs theory": "explain theory",
+    # As a word processor writes two minus signs.
+    "analyze demo.csv –no-report": "analyze demo.csv --no-report",
 }
 
 
@@ -170,8 +172,12 @@ def test_word_that_users_try_runs_the_command_that_is_meant(
 @pytest.mark.parametrize(
     ("line", "message", "hint"),
     [
-        ("anal demo.csv", "no such command 'anal'", "did you mean 'analyze'?"),
-        ("analyze", "missing argument 'LOG'", "for example: gyro analyze demo.csv"),
+        ("anal demo.csv", "no such command 'anal'", "did you mean analyze?"),
+        (
+            "analyze",
+            "missing argument 'LOG'",
+            "for example: gyro analyze demo.csv; all options: gyro analyze --help",
+        ),
         (
             "analyze demo.csv --json",
             "no such option: --json",
@@ -180,14 +186,31 @@ def test_word_that_users_try_runs_the_command_that_is_meant(
         (
             "check demo.csv -f JSON",
             "invalid value for '--format' / '-f': 'JSON' is not one of 'text', 'json', 'ndjson'",
-            "did you mean json?",
+            "did you mean --format json?",
+        ),
+        (
+            "check demo.csv -fix",
+            "invalid value for '--format' / '-f': 'ix' is not one of 'text', 'json', 'ndjson'",
+            "did you mean --fix?",
         ),
         (
             "template log.xlsx",
             "got unexpected extra argument(s) (log.xlsx)",
-            "to write a file: gyro template --out log.xlsx",
+            (
+                "for example: gyro template --weights 20g,40g,60g --position 15cm --spins "
+                "200,400,600rpm --out log.xlsx; all options: gyro template --help"
+            ),
         ),
-        ("check demo.csv --loud", "no such option: --loud", "see: gyro check --help"),
+        (
+            "check demo.csv --loud",
+            "no such option: --loud",
+            "for example: gyro check demo.csv; all options: gyro check --help",
+        ),
+        (
+            "analyze demo.csv -o",
+            "option '-o' requires an argument",
+            "see: gyro analyze --help",
+        ),
     ],
 )
 def test_usage_error_has_a_code_and_a_hint(
@@ -206,7 +229,7 @@ def test_template_in_a_file_is_read_back(
     name: str, typed: Callable[..., Result]
 ) -> None:
     assert typed(f"template --out {name}").exit_code == 0
-    assert "exists already" in typed(f"template --out {name}").stderr
+    assert "exists already" in typed(f"template --weights 9g --out {name}").stderr
     if name == "log.csv":
         return
     book = openpyxl.load_workbook(name)
@@ -296,10 +319,10 @@ def test_report_replaces_an_older_report(typed: Callable[..., Result]) -> None:
     for _ in range(2):
         assert typed("analyze demo.csv -o report").exit_code == 0
     done = typed("analyze report/runs.csv -o report")
-    assert "would replace the log" in done.stderr
+    assert "would replace report/runs.csv" in done.stderr
 
 
-TABLES = ("template", "plan demo.csv --minutes 5")
+TABLES = ("template", "plan demo.csv --minutes 5", "plan --minutes 5")
 
 
 @pytest.mark.slow
@@ -355,9 +378,9 @@ def test_more_is_a_command_that_works(
         ("grade ''", "G610", "give it a value"),
         ("plan demo.csv --out ''", "G610", "a word of the command is empty"),
         ("analyze demo.csv --no-report -o x", "G604", "leave one of the two out"),
-        ("simulate --out x.csv", "G610", "> FILE"),
-        ("simulate -o x.csv", "G610", "> FILE"),
-        ("plan demo.csv demo.csv", "G610", "see: gyro plan --help"),
+        ("simulate --out x.csv", "G610", "> log.csv"),
+        ("simulate -o x.csv", "G610", "> log.csv"),
+        ("plan demo.csv demo.csv", "G610", "gyro plan --help"),
         ("analyze demo.csv --set g=9.8 --set g=9.9", "G601", "keep the value"),
         ("analyze demo.csv --map time=a --map time=b", "G601", "keep the value"),
     ],

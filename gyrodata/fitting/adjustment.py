@@ -19,7 +19,6 @@ each step is solved by QR: normal equations would lose digits.
 
 from __future__ import annotations
 
-import copy
 import math
 from typing import Any, cast
 
@@ -113,10 +112,12 @@ class Problem:
         tilted: bool,
         level: float = 0.0,
         width: float = 0.0,
+        scatter: float = 1.0,
     ) -> None:
         """Number the errors; the balance differs between weights by `level` [N*m].
 
-        M0 of each day has the prior width `width` [N*m].
+        M0 of each day has the prior width `width` [N*m], and errors of single runs are
+        `scatter` times as large as stated.
         """
         count = len(measured.runs)
         self.measured = measured
@@ -141,54 +142,47 @@ class Problem:
         is_of_quantity = np.arange(QUANTITIES)[:, None] == self.quantity
         self.onto = is_of_quantity.astype(float)
         self._number_shared_errors()
+        factor = np.where(self.independent > 0, scatter, 1.0)
+        self.absolute *= factor
+        self.relative *= factor
 
     def _number_shared_errors(self) -> None:
         """Number the shared errors, in the order of sources and groups."""
-        shape = len(self.sources), self.count
-        groups = np.reshape([source.groups for source in self.sources], shape)
-        groups = groups.astype(int)
-        # One bin for each group of each source.
-        width = int(groups.max(initial=0)) + 1
-        touched = groups >= 0
-        first_bin = width * np.arange(len(groups))
-        bins = groups + first_bin[:, None]
-        sizes = np.bincount(bins[touched], minlength=width * len(groups))
-        # A weight with a single run has a balance too, which does not scatter with the
-        # run's own errors.
-        of_balance = (self.quantity == BALANCE)[:, None]
-        sizes[bins[touched & of_balance]] = self.count
-        size = np.where(touched, sizes[bins], 0)
-        self.independent = (size == 1).astype(float)
-        is_shared = size > 1
-        column = np.cumsum(sizes > 1) - 1
-        self.shared_count = int(np.sum(sizes > 1))
-        self.member = np.where(is_shared, column[bins], -1)
-        self.from_source, self.from_run = is_shared.nonzero()
+        self.independent = np.zeros(self.absolute.shape)
+        self.member = np.full(self.absolute.shape, -1)
+        owners: list[int] = []
+        for number, source in enumerate(self.sources):
+            touched = source.groups >= 0
+            sizes = np.bincount(source.groups[touched], minlength=1)
+            if source.quantity == "balance":
+                # A weight with a single run has a balance too, which does not scatter
+                # with the run's own errors.
+                sizes *= self.count
+            size = np.where(touched, sizes[source.groups], 0)
+            self.independent[number] = size == 1
+            is_shared = sizes > 1
+            column = len(owners) + np.cumsum(is_shared) - 1
+            self.member[number] = np.where(size > 1, column[source.groups], -1)
+            owners += [number] * int(np.sum(is_shared))
+        self.owners = np.array(owners, dtype=int)
+        """The source of each shared error."""
+        self.from_source, self.from_run = np.nonzero(self.member >= 0)
         self.to_column = self.member[self.from_source, self.from_run]
-        # The source of each shared error.
-        self.owners = np.zeros(self.shared_count, dtype=int)
-        self.owners[self.to_column] = self.from_source
+
+    def is_from(self, *names: str) -> Any:
+        """Return whether each source has one of these names, shape (S,)."""
+        return np.array([source.name in names for source in self.sources], dtype=bool)
 
     def owned_by(self, *names: str) -> Any:
         """Return whether each shared error is from one of these sources, shape (K,)."""
-        owners = [self.sources[owner].name for owner in self.owners]
-        return np.array([name in names for name in owners], dtype=bool)
+        return self.is_from(*names)[self.owners]
 
-    def shift_of(self, name: str, shared: Floats) -> Floats:
-        """Return the shift of readings by the shared errors of a source, shape (n,)."""
-        shift = np.zeros(self.count)
-        for number in np.flatnonzero(self.owned_by(name)).tolist():
-            size = self.absolute[self.owners[number]]
-            shift += shared[number] * size
-        return shift
+    def errors_of(self, shared: Floats) -> Floats:
+        """Return the error of each source in each run, shape (S, n).
 
-    def with_scatter(self, factor: float) -> Problem:
-        """Return the same problem with larger errors of single runs, by a factor."""
-        new = copy.copy(self)
-        sizes = np.where(self.independent > 0, factor, 1.0)
-        new.absolute = sizes * self.absolute
-        new.relative = sizes * self.relative
-        return new
+        It is zero for errors of single runs.
+        """
+        return np.append(shared, 0.0)[self.member]
 
     def linearise(
         self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
@@ -198,8 +192,7 @@ class Problem:
         Extrapolate the errors of single runs to zero.
         """
         # An error is either in `single` or in `shared`; the other one is zero.
-        of_column = np.concatenate((shared, (0.0,)))
-        errors = single + of_column[self.member]
+        errors = single + self.errors_of(shared)
         # Relative errors multiply. If they were added, a shared factor that makes all
         # true values smaller would also make each run's own error smaller: a gain that
         # grows with the number of runs.
@@ -291,10 +284,8 @@ def torques_differ(torque: Floats) -> bool:
 
     M0 can be determined only if this is true.
     """
-    most = np.maximum.reduce(torque)
-    least = np.minimum.reduce(torque)
-    largest = max(most, -least)
-    return bool(most - least > 0.02 * largest)
+    largest = np.abs(torque).max()
+    return bool(np.ptp(torque) > 0.02 * largest)
 
 
 def transverse_inertia(measured: Measurements) -> Floats:
@@ -533,7 +524,7 @@ def adjust(
         If there is no credible solution.
     """
     scale = _scale(problem.measured, start, prior_width)
-    unknowns = np.zeros(3 + problem.shared_count)
+    unknowns = np.zeros(3 + len(problem.owners))
     unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
     count = problem.count

@@ -230,8 +230,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, spin, *top))
-        of_day = self.adjusted.problem.shift_of(DAY_BIAS, self.adjusted.shared)
-        late = bias + of_day
+        late = bias + self._shift_of(DAY_BIAS)
         angle = 2 * np.pi * values[TURNS]
         with np.errstate(divide="ignore"):
             return cast(Floats, angle / rate + late)
@@ -255,19 +254,20 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         It is zero in runs without this source.
         """
         problem = self.adjusted.problem
-        shared = np.concatenate((self.adjusted.shared, (0.0,)))
-        for source, member in zip(problem.sources, problem.member, strict=True):
-            if source.name == name:
-                return cast(Floats, shared[member])
-        return np.zeros(problem.count)
+        errors = problem.errors_of(self.adjusted.shared)
+        return cast(Floats, errors[problem.is_from(name)].sum(axis=0))
+
+    def _shift_of(self, name: str) -> Floats:
+        """Return the shift of readings by the shared errors of a source, shape (n,)."""
+        problem = self.adjusted.problem
+        shifts = problem.absolute * problem.errors_of(self.adjusted.shared)
+        return cast(Floats, shifts[problem.is_from(name)].sum(axis=0))
 
     @property
     def balances(self) -> Floats:
         """M0 of each run's day [N*m], shape (n,)."""
-        adjusted = self.adjusted
         # Nobody reads a balance: its reading is zero, and M0 is minus its error.
-        shift = adjusted.problem.shift_of(DAY_BALANCE, adjusted.shared)
-        return self.residual_torque.value - shift
+        return self.residual_torque.value - self._shift_of(DAY_BALANCE)
 
     @property
     def chance_of_one_balance(self) -> float:
@@ -300,12 +300,6 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         gain = self.adjusted.gain[: problem.count]
         width = np.sqrt(self.adjusted.independent_variance)
         return cast(Floats, -gain * lever / width)
-
-    def __repr__(self) -> str:
-        return (
-            f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = "
-            f"{self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
-        )
 
 
 def fit(
@@ -384,7 +378,7 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         tilted = result.adjusted.problem.tilted
-        problem = Problem(measured, tilted, level, width).with_scatter(scatter)
+        problem = Problem(measured, tilted, level, width, scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
             result = _result(
@@ -464,24 +458,23 @@ def _at_widths(
     if width is None:
         width = adjustment.lightest_torque(measured, kept)
         widths = replace(widths, residual_torque=width)
-    problem = Problem(measured, tilted, widths.level, width)
     start = adjustment.first_guess(measured, sense, kept)
     m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
     try:
-        scattered = problem.with_scatter(widths.scatter)
-        adjusted = adjustment.adjust(scattered, sense, start, width, kept)
+        problem = Problem(measured, tilted, widths.level, width, widths.scatter)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept)
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are
         # infinite, because their errors are proportional, or that M0 cancels all
         # torques. Larger errors of single runs and a small M0 prevent this.
         off = adjustment.misfits(measured, start)[kept > 0]
         factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
+        problem = Problem(measured, tilted, widths.level, width, factor)
         width *= 0.1
         widths = replace(widths, scatter=factor, residual_torque=width)
-        scattered = problem.with_scatter(factor)
         astray = adjustment.ASTRAY
-        adjusted = adjustment.adjust(scattered, sense, start, width, kept, astray)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
     of_days = adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)]
@@ -525,49 +518,49 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     I_zz in kg*m^2, M0 in N*m, b in s; with `tested` a balance test limits M0.
     """
     adjusted = result.adjusted
-    inertia = result.inertia.value
-    measured = result.adjusted.problem.measured
-    lightest = adjustment.lightest_torque(measured, adjusted.kept)
-    share = share_of_mean(measured.day)
-    # The fit used another unit of M0.
-    unit = adjusted.scale.copy()
-    unit[1] = lightest
-    rows = result.widths.scatter * adjusted.rows
-    rows[:, 1] *= lightest / adjusted.scale[1]
-    groups = measured.balance_groups
-    kept = adjusted.kept > 0
-    used = kept & (groups >= 0)
-    # `np.unique` would import numpy.ma, which takes as long as the fit.
-    several = sorted({*groups[used].tolist()})
-    to_m0 = rows[:, 1:2]
-    levels = to_m0 * (groups[:, None] == np.array(several))
     problem = adjusted.problem
+    measured = problem.measured
+    kept = adjusted.kept > 0
+    scatter = result.widths.scatter
+    to_unknowns = scatter * adjusted.rows[:, :3]
+    # The unit of M0 in the fit is the width of its prior there.
+    to_unknowns[:, 1] /= adjusted.scale[1]
+    unit = adjusted.scale.copy()
+    unit[1] = 1.0
+    to_shared = scatter * adjusted.rows[:, 3:]
+    to_m0 = to_unknowns[:, 1:2]
+    groups = measured.balance_groups
+    # `np.unique` would import numpy.ma, which takes as long as the fit.
+    weights = sorted({*groups[kept & (groups >= 0)].tolist()})
+    share = share_of_mean(measured.day)
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
-    days = to_m0 * contrasts(measured.day).T / share
-    to_shared = rows[:, 3:]
-    weighted = result.widths.scatter * adjusted.weighted
+    weighted = scatter * adjusted.weighted
     conditions = posterior.Conditions(
-        unknowns=rows[:, :3],
+        unknowns=to_unknowns,
         shared=to_shared[:, ~is_balance],
-        levels=levels if len(several) > 1 else levels[:, :0],
-        days=days,
+        levels=to_m0 * (groups[:, None] == np.array(weights)),
+        days=to_m0 * contrasts(measured.day).T / share,
         left=weighted - to_shared @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
         runs=float(adjusted.kept.sum()),
-        scatter=result.widths.scatter,
+        scatter=scatter,
     )
-    test = measured.balance_test if tested else None
+    inertia = result.inertia.value
+    lightest = adjustment.lightest_torque(measured, adjusted.kept)
     # The prior is that of the mean of all days.
     width = None
-    if test is not None:
-        width = share * test(inertia) / lightest
-    scale = share * balance_scale(measured, inertia, lightest) / lightest
-    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    if tested and measured.balance_test is not None:
+        width = share * measured.balance_test(inertia)
+    scale = share * balance_scale(measured, inertia, lightest)
     differ = adjustment.torques_differ(measured.torque[kept])
     tails = differ or not measured.balanced
     balance = posterior.balance_prior(scale, width, tails)
-    return posterior.integrate(conditions, balance, times_stated(measured), untouched)
+    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    if len(weights) < 2:
+        untouched = 1.0
+    changes = posterior.level_prior(untouched, lightest)
+    return posterior.integrate(conditions, balance, changes, times_stated(measured))
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:

@@ -31,7 +31,6 @@ from typing import cast
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -100,6 +99,9 @@ FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
 """Widths of M0 over that of a balance test; with a false test M0 must be as free as
 without one."""
 
+NARROWEST = 2e-8
+"""Smallest width of a balance test, over the scale of M0's prior."""
+
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 with a test, over the largest one without."""
 
@@ -112,8 +114,8 @@ class Conditions(Struct, frozen=True):
 
     Each condition is divided by the width of its independent errors.
 
-    Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some
-    unit, shared errors in their standard uncertainties.
+    Unknowns and errors are differences from the end of the fit: I_zz over its start, M0
+    [N*m], b and the shared errors in their standard uncertainties.
     """
 
     unknowns: Floats
@@ -121,17 +123,17 @@ class Conditions(Struct, frozen=True):
     shared: Floats
     """Derivatives with respect to the K shared errors, shape (n, K)."""
     levels: Floats
-    """Derivatives with respect to the difference of M0 of each weight, in the unit of
-    M0, shape (n, J); J is 0 if M0 does not differ."""
+    """Derivatives with respect to the difference of M0 of each weight [1/(N*m)], shape
+    (n, J)."""
     days: Floats
     """Derivatives with respect to the differences of M0 between D + 1 days, in the
     width of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
-    """I_zz, M0 and b at the end of the fit, in their units, shape (3,)."""
+    """I_zz, M0 and b at the end of the fit, shape (3,)."""
     unit: Floats
-    """The units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
+    """Units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     runs: float
     """Number of runs that are used."""
     scatter: float
@@ -174,8 +176,8 @@ class Posterior(Struct, frozen=True):
 def integrate(
     conditions: Conditions,
     balance: tuple[Floats, Floats],
+    changes: tuple[Floats, Floats],
     stated: bool,
-    untouched: float = UNTOUCHED,
 ) -> Posterior:
     """Compute the posterior: all s, v and w, weighted by how they fit the runs.
 
@@ -183,30 +185,29 @@ def integrate(
     ----------
     conditions : Conditions
     balance : tuple of ndarray
-        Widths of M0 [unit of M0], and the logarithm of the probability of each, as from
+        Widths of M0 [N*m], and the logarithm of the probability of each, as from
         `balance_prior`.
+    changes : tuple of ndarray
+        The same for the difference of M0 between weights, as from `level_prior`.
     stated : bool
         Whether the log states the uncertainty of its times.
-    untouched : float
-        Probability that M0 does not differ between weights.
 
     Returns
     -------
     Posterior
         I_zz [kg*m^2], M0 [N*m] and b [s].
     """
-    widths, prior = balance
-    has_weights = conditions.levels.shape[1] > 0
-    levels, chance = level_prior(untouched if has_weights else 1.0)
-    prior = chance[:, None, None] + prior
+    widths, ln_of_width = balance
+    levels, ln_of_level = changes
+    ln_prior = ln_of_level[:, None, None] + ln_of_width
     shared, rows, slope = _rotate(conditions, levels, widths)
     low, high = ENDS
     for _round in range(MAX_SPREADS):
         logarithm, spacing = np.linspace(low, high, STEPS, retstep=True)
         factor = np.exp(logarithm)
         solution = _solve(conditions, widths, factor, shared, rows)
-        of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
-        whole = solution.log_likelihood + prior + of_factor[:, None]
+        ln_of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
+        whole = solution.log_likelihood + ln_prior + ln_of_factor[:, None]
         top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)
         total = np.add.reduce(weight, axis=None)
@@ -230,8 +231,8 @@ def integrate(
     unit = conditions.unit[:, None]
     inertia, m0, _ = conditions.ended
     start = np.array([[inertia], [m0], [0.0]])
-    parts = factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
-    factors, level, width = np.broadcast_arrays(*parts)
+    parts = np.broadcast_arrays(factor[:, None], levels[:, None, None], widths)
+    factors, level, width = parts
     weight = weight[heavy]
     return Posterior(
         weight=weight / np.add.reduce(weight),
@@ -324,9 +325,9 @@ def _rotate(
     ----------
     conditions : Conditions
     levels : ndarray, shape (V,)
-        Widths of the difference of M0 between weights [unit of M0].
+        Widths of the difference of M0 between weights [N*m].
     widths : ndarray, shape (W,)
-        Widths of M0 [unit of M0]. They count only if M0 differs between days; else the
+        Widths of M0 [N*m]. They count only if M0 differs between days; else the
         results are the same for all of them, and W is 1 below.
 
     Returns
@@ -390,21 +391,20 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     )
 
 
-def level_prior(untouched: float) -> tuple[Floats, Floats]:
+def level_prior(untouched: float, lightest: float) -> tuple[Floats, Floats]:
     """Return widths v and the logarithm of the probability of each, shape (V,).
 
-    The widths are divided by the lightest torque [1].
+    The widths have the unit of the lightest torque.
 
     v is zero with the probability `untouched`; else it has a half-Cauchy distribution.
     """
-    if untouched == 1:
-        return np.zeros(1), np.zeros(1)
     # The density of ln v.
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
     of_changes = (1 - untouched) * density / density.sum()
     chance = np.append(untouched, of_changes)
     some = chance > 0
-    return np.append(0.0, CHANGES)[some], np.log(chance[some])
+    widths = lightest * np.append(0.0, CHANGES)
+    return widths[some], np.log(chance[some])
 
 
 def balance_prior(
@@ -415,15 +415,15 @@ def balance_prior(
     Parameters
     ----------
     scale : float
-        Scale of M0's Cauchy prior [unit of M0].
+        Scale of M0's Cauchy prior [N*m].
     tested : float, optional
-        Width of M0 from a balance test [unit of M0].
+        Width of M0 from a balance test [N*m].
     tails : bool
         Whether M0 can be much larger than its scale.
     """
     if tested is not None:
-        test_width = max(tested, NEGLIGIBLE)
-        return _tested_prior(scale * WIDTHS, test_width * FALSE_WIDTHS)
+        width = max(tested, NARROWEST * scale)
+        return _tested_prior(scale * WIDTHS, width * FALSE_WIDTHS)
     some = slice(None) if tails else WIDTHS < NOT_FALSE
     return scale * WIDTHS[some], CHANCES[some]
 
@@ -474,8 +474,8 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     return cast(Floats, np.log(near + far))
 
 
-ROUNDING = 1e-14
-"""Error of a probability that is due to rounding."""
+CLOSE = 1e-9
+"""Largest error of a probability before the last step; Newton's method squares it."""
 
 LIGHT = 1e-3
 """Parts that have less weight than this together are left out."""
@@ -495,28 +495,26 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     centre = mean @ weight
     second_moments = u**2 + (mean - centre) ** 2
     sd = np.sqrt(second_moments @ weight)
-    tails = np.minimum(LEVELS, 1 - LEVELS)
     # Cantelli's inequality limits the distance of a quantile from the mean for every
     # distribution.
-    low = centre - sd / np.sqrt(tails)
-    high = centre + sd / np.sqrt(tails)
+    reach = sd / np.sqrt(np.minimum(LEVELS, 1 - LEVELS))
+    low = centre - reach
+    high = centre + reach
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
-    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)
+    size = np.maximum(u, 1e-6 * sd + 1e-300)
     steep = weight / (size * math.sqrt(2 * math.pi))
-    for _turn in range(40):
-        # Far away the density is zero; the limit avoids an overflow of the square.
-        away = np.clip((point[:, None] - mean) / size, -40.0, 40.0)
-        square = np.exp(-0.5 * away * away)
+    for _turn in range(60):
+        away = (point[:, None] - mean) / size
+        square = np.exp(-0.5 * away**2)
         off = _normal_below(away, square) @ weight - LEVELS
-        low = np.where(off < 0, point, low)
-        high = np.where(off > 0, point, high)
-        step = point - off / np.maximum(square @ steep, 1e-300)
-        is_exact = np.abs(off) < ROUNDING
-        inside = (step >= low) & (step <= high) | is_exact
+        low = np.where(off <= 0, point, low)
+        high = np.where(off >= 0, point, high)
+        density = np.maximum(square @ steep, 1e-300)
+        step = point - off / density
+        inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
-        # The error after such a step is about the square of the step.
-        if (inside & (np.abs(off) <= 1e-4 * tails)).all():
+        if np.abs(off).max() < CLOSE:
             break
     return point
 
@@ -528,18 +526,10 @@ def _normal_below(x: Floats, square: Floats) -> Floats:
     Handbook of Mathematical Functions; the import of `scipy.special` would take as long
     as the whole analysis.
     """
-    t = np.abs(x)
-    t *= 0.2316419
-    t += 1
-    np.divide(1, t, out=t)
-    series = TAIL_SERIES[0] * t
-    for coefficient in TAIL_SERIES[1:]:
-        series += coefficient
-        series *= t
+    t = 1 / (1 + 0.2316419 * np.abs(x))
     # The probability of the tail beyond x.
-    tail: Floats = np.multiply(series, square, out=series)
-    np.subtract(1, tail, out=tail, where=x > 0)
-    return tail
+    tail = square * t * np.polyval(TAIL_SERIES, t)
+    return np.where(x > 0, 1 - tail, tail)
 
 
 TAIL_SERIES = np.array(
@@ -563,14 +553,8 @@ def chi2_tail(chi2: float, dof: int) -> float:
         return 1.0
     total = math.erfc(math.sqrt(half)) if odd else 0.0
     # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone
-    # underflows. Terms that are further from the largest one, at a = x, do not change
-    # the sum.
-    reach = 10 * math.sqrt(half) + 100
-    last = (dof - odd) // 2 - 1
-    largest = min(last, int(half))
-    start = max(0, int(largest - reach))
-    end = min(last, int(largest + reach))
-    for step in range(start, end + 1):
+    # underflows.
+    for step in range(dof // 2):
         order = step + odd / 2
         ln_term = order * math.log(half) - half - math.lgamma(order + 1)
         total += math.exp(ln_term)

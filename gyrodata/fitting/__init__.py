@@ -39,7 +39,6 @@ from gyrodata.fitting.inertia import (
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.posterior import (
     K_95,
-    chi2_lower_tail,
     chi2_tail,
     doubt_of_widths,
     scatter_prior,

@@ -28,7 +28,7 @@ from msgspec import Struct
 from gyrodata.measurements import (
     DEFAULT_TRANSVERSE_RATIO,
     Measurements,
-    block_sources,
+    balance_sources,
     share_of_mean,
 )
 from gyrodata.physics import Floats
@@ -126,8 +126,7 @@ class Problem:
         self.observed = _observed(measured, tilted)
         sources = [
             *measured.sources,
-            measured.balance_source(level),
-            *block_sources(measured, width),
+            *balance_sources(measured, width, level),
         ]
         if not tilted:
             sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
@@ -182,7 +181,7 @@ class Problem:
 
         It is zero for errors of single runs.
         """
-        return np.append(shared, 0.0)[self.member]
+        return cast(Floats, np.append(shared, 0.0)[self.member])
 
     def linearise(
         self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
@@ -333,9 +332,6 @@ class Start(Struct, frozen=True):
     """M0 [N*m]"""
 
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
-"""Golden ratio [1]: its multiples modulo 1 have no period."""
-
 _SAMPLE = 150
 """Number of runs that is enough for a start."""
 
@@ -346,21 +342,14 @@ _ODD = 5.0
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Return the indices of the kept runs, at most 150.
 
-    The sample contains every torque in proportion, and is mixed among the runs of a
-    torque.
-
     An even stride could select a single torque if the weights come in the same order
-    again and again; multiples of the golden ratio are spread evenly over every part of
-    the log.
+    again and again.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
         return index
-    keys = np.arange(len(index)) * _GOLDEN % 1.0
-    mixed = index[np.argsort(keys)]
-    by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
-    places = np.linspace(0, len(index) - 1, _SAMPLE)
-    return np.sort(by_torque[places.round().astype(int)])
+    drawn = np.random.default_rng(0).choice(index, _SAMPLE, replace=False)
+    return np.sort(drawn)
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -529,11 +518,8 @@ def adjust(
     single = np.zeros_like(problem.absolute)
     count = problem.count
     width = len(unknowns)
-    # n runs, and one row for the prior of each unknown except I_zz; the last column is
-    # the target.
-    priors = width - 1
-    rows = np.zeros((count + priors, width + 1))
-    rows[count:, 1:width] = np.eye(priors)
+    # One row for the prior of each unknown except I_zz.
+    priors = np.eye(width)[1:]
     plain = np.zeros((count, width))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -546,7 +532,8 @@ def adjust(
         of_shared = at.slopes[problem.from_source, problem.from_run]
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
-        _fill(rows, plain, weight, at.misclosure, unknowns)
+        conditions = np.column_stack((plain, -at.misclosure)) * weight[:, None]
+        rows = np.vstack((conditions, np.column_stack((priors, -unknowns[1:]))))
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
@@ -612,18 +599,10 @@ def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
     return np.array([start.inertia, *widths])
 
 
-def _fill(
-    rows: Floats, plain: Floats, weight: Floats, misclosure: Floats, unknowns: Floats
-) -> None:
-    """Write the weighted conditions of n runs into their rows, and the targets."""
-    count = len(misclosure)
-    np.multiply(plain, weight[:, None], out=rows[:count, :-1])
-    rows[:count, -1] = -misclosure * weight
-    rows[count:, -1] = -unknowns[1:]
-
-
 def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """Return the triangular factor R of the rows, and the step of the unknowns.
+
+    The last column of the rows is the target.
 
     Raises
     ------
@@ -680,13 +659,10 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     readings.
     """
     inertia = float(adjusted.unknowns[0])
-    finite = np.isfinite(adjusted.unknowns).all()
-    if not (finite and np.isfinite(adjusted.covariance).all()):
-        raise NoFit("the fit gives numbers that are not finite")
-    if not adjusted.converged:
+    is_finite = np.isfinite(adjusted.unknowns).all()
+    is_known = np.isfinite(adjusted.covariance).all()
+    if not (adjusted.converged and is_finite and is_known):
         raise NoFit("the fit does not converge")
-    if not inertia > 0:
-        raise NoFit("the fit gives a moment of inertia that is not positive")
     if not 1 / factor < inertia / start < factor:
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², "

@@ -551,7 +551,7 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     # The prior is that of the mean of all days.
     width = None
     if tested and measured.balance_test is not None:
-        width = share * measured.balance_test(inertia)
+        width = share * measured.balance_test.at(inertia)
     scale = share * balance_scale(measured, inertia, lightest)
     differ = adjustment.torques_differ(measured.torque[kept])
     tails = differ or not measured.balanced

@@ -374,21 +374,11 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
     shares = zip(chance, posteriors, strict=True)
-    weights = [share * part.weight for share, part in shares]
-
-    def joined(name: str) -> Floats:
-        """Return the values of all parts of all posteriors."""
-        return np.concatenate([getattr(part, name) for part in posteriors], axis=-1)
-
-    return Posterior(
-        weight=np.concatenate(weights),
-        mean=joined("mean"),
-        u=joined("u"),
-        factor=joined("factor"),
-        width=joined("width"),
-        level=joined("level"),
-        evidence=evidence.max(),
-    )
+    fields = {"weight": np.concatenate([share * part.weight for share, part in shares])}
+    for name in ("mean", "u", "factor", "width", "level"):
+        values = [getattr(part, name) for part in posteriors]
+        fields[name] = np.concatenate(values, axis=-1)
+    return Posterior(**fields, evidence=evidence.max())
 
 
 def level_prior(untouched: float, lightest: float) -> tuple[Floats, Floats]:
@@ -559,10 +549,3 @@ def chi2_tail(chi2: float, dof: int) -> float:
         ln_term = order * math.log(half) - half - math.lgamma(order + 1)
         total += math.exp(ln_term)
     return min(total, 1.0)
-
-
-def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Compute the probability of a chi-square at most this large, with all digits."""
-    from scipy.special import chdtr
-
-    return float(chdtr(dof, chi2))

@@ -416,9 +416,9 @@ def _times(reading: Reading, factor: float) -> Reading:
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a very unusual reading."""
     count = 0
-    for size in SIZES:
+    for role, size in SIZES.items():
         low, high = size.usual
-        column = readings.columns.get(size.role)
+        column = readings.columns.get(role)
         if column is not None:
             sizes = [abs(value) for value in column.values if value]
             count += any(not low <= value <= high for value in sizes)

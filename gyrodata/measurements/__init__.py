@@ -9,16 +9,16 @@ error, and so do equal positions.
 """
 
 from gyrodata.measurements.blocks import (
+    BALANCE_CHANGE,
     DAY_BALANCE,
     DAY_BIAS,
     PLACED,
-    block_sources,
+    balance_sources,
     contrast_sources,
     contrasts,
     share_of_mean,
 )
 from gyrodata.measurements.measured import (
-    BALANCE_CHANGE,
     Measurements,
     measure,
     select,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, cast
 
@@ -26,11 +27,9 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import listing
-
-BALANCE_CHANGE = "balance_change"
-"""Name of the difference of M0 between weights."""
 
 
 class Measurements(Struct, frozen=True, eq=False, dict=True):
@@ -77,19 +76,19 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     reaction time."""
     timing_bias_u: float
     """Prior width of the timing bias b [s]."""
-    balance_test: Callable[[float], float] | None
-    """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a
-    balance test; None: no test."""
+    balance_test: Uncertainty | None
+    """Prior width of the residual torque M0 [N*m] from a balance test: a fixed part, and
+    one proportional to I_zz [kg*m^2]; None: no test."""
     balance_test_from: str
     """The key of the log from which that prior comes."""
     mass_step: Floats
     """One step of the last digit of each mass [kg]; 0 if unknown."""
     position_step: Floats
     """One step of the last digit of each position [m]; 0 if unknown."""
+    day: Integers
+    """Number of each run's day or group."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
-    spin_readings: int = 1
-    """Number of readings of the spin in each run."""
     slowing: Floats | float = 1.0
     """Steady precession rate over the mean rate of the run [1]; 1 if the rate is steady.
     """
@@ -121,16 +120,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     delay_factor: Floats | None = None
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
-    block: Integers | None = None
-    """Number of each run's day or group, shape (n,); None if the log has only one."""
-    block_names: tuple[str, ...] = ()
-    """Name of each day or group, by this number."""
-
+    block_names: tuple[str, ...] = ("",)
+    """Name of each day or group, by its number."""
     metadata: Mapping[str, str] = {}
     """Every line ``# key: value`` of the log."""
-
-    def __repr__(self) -> str:
-        return f"<Measurements of {len(self.runs)} runs>"
 
     @property
     def load(self) -> Floats:
@@ -143,12 +136,12 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque of a day, in the order of the log."""
-        groups: dict[str, list[int]] = {}
+        groups: defaultdict[str, list[int]] = defaultdict(list)
         senses = np.where(self.load == 0, self.sense, 0.0)
         settings = zip(self.load, self.position, senses, self.day, strict=True)
         for run, sizes in enumerate(settings):
             words = " ".join([f"{size:.9g}" for size in sizes])
-            groups.setdefault(words, []).append(run)
+            groups[words].append(run)
         return list(groups.values())
 
     @cached_property
@@ -187,7 +180,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         groups = groups[loaded[np.maximum(before, 0)]]
         return parts.number_groups([*zip(self.day, groups, strict=True)])
 
-    @cached_property
+    @property
     def one_block(self) -> bool:
         """Whether all runs are of one day and one group."""
         return not np.ptp(self.day)
@@ -201,30 +194,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Return the day or group of a run behind its load: ", Mon"; else ""."""
         return "" if self.one_block else f", {self.block_names[self.day[run]]}"
 
-    @cached_property
-    def day(self) -> Integers:
-        """Number of each run's day or group, shape (n,)."""
-        if self.block is None:
-            return np.zeros(len(self.runs), dtype=int)
-        return self.block
-
     @property
     def balance_differs(self) -> bool:
         """Whether M0 may differ between the weights of the log."""
         return bool(np.ptp(self.balance_groups))
-
-    def balance_source(self, width: float) -> Source:
-        """Return the difference of M0 between weights as a source, of a width [N*m]."""
-        nothing = np.zeros(len(self.runs))
-        return Source(
-            BALANCE_CHANGE,
-            "balance",
-            self.balance_groups,
-            nothing + width,
-            nothing,
-            "runs with the same weight",
-            usual="estimated from the runs",
-        )
 
     @property
     def precession_rate(self) -> Floats:
@@ -257,10 +230,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Relative u of φ̇ψ̇ from the run's own time and spin [1], shape (n,)."""
         variance = np.zeros(len(self.runs))
         for source in self.sources:
-            size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(
-                source.quantity
-            )
-            if size is not None and not source.shared_by.startswith("all runs"):
+            is_own = not source.shared_by.startswith("all runs")
+            if is_own and source.quantity in ("time", "spin", "turns"):
+                size = getattr(self, source.quantity)
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
@@ -290,6 +262,7 @@ def measure(readings: Readings) -> Measurements:
         spin = spin - total_spin_excess(sense, turns, time, pitch)
     timed = timing_column(readings.columns).role != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
+    days = readings.blocks or [""] * len(readings.runs)
     balance_test, balance_test_from = _balance_test(readings)
     torque_unseen = None
     if readings.unmoved is not None:
@@ -318,7 +291,6 @@ def measure(readings: Readings) -> Measurements:
         balance_test_from=balance_test_from,
         torque_unseen=torque_unseen,
         sources=(),
-        spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
         tachometer=readings.tachometer,
         precession_sense=None if direction is None else np.nan_to_num(direction),
@@ -328,7 +300,8 @@ def measure(readings: Readings) -> Measurements:
         nutation_ratio=nutation_ratio,
         drag=drag,
         delay_factor=spins.delay_factor,
-        **blocks.numbered(readings),
+        day=parts.number_groups(days),
+        block_names=tuple(dict.fromkeys(days)),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )
@@ -530,29 +503,28 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     return cast(Floats, np.where(is_stated, written, sign))
 
 
-def _balance_test(
-    readings: Readings,
-) -> tuple[Callable[[float], float] | None, str]:
+def _balance_test(readings: Readings) -> tuple[Uncertainty | None, str]:
     """Return the prior width of M0 from a balance test, and the key of the test.
 
     The most direct statement first; (None, "") without a test.
     """
     if "u_imbalance" in readings.uncertainties:
-        width = readings.uncertainties["u_imbalance"].absolute
-        return (lambda inertia: width), "u_imbalance"
+        stated = readings.uncertainties["u_imbalance"]
+        return Uncertainty(stated.absolute), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
         # From rest under a constant torque the angle is M0 t²/(2 I).
         shift = 2 * abs(angle) / seconds**2
         column = readings.columns.get("transverse_inertia")
-        if column is not None:
-            width = float(np.nanmean(values_of(column))) * shift
-            return (lambda inertia: width), "balance_tilt"
-        return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
+        if column is None:
+            test = Uncertainty(relative=DEFAULT_TRANSVERSE_RATIO * shift)
+        else:
+            test = Uncertainty(float(np.nanmean(values_of(column))) * shift)
+        return test, "balance_tilt"
     if readings.balance_drift is None:
         return None, ""
     angle, seconds, spin = readings.balance_drift
-    return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
+    return Uncertainty(relative=abs(spin * angle / seconds)), "balance_drift"
 
 
 def _torque_unseen(
@@ -563,10 +535,7 @@ def _torque_unseen(
     The rod is the unloaded rod of the runs `still`.
     """
     counts = still.columns.get("turns") or still.columns["angle"]
-    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
-    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
-    for i, u in counts.stated:
-        sighted[i] = u.absolute / per_turn or sighted[i]
+    sighted = SOURCES["angle"].default.absolute
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
     spin = _spins(still, diagnostics, time, None).mean
@@ -577,7 +546,7 @@ def _torque_unseen(
         counts.place(best),
         run=still.runs[best],
         time=time[best],
-        degrees=360 * sighted[best],
+        degrees=360 * sighted,
     )
     diagnostics.append(note)
     return float(unseen[best])

@@ -144,18 +144,14 @@ def _gravity_source(readings: Readings) -> Source:
 def _transverse_source(readings: Readings) -> Source:
     """Return the error of I, which counts if the rod is tilted or released."""
     columns = readings.columns
-    size = TRANSVERSE_U
-    usual = f"{100 * TRANSVERSE_U:g} %"
-    stated = []
-    column = columns.get("transverse_inertia") or columns.get("nutation_period")
-    if column is not None:
-        kind = SOURCES["transverse_inertia"]
-        size = kind.default.relative
-        usual = kind.usual
-        stated = _stated_shares(column)
     every = np.zeros(len(readings.runs), dtype=int)
-    largest = max(stated, default=size)
-    return _source("transverse_inertia", every, 0.0, largest, not stated, usual)
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is None:
+        words = f"{100 * TRANSVERSE_U:g} %"
+        return _source("transverse_inertia", every, 0.0, TRANSVERSE_U, True, words)
+    stated = _stated_shares(column)
+    size = max(stated, default=SOURCES["transverse_inertia"].default.relative)
+    return _source("transverse_inertia", every, 0.0, size, not stated)
 
 
 def _stated_shares(column: Column) -> list[float]:
@@ -316,7 +312,8 @@ def _falling_spin_sources(
 
 def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times."""
-    timing = timing_column(readings.columns)
+    columns = readings.columns
+    timing = timing_column(columns)
     time = measured.time
     turns = measured.turns
     own = np.arange(len(time))
@@ -325,35 +322,28 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
         absolute, relative, default = _reading_errors(timing, rate, "precession_rate")
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
-    absolute, relative, default = _reading_errors(timing, time, "time")
-    if timing.role == "time" and default and not timing.stated:
-        periods = {
-            "precession_period": time / turns,
-            "precession_rate": 2 * np.pi * turns / time,
-        }
-        for role, period in periods.items():
-            column = readings.columns.get(role)
-            known = _errors_beside_time(column, period) if column else None
-            if default and known is not None:
-                absolute = known[0] * time
-                relative = known[1]
-                default = False
-    yield _source("time", own, absolute, relative, default)
+    errors = _reading_errors(timing, time, "time")
+    if timing.role == "time" and not timing.stated:
+        rate = 2 * np.pi * turns / time
+        beside = {"precession_period": time / turns, "precession_rate": rate}
+        for role, values in beside.items():
+            if role in columns and errors[-1]:
+                errors = _errors_beside_time(columns[role], values, time) or errors
+    yield _source("time", own, *errors)
 
 
-def _errors_beside_time(column: Column, values: Floats) -> tuple[Floats, Floats] | None:
-    """Return the relative errors that a period or rate next to the time states.
+def _errors_beside_time(
+    column: Column, values: Floats, time: Floats
+) -> tuple[Floats, Floats, bool] | None:
+    """Return the errors of times from those that a period or rate next to them states.
 
     A log can have the columns t, N, T = t/N and σ_T. A rate has the same relative error
-    as its period. The first error is one of absolute size over the value; the result is
-    None if a run has no error.
+    as its period. The result is None if a run has no error.
     """
-    stated = np.zeros((len(values), 2))
-    for i, u in column.stated:
-        stated[i] = u.absolute, u.relative
-    if not ((stated.sum(axis=1) > 0) & np.isfinite(values)).all():
+    absolute, relative, default = _reading_errors(column, values, "time")
+    if default or not (absolute + relative).all():
         return None
-    return stated[:, 0] / values, stated[:, 1]
+    return absolute / values * time, relative, False
 
 
 def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:

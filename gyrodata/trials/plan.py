@@ -342,8 +342,7 @@ def _with_run(
     larger = select(measured, [*range(len(measured.runs)), like])
     for name, value in values.items():
         getattr(larger, name)[-1] = value
-    if larger.block is not None:
-        larger.block[-1] = measured.day[-1]
+    larger.day[-1] = measured.day[-1]
     ratios = {"mass": load.mass, "position": load.position}
     new = [name for name, ratio in ratios.items() if ratio != 1]
     if measured.day[like] != measured.day[-1]:
@@ -370,7 +369,7 @@ def _group_of_last_run(source: Source, new: Sequence[str]) -> int:
     return group
 
 
-RANGES = {size.role: size.possible for size in checks.SIZES}
+RANGES = {role: size.possible for role, size in checks.SIZES.items()}
 RANGES["time"] = SHORT, checks.TIME.possible[1]
 """The readings that `gyro check` does not doubt [SI unit]."""
 

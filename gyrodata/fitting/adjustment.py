@@ -397,11 +397,9 @@ def _pairs(count: int) -> tuple[Any, Any]:
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
-    loaded = (kept > 0) & (measured.torque != 0)
-    sizes = np.abs(measured.torque[loaded])
-    if len(sizes):
-        return float(sizes.min())
-    return float(np.abs(measured.torque).max())
+    sizes = np.abs(measured.torque)
+    loaded = (kept > 0) & (sizes > 0)
+    return float(sizes[loaded].min(initial=sizes.max()))
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:

@@ -13,7 +13,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from operator import attrgetter, itemgetter
 from typing import cast
 
@@ -191,8 +191,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         if self.posterior is None:
             u = math.sqrt(self.covariance[number, number])
             return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
-        quantiles = self.posterior.quantiles(number).tolist()
-        low, below, middle, above, high = quantiles
+        quantiles = self.posterior.quantiles(number)
+        low, below, middle, above, high = quantiles.tolist()
         return Estimate(middle, (above - below) / 2, UNITS[number], (low, high))
 
     @property
@@ -381,9 +381,8 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         problem = Problem(measured, tilted, level, width, scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
-            result = _result(
-                adjusted, result.sense, Widths(scatter, width, level), result.chi2
-            )
+            widths = Widths(scatter, width, level)
+            result = replace(result, adjusted=adjusted, widths=widths)
             answer = integrate_at(result)
         answers.append((answer.evidence, result, answer))
     answers.sort(key=itemgetter(0), reverse=True)
@@ -416,14 +415,14 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
             evidence += on_time * math.log(1 - LATE_RUNS)
         assert other.posterior is not None
         answers.append(replace(other.posterior, evidence=evidence))
-    pairs = zip(answers, fits, strict=True)
-    _, likeliest = max(pairs, key=lambda pair: pair[0].evidence)
+    evidences = [answer.evidence for answer in answers]
+    likeliest = fits[int(np.argmax(evidences))]
     gone = result.adjusted.kept - likeliest.adjusted.kept
-    result = replace(result, late=tuple(np.flatnonzero(gone).tolist()))
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
     answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
-    return replace(result, posterior=answer)
+    late_runs = tuple(np.flatnonzero(gone).tolist())
+    return replace(result, late=late_runs, posterior=answer)
 
 
 def _without_late_runs(
@@ -477,25 +476,15 @@ def _at_widths(
         adjusted = adjustment.adjust(problem, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
+    is_separate = _separates_balance(measured, kept)
     of_days = adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)]
     prior = float(np.sum(of_days**2))
-    if _separates_balance(measured, kept):
+    if is_separate:
         prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
-    chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
-    return _result(adjusted, sense, widths, chi2)
-
-
-def _result(
-    adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
-) -> FitResult:
-    """Create the result of a fit at fixed widths."""
-    measured = adjusted.problem.measured
-    kept = adjusted.kept
-    days = len({*measured.day[kept > 0].tolist()})
-    unknowns = days + int(_separates_balance(measured, kept))
+    days = {*measured.day[kept > 0].tolist()}
     return FitResult(
-        chi2=chi2,
-        dof=int(kept.sum()) - unknowns,
+        chi2=widths.scatter**2 * float(adjusted.chi2 - prior),
+        dof=int(kept.sum()) - len(days) - is_separate,
         widths=widths,
         sense=sense,
         adjusted=adjusted,
@@ -591,32 +580,28 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """
     adjusted = result.adjusted
     problem = adjusted.problem
-    gain = adjusted.gain
-    count = adjusted.problem.count
     # Variances of I_zz [kg²*m⁴]: of each run's condition, then of the priors of M0, b
     # and the shared errors.
-    of_runs = gain[:count] ** 2
-    of_priors = gain[count:] ** 2
+    of_runs, of_priors = np.split(adjusted.gain**2, [problem.count])
     independent = adjusted.slopes * problem.independent
     variances = independent**2 @ (of_runs / adjusted.independent_variance)
     single = float(variances.sum())
     if single > adjustment.NEGLIGIBLE * u**2:
-        shared_variance = float(np.sum(of_priors))
-        wider = max(0.0, u**2 - single - shared_variance)
+        wider = max(0.0, u**2 - single - float(of_priors.sum()))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
-    excess = max(0.0, float((variances - stated).sum()))
+    excess = float((variances - stated).sum())
     of_m0, of_bias, *of_shared = of_priors.tolist()
     np.add.at(stated, problem.owners, of_shared)
     by_bias = SOURCES["time_bias"].shared_by
-    shared = {problem.sources[number].name for number in problem.owners}
     # The differences of M0 and of b between days are in the rows of M0 and b.
     rows: defaultdict[tuple[str, bool, str], float] = defaultdict(float)
     for source, variance in zip(problem.sources, stated.tolist(), strict=True):
-        rows[source.name, source.name in shared, source.shared_by] += variance
+        is_shared = bool(problem.owned_by(source.name).any())
+        rows[source.name, is_shared, source.shared_by] += variance
     rows[DAY_BALANCE, True, "all runs"] += of_m0
     rows[DAY_BIAS, True, by_bias] += of_bias
-    rows["unexplained_scatter", False, ""] += excess
+    rows["unexplained_scatter", False, ""] += max(0.0, excess)
     total = math.fsum(rows.values())
     budget = []
     for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True):
@@ -705,15 +690,13 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 
 
-def corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
+def _corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
     """Correct the angles of the runs for the motion, with the result of a fit.
 
     The runs also get the sources of error that exist only with this motion.
     """
-    runs = timed_runs(measured)
-    if not chosen.is_corrected(runs):
-        return measured
-    slowing, errors = chosen.correction(top_of(measured, near), runs)
+    top = top_of(measured, near)
+    slowing, errors = chosen.correction(top, timed_runs(measured))
     sources = (*measured.sources, *map(_source_of, errors))
     return replace(measured, slowing=slowing, sources=sources)
 
@@ -768,20 +751,19 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
+    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     sources = tuple([source for source in measured.sources if not source.of_motion])
-    bare = runs = replace(measured, slowing=1.0, sources=sources)
+    bare = replace(measured, slowing=1.0, sources=sources)
     if not chosen.is_corrected(timed_runs(bare)):
-        return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
-    result = near
-    if result is None:
-        result = fit(bare, AS_STATED, tilted=chosen.tilted, left_out=left_out)
+        return bare, fitted(bare, widths)
+    runs = _corrected(bare, near or fitted(bare, AS_STATED), chosen)
     for _round in range(MAX_ROUNDS):
+        result = fitted(runs, AS_STATED)
         before = runs
-        runs = corrected(bare, result, chosen)
-        if before is not bare and _correct_alike(before, runs, result):
+        runs = _corrected(bare, result, chosen)
+        if _correct_alike(before, runs, result):
             break
-        result = fit(runs, AS_STATED, tilted=chosen.tilted, left_out=left_out)
-    return runs, fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
+    return runs, fitted(runs, widths)
 
 
 def _correct_alike(runs: Measurements, other: Measurements, result: FitResult) -> bool:

@@ -470,11 +470,8 @@ CLOSE = 1e-9
 LIGHT = 1e-3
 """Parts that have less weight than this together are left out."""
 
-K_95 = 1.959963984540054
-"""Coverage factor of the 95 % interval of a normal distribution."""
-
-NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
-"""Quantiles at `LEVELS` of a standard normal distribution."""
+NORMAL = np.array([-1.96, -1.0, 0.0, 1.0, 1.96])
+"""Quantiles at `LEVELS` of a standard normal distribution, nearly."""
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:

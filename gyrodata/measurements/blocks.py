@@ -148,33 +148,30 @@ def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> 
     """
     known = [sources[name] for sources in stated if name in sources]
     first = known[0]
-    if len(known) == len(stated) and all(_is_alike(first, other) for other in known):
+    sizes = [_sizes(source) for source in known]
+    is_alike = all(np.array_equal(sizes[0], other) for other in sizes)
+    if is_alike and len(known) == len(stated):
         return first
-    absolute = np.zeros(len(of_file))
-    relative = np.zeros(len(of_file))
-    groups = np.full(len(of_file), -1)
+    whole = np.zeros_like(sizes[0])
+    whole[2] = -1
     for number, sources in enumerate(stated):
         if name in sources:
             runs = of_file == number
-            absolute[runs] = sources[name].absolute[runs]
-            relative[runs] = sources[name].relative[runs]
-            groups[runs] = sources[name].groups[runs]
-    keys = list(zip(of_file.tolist(), groups.tolist(), strict=True))
+            whole[:, runs] = _sizes(sources[name])[:, runs]
+    absolute, relative, groups = whole
+    keys = zip(of_file.tolist(), groups.tolist(), strict=True)
     return replace(
         first,
         absolute=absolute,
         relative=relative,
-        groups=number_groups(keys, groups >= 0),
+        groups=number_groups([*keys], groups >= 0),
         default=any(source.default for source in known),
     )
 
 
-def _is_alike(first: Source, other: Source) -> bool:
-    """Return whether two files state the same size of an error."""
-    one, two = [
-        (source.absolute, source.relative, source.groups) for source in (first, other)
-    ]
-    return np.array_equal(one, two)
+def _sizes(source: Source) -> Floats:
+    """Return the absolute and relative error and the group of each run, shape (3, n)."""
+    return np.array([source.absolute, source.relative, source.groups])
 
 
 def _divided(

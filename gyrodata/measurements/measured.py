@@ -65,10 +65,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     transverse_inertia: Floats | None
     """Transverse I with the weight [kg*m^2]; None if the log does not say."""
-    spin_start: Floats | None
-    """[rad/s]"""
-    spin_end: Floats | None
-    """[rad/s]"""
     g: float
     """Acceleration of free fall [m/s^2]."""
     timed: bool
@@ -89,6 +85,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """Number of each run's day or group."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
+    spin_start: Floats | None = None
+    """[rad/s]; None if it was not read."""
+    spin_end: Floats | None = None
+    """[rad/s]; None if it was not read."""
     slowing: Floats | float = 1.0
     """Steady precession rate over the mean rate of the run [1]; 1 if the rate is steady.
     """
@@ -252,15 +252,16 @@ def measure(readings: Readings) -> Measurements:
     diagnostics: list[Diagnostic] = []
     values = {role: values_of(column) for role, column in readings.columns.items()}
     loads = _loads(readings, values, diagnostics)
-    time, turns = _timing(values)
+    timing = timing_column(readings.columns).role
+    time, turns = _timing(timing, values)
     drag = find_drag(readings, time)
     spins = _spins(readings, diagnostics, time, drag)
     sense = _sense(readings, loads["torque"], diagnostics)
     pitch = np.nan_to_num(values.get("pitch", np.zeros(len(time))))
-    spin = spins.mean
     if readings.tachometer == "still":
-        spin = spin - total_spin_excess(sense, turns, time, pitch)
-    timed = timing_column(readings.columns).role != "precession_rate"
+        excess = total_spin_excess(sense, turns, time, pitch)
+        spins["spin"] = spins["spin"] - excess
+    timed = timing != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
     days = readings.blocks or [""] * len(readings.runs)
     balance_test, balance_test_from = _balance_test(readings)
@@ -271,20 +272,18 @@ def measure(readings: Readings) -> Measurements:
     nutation = values.get("nutation_period")
     nutation_ratio = None
     if nutation is not None and transverse is None:
-        nutation_ratio = spin * nutation / (2 * np.pi)
+        nutation_ratio = spins["spin"] * nutation / (2 * np.pi)
     direction = values.get("precession_sense")
     measured = Measurements(
         **loads,
+        **spins,
         runs=readings.runs,
         lines=readings.lines,
         time=time,
         turns=turns,
-        spin=spin,
         sense=sense,
         pitch=pitch,
         transverse_inertia=transverse,
-        spin_start=spins.start,
-        spin_end=spins.end,
         timed=timed,
         timing_bias_u=bias.absolute if timed else 0.0,
         balance_test=balance_test,
@@ -299,7 +298,6 @@ def measure(readings: Readings) -> Measurements:
         latitude=readings.constants.get("latitude"),
         nutation_ratio=nutation_ratio,
         drag=drag,
-        delay_factor=spins.delay_factor,
         day=parts.number_groups(days),
         block_names=tuple(dict.fromkeys(days)),
         metadata=readings.metadata,
@@ -353,17 +351,18 @@ def _gravity(readings: Readings, diagnostics: list[Diagnostic]) -> float:
     return physics.STANDARD_GRAVITY
 
 
-def _timing(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-    """Return the time [s] and the turns of each run; one turn for a period."""
-    if "time" in values and "turns" in values:
-        return values["time"], np.abs(values["turns"])
-    if "time" in values and "angle" in values:
-        return values["time"], np.abs(values["angle"]) / (2 * np.pi)
-    if "precession_period" in values:
-        period = values["precession_period"]
-    else:
-        period = 2 * np.pi / np.abs(values["precession_rate"])
-    return period, np.ones(len(period))
+def _timing(role: str, values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the time [s] and the turns of each run; one turn for a period.
+
+    `role` is that of the column of the timing.
+    """
+    time = values[role]
+    turns = np.ones(len(time))
+    if role == "precession_rate":
+        time = 2 * np.pi / np.abs(time)
+    elif role == "time":
+        turns = values["turns"] if "turns" in values else values["angle"] / (2 * np.pi)
+    return time, np.abs(turns)
 
 
 def without_loads(readings: Readings) -> Readings:
@@ -415,24 +414,14 @@ def _taken(record: Any, kept: Sequence[int]) -> Any:
     return type(record)(**fields)
 
 
-class Spins(Struct, frozen=True):
-    """The spins of a log [rad/s], each of shape (n,)."""
-
-    mean: Floats
-    """Harmonic mean in time over each run, if the only reading was in its middle."""
-    start: Floats | None = None
-    """None if it was not read."""
-    end: Floats | None = None
-    """None if it was not read."""
-    delay_factor: Floats | None = None
-    """By what the mean is too small because the reading was late [1]; None if it was
-    not."""
-
-
 def _spins(
     readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
-) -> Spins:
-    """Compute the mean spin of each run from its readings."""
+) -> dict[str, Any]:
+    """Compute the mean spin of each run, and what the log says of the spin.
+
+    The mean is the harmonic mean in time over each run, if the only reading was in its
+    middle.
+    """
     used = spin_columns(readings)
     if len(used) == 1:
         return _spins_read_once(readings, used, time, drag)
@@ -445,21 +434,23 @@ def _spins(
         run = readings.runs[i]
         diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
     if len(spins) == 3:
-        return Spins(physics.simpson_mean_spin(*spins), start, end)
-    exponent = physics.VISCOUS if drag is None else drag.exponent
-    return Spins(physics.harmonic_mean_spin(start, end, exponent), start, end)
+        mean = physics.simpson_mean_spin(*spins)
+    else:
+        exponent = physics.VISCOUS if drag is None else drag.exponent
+        mean = physics.harmonic_mean_spin(start, end, exponent)
+    return {"spin": mean, "spin_start": start, "spin_end": end}
 
 
 def _spins_read_once(
     readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None
-) -> Spins:
+) -> dict[str, Any]:
     """Compute the mean spin of runs in which it was read once.
 
     It was read in the middle of the run, later, or before the run.
     """
     spin = as_spin(used[0])
     if not parts.read_once(used):
-        return Spins(spin)
+        return {"spin": spin}
     delay = parts.reading_delay(readings, used, time)
     if drag is None:
         factor = np.exp(delay * parts.USUAL_RATE)
@@ -468,7 +459,7 @@ def _spins_read_once(
         factor = np.exp(delay * rate)
         # The harmonic mean in time is a little smaller than the spin in the middle.
         spin = spin * (1 - (2 - drag.exponent) * (rate * time) ** 2 / 24)
-    return Spins(spin, delay_factor=factor if delay.any() else None)
+    return {"spin": spin, "delay_factor": factor if delay.any() else None}
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -538,7 +529,7 @@ def _torque_unseen(
     sighted = SOURCES["angle"].default.absolute
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    spin = _spins(still, diagnostics, time, None).mean
+    spin = _spins(still, diagnostics, time, None)["spin"]
     unseen = 2 * math.pi * sighted / time * spin
     best = int(unseen.argmin())
     note = readings.say(

@@ -32,6 +32,7 @@ from gyrodata.measurements import (
     share_of_mean,
 )
 from gyrodata.physics import Floats
+from gyrodata.quantities.units import REVOLUTION
 
 ROWS = {
     "time": 0,
@@ -203,7 +204,7 @@ class Problem:
         inertia, residual_torque, bias = unknowns
         time = values[TIME] - bias
         spin = values[SPIN]
-        minus_angle = -2 * np.pi * values[TURNS]
+        minus_angle = -REVOLUTION * values[TURNS]
         load = values[LOAD]
         position = values[POSITION]
         g = values[G]
@@ -218,7 +219,7 @@ class Problem:
         to = np.zeros(values.shape)
         to[TIME] = push
         to[SPIN] = minus_angle * whole
-        to[TURNS] = -2 * np.pi * moment
+        to[TURNS] = -REVOLUTION * moment
         to[LOAD] = signed * (position * g)
         to[POSITION] = signed * (load * g)
         to[G] = signed * (load * position)
@@ -247,13 +248,13 @@ def _add_tilt(
     to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
 ) -> Floats:
     """Return the term of a tilted rod, and add its derivatives to `to`."""
-    angle = 2 * np.pi * values[TURNS]
+    angle = REVOLUTION * values[TURNS]
     pitch = values[PITCH]
     difference = whole - values[TRANSVERSE]
     square = sense * angle**2 / time
     tilt = square * np.sin(pitch)
     to[TIME] += difference * tilt / time
-    to[TURNS] -= 4 * np.pi * difference * tilt / angle
+    to[TURNS] -= 2 * REVOLUTION * difference * tilt / angle
     to[PITCH] = -difference * square * np.cos(pitch)
     to[TRANSVERSE] = tilt
     to[ADDED] -= tilt
@@ -370,7 +371,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     imbalance = inertia * product[first] - torque[first]
     is_apart = np.abs(apart) > 1e-3 * np.abs(product[second])
     largest = np.abs(torque).max()
-    usable = is_apart & (inertia > 0) & (np.abs(imbalance) < 3 * largest)
+    is_small = np.abs(imbalance) < 3 * largest
+    usable = is_apart & (inertia > 0) & is_small
     if not usable.any():
         return rough
     lines = Start(inertia[usable, None], imbalance[usable, None])

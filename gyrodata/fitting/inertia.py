@@ -50,6 +50,7 @@ from gyrodata.measurements import (
 from gyrodata.physics import Floats
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
+from gyrodata.quantities.units import REVOLUTION
 
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
@@ -231,7 +232,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, spin, *top))
         late = bias + self._shift_of(DAY_BIAS)
-        angle = 2 * np.pi * values[TURNS]
+        angle = REVOLUTION * values[TURNS]
         with np.errstate(divide="ignore"):
             return cast(Floats, angle / rate + late)
 
@@ -295,7 +296,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
-        angle = 2 * np.pi * problem.observed[TURNS]
+        angle = REVOLUTION * problem.observed[TURNS]
         lever = angle * problem.observed[SPIN]
         gain = self.adjusted.gain[: problem.count]
         width = np.sqrt(self.adjusted.independent_variance)
@@ -408,7 +409,8 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     for late, other in enumerate(fits):
         on_time = float(other.adjusted.kept.sum())
         # The factor of a normal density, for each run.
-        evidence = other.log_evidence - on_time * math.log(2 * math.pi) / 2
+        of_density = on_time * math.log(math.tau) / 2
+        evidence = other.log_evidence - of_density
         if late:
             of_late = late * math.log(LATE_RUNS / LATEST)
             evidence += math.log(LATE_LABS) + of_late
@@ -520,14 +522,16 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     to_m0 = to_unknowns[:, 1:2]
     groups = measured.balance_groups
     # `np.unique` would import numpy.ma, which takes as long as the fit.
-    weights = sorted({*groups[kept & (groups >= 0)].tolist()})
+    used = kept & (groups >= 0)
+    weights = sorted({*groups[used].tolist()})
+    is_of_weight = groups[:, None] == np.array(weights)
     share = share_of_mean(measured.day)
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
     weighted = scatter * adjusted.weighted
     conditions = posterior.Conditions(
         unknowns=to_unknowns,
         shared=to_shared[:, ~is_balance],
-        levels=to_m0 * (groups[:, None] == np.array(weights)),
+        levels=to_m0 * is_of_weight,
         days=to_m0 * contrasts(measured.day).T / share,
         left=weighted - to_shared @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),

@@ -151,25 +151,18 @@ def _insist_on_points(xs: Floats, ys: Floats, intercept: bool, stated: bool) -> 
         raise ValueError(
             "x or y contains a value that is not finite; leave out incomplete points"
         )
-    if xs.size < 1 + intercept:
+    needed = 1 + intercept + (not stated)
+    if xs.size < needed:
         raise ValueError(
-            f"{xs.size} points do not determine a line; pass two or more, or one with "
-            f"intercept=False"
+            f"{xs.size} points do not determine a line, or leave no residuals for its "
+            f"uncertainty; pass {needed} points or more"
         )
-    rounding = 1e-13 * np.abs(xs).max()
-    if intercept and np.ptp(xs) <= rounding:
+    largest = np.abs(xs).max()
+    extent = np.ptp(xs) if intercept else largest
+    if extent <= 1e-13 * largest:
         raise ValueError(
-            "all x are equal, so slope and intercept cannot be separated; pass "
-            "intercept=False or other x"
-        )
-    if not xs.any():
-        raise ValueError(
-            "all x are zero, so there is no slope; pass points with other x"
-        )
-    if not stated and xs.size == 1 + intercept:
-        raise ValueError(
-            f"{xs.size} points have no residuals, so there is no uncertainty; pass "
-            f"cov_y, or more points"
+            "all x are equal, or all x are zero without an intercept, so there is no "
+            "slope; pass points with other x"
         )
 
 
@@ -227,7 +220,8 @@ def _iterate(
             error = to_x @ (right.T @ step.errors)
         unknowns = unknowns + step.change
         steepest = np.ptp(y) / np.abs(x).max()
-        moved = float(abs(step.change[0]) / (abs(unknowns[0]) + steepest + 1e-300))
+        size = abs(unknowns[0]) + steepest + 1e-300
+        moved = float(abs(step.change[0]) / size)
         # Rounding prevents smaller steps.
         is_last = moved < 1e-13 and moved >= 0.5 * last
         if is_last or moved < 1e-17:

@@ -268,7 +268,9 @@ class _Solution(Struct, frozen=True):
         # b follows from its prior and the rows, for given I_zz and M0.
         bias = b_left - ib * self.both - mb * self.m0
         b_alone = 1 - bb
-        b_var = b_alone + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+        of_both = ib**2 * both_var
+        of_m0 = mb**2 * m_var
+        b_var = b_alone + of_both + 2 * ib * mb * cov + of_m0
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
         inertia = self.both - slope * self.m0
         mean = np.array([inertia, self.m0, bias])
@@ -430,21 +432,19 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     # Each factor gives a Cauchy distribution.
     density = np.exp(-bold - 0.5 * np.exp(-2 * bold))
     doubt = np.log(density @ chance)
-    doubt -= math.log(np.exp(doubt).sum())
     prior = widths[:, None] ** 2
     test = tested**2
     both = prior + test
     ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(both)
-    mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
-    width = np.sqrt(prior * test / both).reshape(-1)
+    mass = np.exp(ln_weight - ln_weight.max())
+    width = np.sqrt(prior * test / both)
     grid = widths[-1] * TESTED_WIDTHS
-    count = len(grid)
-    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, count - 1)
+    last = len(grid) - 1
+    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, last)
     # Each mass is divided between the two nearest widths.
-    lower = np.minimum(place.astype(int), count - 2)
-    upper = lower + 1
-    onto = np.bincount(lower, mass * (upper - place), count)
-    onto += np.bincount(upper, mass * (place - lower), count)
+    away = np.abs(place[..., None] - np.arange(last + 1))
+    share = np.maximum(1 - away, 0.0)
+    onto = np.tensordot(mass, share)
     with np.errstate(divide="ignore"):
         return grid, np.log(onto)
 
@@ -458,7 +458,7 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
     spread = SPREAD_STATED if stated else SPREAD_DEFAULT
     normal = np.exp(-0.5 * (factor / spread) ** 2)
-    near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(2 * math.pi))
+    near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(math.tau))
     cauchy = math.pi * TAIL * (1 + (factor / TAIL) ** 2)
     far = SHARE_OF_TAIL / cauchy
     return cast(Floats, np.log(near + far))
@@ -490,7 +490,7 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
     size = np.maximum(u, 1e-6 * sd + 1e-300)
-    steep = weight / (size * math.sqrt(2 * math.pi))
+    steep = weight / (size * math.sqrt(math.tau))
     for _turn in range(60):
         away = (point[:, None] - mean) / size
         square = np.exp(-0.5 * away**2)
@@ -521,7 +521,7 @@ def _normal_below(x: Floats, square: Floats) -> Floats:
 
 TAIL_SERIES = np.array(
     [1.330274429, -1.821255978, 1.781477937, -0.356563782, 0.319381530]
-) / math.sqrt(2 * math.pi)
+) / math.sqrt(math.tau)
 """Coefficients, the highest power first."""
 
 

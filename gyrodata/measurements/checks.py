@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from gyrodata.measurements.sources import (
     values_of,
 )
 from gyrodata.physics import RPM, Floats, Integers
-from gyrodata.quantities.units import Uncertainty, parse_unit
+from gyrodata.quantities.units import REVOLUTION, Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.readings.lablog import Faults, listing
 
@@ -41,22 +41,27 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 
 # --- derived columns ---
 
-DERIVED: Mapping[str, Callable[[Measurements], Any]] = {
-    "mass": lambda runs: runs.mass,
-    "position": lambda runs: runs.position,
-    "torque": lambda runs: runs.torque,
-    "force": lambda runs: runs.torque / runs.position,
-    "spin": lambda runs: runs.spin,
-    "spin_period": lambda runs: 2 * np.pi / runs.spin,
-    "time": lambda runs: runs.time,
-    "turns": lambda runs: runs.turns,
-    "angle": lambda runs: 2 * np.pi * runs.turns,
-    "precession_period": lambda runs: runs.time / runs.turns,
-    "precession_rate": lambda runs: runs.precession_rate,
-    "inertia": lambda runs: runs.single_inertia,
-}
-"""Columns that also follow from other readings: their values [SI unit of the role],
-shape (n,)."""
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def derived_values(runs: Measurements) -> dict[str, Floats]:
+    """Return what columns contain that also follow from other readings, by their role.
+
+    The values [SI unit of the role] have the shape (n,).
+    """
+    return {
+        "mass": runs.mass,
+        "position": runs.position,
+        "torque": runs.torque,
+        "force": runs.torque / runs.position,
+        "spin": runs.spin,
+        "spin_period": REVOLUTION / runs.spin,
+        "time": runs.time,
+        "turns": runs.turns,
+        "angle": REVOLUTION * runs.turns,
+        "precession_period": runs.time / runs.turns,
+        "precession_rate": runs.precession_rate,
+        "inertia": runs.single_inertia,
+    }
 
 
 def _find_contradictions(
@@ -68,18 +73,18 @@ def _find_contradictions(
     """
     # The mean spin is corrected; another reading agrees with itself.
     used = spin_columns(readings)
+    values = derived_values(measured)
     for column in (*readings.columns.values(), *readings.others):
         is_used = any(column is each for each in used)
-        if column.role in DERIVED and not is_used:
-            yield from _compare(readings, measured, column)
+        if column.role in values and not is_used:
+            yield from _compare(readings, measured, column, values[column.role])
 
 
 def _compare(
-    readings: Readings, measured: Measurements, column: Column
+    readings: Readings, measured: Measurements, column: Column, derived: Floats
 ) -> Iterator[Diagnostic]:
-    """Compare a column with the value that follows from the readings."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        meant = np.abs(DERIVED[column.role](measured))
+    """Compare a column with the values that follow from the readings, shape (n,)."""
+    meant = np.abs(derived)
     first, mean = _means_of_cells(column, measured, meant)
     values = np.abs(values_of(column))[first]
     limit = np.maximum(0.05 * mean, 2 * np.array(column.steps)[first])
@@ -309,11 +314,12 @@ def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> st
     few = len(values) // 10
     least = values[few]
     most = values[-1 - few]
-    is_usual = usual[0] <= least and most <= usual[1]
-    low, high = usual if is_usual else possible_range(role)
+    is_usual = _is_within(usual, np.array([least, most]))
+    limits = usual if is_usual else possible_range(role)
     for unit, factor in other_units(readings.columns[role]):
-        is_possible = low <= factor * values[0] and factor * values[-1] <= high
-        if is_possible and usual[0] <= factor * least and factor * most <= usual[1]:
+        all_values = factor * np.array(values)
+        most_values = factor * np.array([least, most])
+        if _is_within(limits, all_values) and _is_within(usual, most_values):
             return unit
     return ""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -27,7 +26,7 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
-from gyrodata.quantities.units import Uncertainty
+from gyrodata.quantities.units import REVOLUTION, Uncertainty
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import listing
 
@@ -202,13 +201,14 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @property
     def precession_rate(self) -> Floats:
         """Size of the mean precession rate [rad/s], shape (n,)."""
-        return 2 * np.pi * self.turns / self.time
+        return REVOLUTION * self.turns / self.time
 
     @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
-        return sign * self.precession_rate * self.spin
+        rate = sign * self.precession_rate
+        return rate * self.spin
 
     @property
     def single_inertia(self) -> Floats:
@@ -272,7 +272,7 @@ def measure(readings: Readings) -> Measurements:
     nutation = values.get("nutation_period")
     nutation_ratio = None
     if nutation is not None and transverse is None:
-        nutation_ratio = spins["spin"] * nutation / (2 * np.pi)
+        nutation_ratio = spins["spin"] * nutation / REVOLUTION
     direction = values.get("precession_sense")
     measured = Measurements(
         **loads,
@@ -359,9 +359,9 @@ def _timing(role: str, values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
     time = values[role]
     turns = np.ones(len(time))
     if role == "precession_rate":
-        time = 2 * np.pi / np.abs(time)
+        time = REVOLUTION / np.abs(time)
     elif role == "time":
-        turns = values["turns"] if "turns" in values else values["angle"] / (2 * np.pi)
+        turns = values["turns"] if "turns" in values else values["angle"] / REVOLUTION
     return time, np.abs(turns)
 
 
@@ -387,7 +387,9 @@ def total_spin_excess(
 
     The difference is φ̇ sin(pitch), shape (n,).
     """
-    return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
+    sign = np.where(sense == 0, 1.0, sense)
+    rate = REVOLUTION * turns / time
+    return sign * rate * np.sin(pitch)
 
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
@@ -428,9 +430,10 @@ def _spins(
     spins = list(map(as_spin, used))
     start = spins[0]
     end = spins[-1]
+    last = used[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
         percent = 100 * (end[i] / start[i] - 1)
-        cell = used[-1].cell(i)
+        cell = last.cell(i)
         run = readings.runs[i]
         diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
     if len(spins) == 3:
@@ -452,13 +455,14 @@ def _spins_read_once(
     if not parts.read_once(used):
         return {"spin": spin}
     delay = parts.reading_delay(readings, used, time)
-    if drag is None:
-        factor = np.exp(delay * parts.USUAL_RATE)
-    else:
+    rate: Floats | float = parts.USUAL_RATE
+    if drag is not None:
         rate = drag.at(spin)
-        factor = np.exp(delay * rate)
+        fall = rate * time
         # The harmonic mean in time is a little smaller than the spin in the middle.
-        spin = spin * (1 - (2 - drag.exponent) * (rate * time) ** 2 / 24)
+        excess = (2 - drag.exponent) * fall**2 / 24
+        spin = spin * (1 - excess)
+    factor = np.exp(delay * rate)
     return {"spin": spin, "delay_factor": factor if delay.any() else None}
 
 
@@ -482,14 +486,15 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     told_spin = "spin_sense" in readings.columns or bool(back.any())
     written *= np.where(back, -1.0, 1.0)
     loaded = is_stated & (sign != 0)
-    opposed = int(np.sum(written[loaded] != sign[loaded]))
-    if opposed > np.sum(loaded) / 2:
+    count = np.sum(loaded)
+    opposed = np.sum(written[loaded] != sign[loaded])
+    if opposed > count / 2:
         # Only products of directions matter: a log that counts one of the two the other
         # way round is consistent.
         written = -written
         # If the log does not state the direction of the spin, a clockwise spin reverses
         # every run with a weight.
-        if told_spin or opposed < np.sum(loaded):
+        if told_spin or opposed < count:
             diagnostics.append(readings.say("senses_contradict_torque"))
     return cast(Floats, np.where(is_stated, written, sign))
 
@@ -530,7 +535,7 @@ def _torque_unseen(
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
     spin = _spins(still, diagnostics, time, None)["spin"]
-    unseen = 2 * math.pi * sighted / time * spin
+    unseen = REVOLUTION * sighted / time * spin
     best = int(unseen.argmin())
     note = readings.say(
         "rod_stayed",

@@ -207,9 +207,9 @@ def _why_not_used(key: str, readings: Readings) -> str:
 STEADIEST = 0.06
 """Standard uncertainty of a time that the steadiest hand stops [s]."""
 
-NO_ACCIDENT = 0.13, 0.005
-"""Rows are called identical if the bound of the probability that chance makes as many
-is below this: of one pair of rows with the same settings, or of several."""
+NO_ACCIDENT = 0.05, 0.005
+"""Rows are called identical if chance makes as many with less than this probability:
+one pair, or several."""
 
 
 def _find_copies(
@@ -265,9 +265,11 @@ def _is_no_accident(copies: int, pairs: int, chance: float) -> bool:
     The probability is limited by Chernoff's bound.
     """
     expected = pairs * chance
-    if copies <= expected:
+    if chance >= 1 or copies <= expected:
         return False
-    power = copies * math.log(copies / expected) - copies + expected
+    power = copies * math.log(copies / expected)
+    if others := pairs - copies:
+        power += others * math.log(others / (pairs - expected))
     return math.exp(-power) <= NO_ACCIDENT[pairs > 1]
 
 

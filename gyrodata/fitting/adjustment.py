@@ -20,7 +20,7 @@ each step is solved by QR: normal equations would lose digits.
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -182,7 +182,9 @@ class Problem:
 
         It is zero for errors of single runs.
         """
-        return cast(Floats, np.append(shared, 0.0)[self.member])
+        of_column = np.append(shared, 0.0)
+        errors: Floats = of_column[self.member]
+        return errors
 
     def linearise(
         self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
@@ -196,11 +198,14 @@ class Problem:
         # Relative errors multiply. If they were added, a shared factor that makes all
         # true values smaller would also make each run's own error smaller: a gain that
         # grows with the number of runs.
-        factors = 1 + self.relative * errors
+        relative = self.relative * errors
+        factors = 1 + relative
         scale = np.ones_like(self.observed)
         np.multiply.at(scale, self.quantity, factors)
-        shift = self.onto @ (self.absolute * errors)
-        values = (self.observed - shift) / scale
+        absolute = self.absolute * errors
+        shift = self.onto @ absolute
+        unscaled = self.observed - shift
+        values = unscaled / scale
         inertia, residual_torque, bias = unknowns
         time = values[TIME] - bias
         spin = values[SPIN]
@@ -220,9 +225,10 @@ class Problem:
         to[TIME] = push
         to[SPIN] = minus_angle * whole
         to[TURNS] = -REVOLUTION * moment
+        signed_load = signed * load
         to[LOAD] = signed * (position * g)
-        to[POSITION] = signed * (load * g)
-        to[G] = signed * (load * position)
+        to[POSITION] = signed_load * g
+        to[G] = signed_load * position
         to[BALANCE] = signed
         to[ADDED] = minus_angle * spin
         if self.tilted:
@@ -233,12 +239,14 @@ class Problem:
         by_relative = self.relative * values[self.quantity] / factors
         by_absolute = self.absolute / scale[self.quantity]
         by_error = by_relative + by_absolute
-        slopes = -by_error * to[self.quantity]
+        to_reading = to[self.quantity]
+        slopes = -by_error * to_reading
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
         floor = (NEGLIGIBLE * spin_term) ** 2
-        variance = np.add.reduce(independent**2, axis=0) + floor
-        misclosure -= np.add.reduce(independent * single, axis=0)
+        variance = (independent**2).sum(axis=0) + floor
+        of_single = independent * single
+        misclosure -= of_single.sum(axis=0)
         return Linear(
             values, torque, misclosure, to_unknowns, slopes, independent, variance
         )
@@ -258,7 +266,8 @@ def _add_tilt(
     to[PITCH] = -difference * square * np.cos(pitch)
     to[TRANSVERSE] = tilt
     to[ADDED] -= tilt
-    return cast(Floats, -difference * tilt)
+    term: Floats = -difference * tilt
+    return term
 
 
 def _observed(measured: Measurements, tilted: bool) -> Floats:
@@ -369,7 +378,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     apart = product[second] - product[first]
     inertia = (torque[second] - torque[first]) / apart
     imbalance = inertia * product[first] - torque[first]
-    is_apart = np.abs(apart) > 1e-3 * np.abs(product[second])
+    size = np.abs(product[second])
+    is_apart = np.abs(apart) > 1e-3 * size
     largest = np.abs(torque).max()
     is_small = np.abs(imbalance) < 3 * largest
     usable = is_apart & (inertia > 0) & is_small
@@ -382,7 +392,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     half = len(index) // 2
     medians = np.partition(off, half, axis=1)[:, half]
     scatter = max(1.0, MAD_TO_SD * float(medians.min()))
-    limited = np.minimum(off / scatter, _ODD)
+    relative = off / scatter
+    limited = np.minimum(relative, _ODD)
     cost = np.sum(limited**2, axis=1)
     cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
     best = cost.argmin()
@@ -408,7 +419,8 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
     """Compare times with those of a start, in their uncertainty and 1 %."""
     time = measured.time[index]
     with np.errstate(divide="ignore"):
-        net_torque = measured.torque[index] + start.residual_torque
+        torque = measured.torque[index]
+        net_torque = torque + start.residual_torque
         product = net_torque / start.inertia
         predicted = time * np.abs(measured.product[index] / product)
     predicted = np.where(np.isfinite(predicted), predicted, time)
@@ -418,7 +430,9 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
             u = source.absolute + source.relative * measured.time
             break
     size = np.hypot(u[index], 0.01 * predicted)
-    return cast(Floats, np.abs(time - predicted) / size)
+    off = np.abs(time - predicted)
+    misfit: Floats = off / size
+    return misfit
 
 
 # --- the adjustment ---
@@ -524,16 +538,19 @@ def adjust(
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
-        at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+        shared = unknowns[3:]
+        current = unknowns[:3] * scale
+        at = problem.linearise(single, shared, sense, current)
         if turn >= FULL_STEPS or jumped > 0.03:
-            single = _onto_conditions(at, unknowns[0] * scale[0])
-            at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+            single = _onto_conditions(at, current[0])
+            at = problem.linearise(single, shared, sense, current)
         plain[:, :3] = at.to_unknowns * scale
         of_shared = at.slopes[problem.from_source, problem.from_run]
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
-        conditions = np.column_stack((plain, -at.misclosure)) * weight[:, None]
-        rows = np.vstack((conditions, np.column_stack((priors, -unknowns[1:]))))
+        conditions = np.column_stack((plain, -at.misclosure))
+        of_priors = np.column_stack((priors, -unknowns[1:]))
+        rows = np.vstack((weight[:, None] * conditions, of_priors))
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
@@ -543,8 +560,8 @@ def adjust(
         single = -at.independent * (closed / at.independent_variance)
         weighted = weight * closed
         before = chi2
-        of_priors = unknowns[1:] @ unknowns[1:]
-        chi2 = float(weighted @ weighted + of_priors)
+        with_prior = unknowns[1:]
+        chi2 = float(weighted @ weighted + with_prior @ with_prior)
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last = moved
@@ -552,7 +569,8 @@ def adjust(
         jumped = float(np.abs(step[:2]).max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
         next_is_small = turn > 0 and moved**2 < 1e-8 * min(last, 1.0)
-        is_flat = turn > 3 and abs(before - chi2) <= 1e-13 * chi2
+        gained = abs(before - chi2)
+        is_flat = turn > 3 and gained <= 1e-13 * chi2
         converged = moved < 1e-11 or next_is_small or is_flat
         if converged:
             break
@@ -560,10 +578,11 @@ def adjust(
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
-    leverage = np.add.reduce(q[:count] ** 2, axis=1)
+    of_runs = q[:count]
+    leverage = (of_runs**2).sum(axis=1)
     rest = np.maximum(1 - leverage, NEGLIGIBLE)
-    of_prediction = np.add.reduce((plain @ inverse) ** 2, axis=1)
-    outside = at.independent_variance + of_prediction
+    predicted = plain @ inverse
+    outside = at.independent_variance + (predicted**2).sum(axis=1)
     variance = np.where(kept > 0, at.independent_variance * rest, outside)
     gain = q @ inverse[0] * scale[0]
     covariance = inverse[:3] @ inverse[:3].T
@@ -611,22 +630,25 @@ def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """
     # The triangular factor with the target as last column contains Qᵀ·target: Q is not
     # needed.
-    whole = cast(Floats, np.linalg.qr(rows, mode="r"))
+    whole: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
     unknowns = rows.shape[1] - 1
     triangle = whole[:unknowns, :-1]
     if not triangle.diagonal().all():
         raise NoFit("these runs do not determine the unknowns separately")
-    step = np.linalg.solve(triangle, whole[:unknowns, -1])
-    return triangle, cast(Floats, step)
+    target = whole[:unknowns, -1]
+    step: Floats = np.asarray(np.linalg.solve(triangle, target), dtype=float)
+    return triangle, step
 
 
 def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
     """Limit a step from an I_zz in its unit; `turn` counts the steps before it."""
     # One step at most halves or doubles I_zz.
     largest = 0.5 * abs(inertia)
-    limited = step * min(1.0, largest / abs(step[0]))
+    limit = largest / abs(step[0])
     # Full steps can oscillate if errors are as large as the readings.
-    return cast(Floats, limited * 0.5 ** (turn // FULL_STEPS))
+    halvings = turn // FULL_STEPS
+    shortened: Floats = step * min(1.0, limit) * 0.5**halvings
+    return shortened
 
 
 def _onto_conditions(at: Linear, inertia: float) -> Floats:

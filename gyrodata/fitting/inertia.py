@@ -15,7 +15,6 @@ from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import cached_property, partial
 from operator import attrgetter, itemgetter
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -234,7 +233,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         late = bias + self._shift_of(DAY_BIAS)
         angle = REVOLUTION * values[TURNS]
         with np.errstate(divide="ignore"):
-            return cast(Floats, angle / rate + late)
+            time: Floats = angle / rate + late
+        return time
 
     @cached_property
     def time_u(self) -> Floats:
@@ -244,10 +244,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         end = self.adjusted
         net_torque = self._linear.torque + end.unknowns[1]
+        width = np.sqrt(end.independent_variance)
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the net torque.
-            u = np.sqrt(end.independent_variance) / np.abs(net_torque)
-        return cast(Floats, u)
+            u: Floats = width / np.abs(net_torque)
+        return u
 
     def error_of(self, name: str) -> Floats:
         """Return the adjusted error of a source that runs share, in its u, shape (n,).
@@ -256,13 +257,16 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         problem = self.adjusted.problem
         errors = problem.errors_of(self.adjusted.shared)
-        return cast(Floats, errors[problem.is_from(name)].sum(axis=0))
+        error: Floats = errors[problem.is_from(name)].sum(axis=0)
+        return error
 
     def _shift_of(self, name: str) -> Floats:
         """Return the shift of readings by the shared errors of a source, shape (n,)."""
         problem = self.adjusted.problem
-        shifts = problem.absolute * problem.errors_of(self.adjusted.shared)
-        return cast(Floats, shifts[problem.is_from(name)].sum(axis=0))
+        errors = problem.errors_of(self.adjusted.shared)
+        shifts = problem.absolute * errors
+        shift: Floats = shifts[problem.is_from(name)].sum(axis=0)
+        return shift
 
     @property
     def balances(self) -> Floats:
@@ -300,7 +304,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         lever = angle * problem.observed[SPIN]
         gain = self.adjusted.gain[: problem.count]
         width = np.sqrt(self.adjusted.independent_variance)
-        return cast(Floats, -gain * lever / width)
+        response: Floats = -gain * lever / width
+        return response
 
 
 def fit(
@@ -594,7 +599,8 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         wider = max(0.0, u**2 - single - float(of_priors.sum()))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
-    excess = float((variances - stated).sum())
+    unexplained = variances - stated
+    excess = float(unexplained.sum())
     of_m0, of_bias, *of_shared = of_priors.tolist()
     np.add.at(stated, problem.owners, of_shared)
     by_bias = SOURCES["time_bias"].shared_by

@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -208,11 +207,11 @@ def integrate(
         solution = _solve(conditions, widths, factor, shared, rows)
         ln_of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
         whole = solution.log_likelihood + ln_prior + ln_of_factor[:, None]
-        top = np.maximum.reduce(whole, axis=None)
+        top = whole.max()
         weight = np.exp(whole - top)
-        total = np.add.reduce(weight, axis=None)
+        total = weight.sum()
         weight /= total
-        weight_of_factor = np.add.reduce(weight, axis=(0, 2))
+        weight_of_factor = weight.sum(axis=(0, 2))
         centre = weight_of_factor @ logarithm
         sd = math.sqrt(weight_of_factor @ (logarithm - centre) ** 2)
         if sd < FINE * spacing:
@@ -235,7 +234,7 @@ def integrate(
     factors, level, width = parts
     weight = weight[heavy]
     return Posterior(
-        weight=weight / np.add.reduce(weight),
+        weight=weight / weight.sum(),
         mean=(start + mean[:, heavy]) * unit,
         u=u[:, heavy] * unit,
         factor=factors[heavy],
@@ -266,13 +265,15 @@ class _Solution(Struct, frozen=True):
         both_var, cov, m_var = self.covariance
         ib, mb, bb, b_left = self.of_bias
         # b follows from its prior and the rows, for given I_zz and M0.
-        bias = b_left - ib * self.both - mb * self.m0
+        explained = ib * self.both + mb * self.m0
+        bias = b_left - explained
         b_alone = 1 - bb
         of_both = ib**2 * both_var
-        of_m0 = mb**2 * m_var
-        b_var = b_alone + of_both + 2 * ib * mb * cov + of_m0
+        of_torque = mb**2 * m_var
+        b_var = b_alone + of_both + 2 * ib * mb * cov + of_torque
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        inertia = self.both - slope * self.m0
+        of_m0 = slope * self.m0
+        inertia = self.both - of_m0
         mean = np.array([inertia, self.m0, bias])
         return mean, np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
 
@@ -310,7 +311,8 @@ def _solve(
     # Rows without information have the variance s².
     empty = conditions.runs - rows.shape[2]
     of_empty = 2 * empty * np.log(factor)
-    ln_variance = np.add.reduce(np.log(variance), axis=-1) + of_empty
+    of_rows = np.log(variance).sum(axis=-1)
+    ln_variance = of_rows + of_empty
     ln_unknowns = np.log(determinant / narrow)
     log_likelihood = -0.5 * (ln_variance.swapaxes(1, 2) + ln_unknowns + misfit)
     covariance = mm / determinant, -im / determinant, ii / determinant
@@ -430,17 +432,20 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     factors, chance = TOO_BOLD
     bold = np.log(FALSE_WIDTHS[:, None] / factors)
     # Each factor gives a Cauchy distribution.
-    density = np.exp(-bold - 0.5 * np.exp(-2 * bold))
+    narrowed = np.exp(-2 * bold)
+    density = np.exp(-bold - 0.5 * narrowed)
     doubt = np.log(density @ chance)
     prior = widths[:, None] ** 2
     test = tested**2
     both = prior + test
-    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(both)
+    ln_overlap = -0.5 * np.log(both)
+    ln_weight = CHANCES[:, None] + doubt + ln_overlap
     mass = np.exp(ln_weight - ln_weight.max())
     width = np.sqrt(prior * test / both)
     grid = widths[-1] * TESTED_WIDTHS
     last = len(grid) - 1
-    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, last)
+    distance = np.log(width / grid[0])
+    place = np.clip(distance / STEP, 0.0, last)
     # Each mass is divided between the two nearest widths.
     away = np.abs(place[..., None] - np.arange(last + 1))
     share = np.maximum(1 - away, 0.0)
@@ -457,11 +462,14 @@ def doubt_of_widths(stated: bool) -> float:
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
     spread = SPREAD_STATED if stated else SPREAD_DEFAULT
-    normal = np.exp(-0.5 * (factor / spread) ** 2)
+    away = factor / spread
+    normal = np.exp(-0.5 * away**2)
     near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(math.tau))
-    cauchy = math.pi * TAIL * (1 + (factor / TAIL) ** 2)
+    square = (factor / TAIL) ** 2
+    cauchy = math.pi * TAIL * (1 + square)
     far = SHARE_OF_TAIL / cauchy
-    return cast(Floats, np.log(near + far))
+    density: Floats = near + far
+    return np.log(density)
 
 
 CLOSE = 1e-9

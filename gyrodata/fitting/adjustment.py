@@ -27,12 +27,12 @@ from msgspec import Struct
 
 from gyrodata.measurements import (
     DEFAULT_TRANSVERSE_RATIO,
+    REVOLUTION,
     Measurements,
     balance_sources,
     share_of_mean,
 )
 from gyrodata.physics import Floats
-from gyrodata.quantities.units import REVOLUTION
 
 ROWS = {
     "time": 0,
@@ -532,8 +532,6 @@ def adjust(
     single = np.zeros_like(problem.absolute)
     count = problem.count
     width = len(unknowns)
-    # One row for the prior of each unknown except I_zz.
-    priors = np.eye(width)[1:]
     plain = np.zeros((count, width))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -548,9 +546,7 @@ def adjust(
         of_shared = at.slopes[problem.from_source, problem.from_run]
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
-        conditions = np.column_stack((plain, -at.misclosure))
-        of_priors = np.column_stack((priors, -unknowns[1:]))
-        rows = np.vstack((weight[:, None] * conditions, of_priors))
+        rows = _weighted_rows(plain, at.misclosure, weight, unknowns)
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
@@ -560,8 +556,8 @@ def adjust(
         single = -at.independent * (closed / at.independent_variance)
         weighted = weight * closed
         before = chi2
-        with_prior = unknowns[1:]
-        chi2 = float(weighted @ weighted + with_prior @ with_prior)
+        of_priors = unknowns[1:] @ unknowns[1:]
+        chi2 = float(weighted @ weighted + of_priors)
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last = moved
@@ -569,8 +565,7 @@ def adjust(
         jumped = float(np.abs(step[:2]).max())
         # Steps shrink by a constant factor, which predicts the size of the next one.
         next_is_small = turn > 0 and moved**2 < 1e-8 * min(last, 1.0)
-        gained = abs(before - chi2)
-        is_flat = turn > 3 and gained <= 1e-13 * chi2
+        is_flat = turn > 3 and abs(before - chi2) <= 1e-13 * chi2
         converged = moved < 1e-11 or next_is_small or is_flat
         if converged:
             break
@@ -616,6 +611,19 @@ def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
     share = share_of_mean(measured.day)
     widths = share * np.array([prior_width, measured.timing_bias_u])
     return np.array([start.inertia, *widths])
+
+
+def _weighted_rows(
+    plain: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
+) -> Floats:
+    """Return the weighted conditions of n runs, and the priors; last comes the target.
+
+    There is a prior for each unknown except I_zz.
+    """
+    conditions = np.column_stack((plain, -misclosure))
+    directions = np.eye(len(unknowns))[1:]
+    priors = np.column_stack((directions, -unknowns[1:]))
+    return np.vstack((weight[:, None] * conditions, priors))
 
 
 def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
@@ -685,7 +693,7 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     is_known = np.isfinite(adjusted.covariance).all()
     if not (adjusted.converged and is_finite and is_known):
         raise NoFit("the fit does not converge")
-    if not 1 / factor < inertia / start < factor:
+    if not inertia > 0 or not 1 / factor < inertia / start < factor:
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², "
             f"but the single runs give about {start:.2g} kg·m²"

@@ -38,6 +38,7 @@ from gyrodata.measurements import (
     BALANCE_CHANGE,
     DAY_BALANCE,
     DAY_BIAS,
+    REVOLUTION,
     SOURCES,
     TRANSVERSE_U,
     Measurements,
@@ -49,7 +50,6 @@ from gyrodata.measurements import (
 from gyrodata.physics import Floats
 from gyrodata.physics.models import ModelError, Motion, TimedRuns
 from gyrodata.physics.motion import Top
-from gyrodata.quantities.units import REVOLUTION
 
 ONE_SIGN = 1e-4
 """A sign of M0 that is less probable than this is ignored."""
@@ -623,7 +623,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
 
 # --- corrections for the model of the motion ---
 
-MAX_ROUNDS = 20
+MAX_ROUNDS = 19
 """Largest number of rounds; corrections and fit agree after a few."""
 
 ALIKE = 0.02

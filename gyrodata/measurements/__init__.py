@@ -24,7 +24,7 @@ from gyrodata.measurements.measured import (
     select,
     total_spin_excess,
 )
-from gyrodata.measurements.sources import Source, as_spin, spin_columns
+from gyrodata.measurements.sources import REVOLUTION, Source, as_spin, spin_columns
 from gyrodata.quantities.error_sources import (
     DEFAULT_TRANSVERSE_RATIO,
     SOURCES,

@@ -17,13 +17,14 @@ from msgspec.structs import replace
 from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements.measured import Measurements, without_loads
 from gyrodata.measurements.sources import (
+    REVOLUTION,
     list_sources,
     spin_columns,
     timing_column,
     values_of,
 )
 from gyrodata.physics import RPM, Floats, Integers
-from gyrodata.quantities.units import REVOLUTION, Uncertainty, parse_unit
+from gyrodata.quantities.units import Uncertainty, parse_unit
 from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.readings.lablog import Faults, listing
 

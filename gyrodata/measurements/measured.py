@@ -16,6 +16,7 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import blocks
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import (
+    REVOLUTION,
     Drag,
     Source,
     as_spin,
@@ -26,7 +27,7 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
-from gyrodata.quantities.units import REVOLUTION, Uncertainty
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import listing
 
@@ -531,7 +532,10 @@ def _torque_unseen(
     The rod is the unloaded rod of the runs `still`.
     """
     counts = still.columns.get("turns") or still.columns["angle"]
-    sighted = SOURCES["angle"].default.absolute
+    per_turn = 1.0 if counts.role == "turns" else REVOLUTION
+    sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
+    for i, u in counts.stated:
+        sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
     spin = _spins(still, diagnostics, time, None)["spin"]
@@ -542,7 +546,7 @@ def _torque_unseen(
         counts.place(best),
         run=still.runs[best],
         time=time[best],
-        degrees=360 * sighted,
+        degrees=360 * sighted[best],
     )
     diagnostics.append(note)
     return float(unseen[best])

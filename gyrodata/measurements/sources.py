@@ -25,13 +25,17 @@ from gyrodata.quantities.error_sources import (
     WHOLE,
     Quantity,
 )
-from gyrodata.quantities.units import REVOLUTION, Uncertainty
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.roles import stated_u
 
 if TYPE_CHECKING:
     from gyrodata.measurements.measured import Measurements
+
+
+REVOLUTION = math.tau
+"""One revolution [rad]."""
 
 
 class Source(Struct, frozen=True):

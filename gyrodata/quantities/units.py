@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
-REVOLUTION = 2 * math.pi
-"""One revolution [rad]."""
 RPM = math.pi / 30
 """One revolution per minute [rad/s]."""
 STANDARD_GRAVITY = 9.80665

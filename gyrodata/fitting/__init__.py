@@ -14,7 +14,6 @@ from gyrodata.fitting.adjustment import (
     NoFit,
     lightest_torque,
     median,
-    rough_inertia,
     sample,
 )
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
@@ -27,7 +26,6 @@ from gyrodata.fitting.inertia import (
     Share,
     Widths,
     balance_scale,
-    corrected,
     fit,
     fit_model,
     integrate_at,
@@ -38,11 +36,8 @@ from gyrodata.fitting.inertia import (
 )
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.posterior import (
-    K_95,
-    chi2_lower_tail,
     chi2_tail,
     doubt_of_widths,
-    scatter_prior,
 )
 from gyrodata.fitting.screening import (
     TEXTBOOK,

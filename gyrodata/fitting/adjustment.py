@@ -19,17 +19,17 @@ each step is solved by QR: normal equations would lose digits.
 
 from __future__ import annotations
 
-import copy
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
 from gyrodata.measurements import (
     DEFAULT_TRANSVERSE_RATIO,
+    REVOLUTION,
     Measurements,
-    block_sources,
+    balance_sources,
     share_of_mean,
 )
 from gyrodata.physics import Floats
@@ -113,10 +113,12 @@ class Problem:
         tilted: bool,
         level: float = 0.0,
         width: float = 0.0,
+        scatter: float = 1.0,
     ) -> None:
         """Number the errors; the balance differs between weights by `level` [N*m].
 
-        M0 of each day has the prior width `width` [N*m].
+        M0 of each day has the prior width `width` [N*m], and errors of single runs are
+        `scatter` times as large as stated.
         """
         count = len(measured.runs)
         self.measured = measured
@@ -125,8 +127,7 @@ class Problem:
         self.observed = _observed(measured, tilted)
         sources = [
             *measured.sources,
-            measured.balance_source(level),
-            *block_sources(measured, width),
+            *balance_sources(measured, width, level),
         ]
         if not tilted:
             sources = [s for s in sources if s.quantity not in ("pitch", "transverse")]
@@ -141,54 +142,49 @@ class Problem:
         is_of_quantity = np.arange(QUANTITIES)[:, None] == self.quantity
         self.onto = is_of_quantity.astype(float)
         self._number_shared_errors()
+        factor = np.where(self.independent > 0, scatter, 1.0)
+        self.absolute *= factor
+        self.relative *= factor
 
     def _number_shared_errors(self) -> None:
         """Number the shared errors, in the order of sources and groups."""
-        shape = len(self.sources), self.count
-        groups = np.reshape([source.groups for source in self.sources], shape)
-        groups = groups.astype(int)
-        # One bin for each group of each source.
-        width = int(groups.max(initial=0)) + 1
-        touched = groups >= 0
-        first_bin = width * np.arange(len(groups))
-        bins = groups + first_bin[:, None]
-        sizes = np.bincount(bins[touched], minlength=width * len(groups))
-        # A weight with a single run has a balance too, which does not scatter with the
-        # run's own errors.
-        of_balance = (self.quantity == BALANCE)[:, None]
-        sizes[bins[touched & of_balance]] = self.count
-        size = np.where(touched, sizes[bins], 0)
-        self.independent = (size == 1).astype(float)
-        is_shared = size > 1
-        column = np.cumsum(sizes > 1) - 1
-        self.shared_count = int(np.sum(sizes > 1))
-        self.member = np.where(is_shared, column[bins], -1)
-        self.from_source, self.from_run = is_shared.nonzero()
+        self.independent = np.zeros(self.absolute.shape)
+        self.member = np.full(self.absolute.shape, -1)
+        owners: list[int] = []
+        for number, source in enumerate(self.sources):
+            touched = source.groups >= 0
+            sizes = np.bincount(source.groups[touched], minlength=1)
+            if source.quantity == "balance":
+                # A weight with a single run has a balance too, which does not scatter
+                # with the run's own errors.
+                sizes *= self.count
+            size = np.where(touched, sizes[source.groups], 0)
+            self.independent[number] = size == 1
+            is_shared = sizes > 1
+            column = len(owners) + np.cumsum(is_shared) - 1
+            self.member[number] = np.where(size > 1, column[source.groups], -1)
+            owners += [number] * int(np.sum(is_shared))
+        self.owners = np.array(owners, dtype=int)
+        """The source of each shared error."""
+        self.from_source, self.from_run = np.nonzero(self.member >= 0)
         self.to_column = self.member[self.from_source, self.from_run]
-        # The source of each shared error.
-        self.owners = np.zeros(self.shared_count, dtype=int)
-        self.owners[self.to_column] = self.from_source
+
+    def is_from(self, *names: str) -> Any:
+        """Return whether each source has one of these names, shape (S,)."""
+        return np.array([source.name in names for source in self.sources], dtype=bool)
 
     def owned_by(self, *names: str) -> Any:
         """Return whether each shared error is from one of these sources, shape (K,)."""
-        owners = [self.sources[owner].name for owner in self.owners]
-        return np.array([name in names for name in owners], dtype=bool)
+        return self.is_from(*names)[self.owners]
 
-    def shift_of(self, name: str, shared: Floats) -> Floats:
-        """Return the shift of readings by the shared errors of a source, shape (n,)."""
-        shift = np.zeros(self.count)
-        for number in np.flatnonzero(self.owned_by(name)).tolist():
-            size = self.absolute[self.owners[number]]
-            shift += shared[number] * size
-        return shift
+    def errors_of(self, shared: Floats) -> Floats:
+        """Return the error of each source in each run, shape (S, n).
 
-    def with_scatter(self, factor: float) -> Problem:
-        """Return the same problem with larger errors of single runs, by a factor."""
-        new = copy.copy(self)
-        sizes = np.where(self.independent > 0, factor, 1.0)
-        new.absolute = sizes * self.absolute
-        new.relative = sizes * self.relative
-        return new
+        It is zero for errors of single runs.
+        """
+        of_column = np.append(shared, 0.0)
+        errors: Floats = of_column[self.member]
+        return errors
 
     def linearise(
         self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
@@ -198,20 +194,22 @@ class Problem:
         Extrapolate the errors of single runs to zero.
         """
         # An error is either in `single` or in `shared`; the other one is zero.
-        of_column = np.concatenate((shared, (0.0,)))
-        errors = single + of_column[self.member]
+        errors = single + self.errors_of(shared)
         # Relative errors multiply. If they were added, a shared factor that makes all
         # true values smaller would also make each run's own error smaller: a gain that
         # grows with the number of runs.
-        factors = 1 + self.relative * errors
+        relative = self.relative * errors
+        factors = 1 + relative
         scale = np.ones_like(self.observed)
         np.multiply.at(scale, self.quantity, factors)
-        shift = self.onto @ (self.absolute * errors)
-        values = (self.observed - shift) / scale
+        absolute = self.absolute * errors
+        shift = self.onto @ absolute
+        unscaled = self.observed - shift
+        values = unscaled / scale
         inertia, residual_torque, bias = unknowns
         time = values[TIME] - bias
         spin = values[SPIN]
-        minus_angle = -2 * np.pi * values[TURNS]
+        minus_angle = -REVOLUTION * values[TURNS]
         load = values[LOAD]
         position = values[POSITION]
         g = values[G]
@@ -226,10 +224,11 @@ class Problem:
         to = np.zeros(values.shape)
         to[TIME] = push
         to[SPIN] = minus_angle * whole
-        to[TURNS] = -2 * np.pi * moment
+        to[TURNS] = -REVOLUTION * moment
+        signed_load = signed * load
         to[LOAD] = signed * (position * g)
-        to[POSITION] = signed * (load * g)
-        to[G] = signed * (load * position)
+        to[POSITION] = signed_load * g
+        to[G] = signed_load * position
         to[BALANCE] = signed
         to[ADDED] = minus_angle * spin
         if self.tilted:
@@ -240,12 +239,14 @@ class Problem:
         by_relative = self.relative * values[self.quantity] / factors
         by_absolute = self.absolute / scale[self.quantity]
         by_error = by_relative + by_absolute
-        slopes = -by_error * to[self.quantity]
+        to_reading = to[self.quantity]
+        slopes = -by_error * to_reading
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
         floor = (NEGLIGIBLE * spin_term) ** 2
-        variance = np.add.reduce(independent**2, axis=0) + floor
-        misclosure -= np.add.reduce(independent * single, axis=0)
+        variance = (independent**2).sum(axis=0) + floor
+        of_single = independent * single
+        misclosure -= of_single.sum(axis=0)
         return Linear(
             values, torque, misclosure, to_unknowns, slopes, independent, variance
         )
@@ -255,17 +256,18 @@ def _add_tilt(
     to: Floats, values: Floats, whole: Floats, time: Floats, sense: Floats
 ) -> Floats:
     """Return the term of a tilted rod, and add its derivatives to `to`."""
-    angle = 2 * np.pi * values[TURNS]
+    angle = REVOLUTION * values[TURNS]
     pitch = values[PITCH]
     difference = whole - values[TRANSVERSE]
     square = sense * angle**2 / time
     tilt = square * np.sin(pitch)
     to[TIME] += difference * tilt / time
-    to[TURNS] -= 4 * np.pi * difference * tilt / angle
+    to[TURNS] -= 2 * REVOLUTION * difference * tilt / angle
     to[PITCH] = -difference * square * np.cos(pitch)
     to[TRANSVERSE] = tilt
     to[ADDED] -= tilt
-    return cast(Floats, -difference * tilt)
+    term: Floats = -difference * tilt
+    return term
 
 
 def _observed(measured: Measurements, tilted: bool) -> Floats:
@@ -291,10 +293,8 @@ def torques_differ(torque: Floats) -> bool:
 
     M0 can be determined only if this is true.
     """
-    most = np.maximum.reduce(torque)
-    least = np.minimum.reduce(torque)
-    largest = max(most, -least)
-    return bool(most - least > 0.02 * largest)
+    largest = np.abs(torque).max()
+    return bool(np.ptp(torque) > 0.02 * largest)
 
 
 def transverse_inertia(measured: Measurements) -> Floats:
@@ -342,9 +342,6 @@ class Start(Struct, frozen=True):
     """M0 [N*m]"""
 
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
-"""Golden ratio [1]: its multiples modulo 1 have no period."""
-
 _SAMPLE = 150
 """Number of runs that is enough for a start."""
 
@@ -355,21 +352,14 @@ _ODD = 5.0
 def sample(measured: Measurements, kept: Floats) -> Any:
     """Return the indices of the kept runs, at most 150.
 
-    The sample contains every torque in proportion, and is mixed among the runs of a
-    torque.
-
     An even stride could select a single torque if the weights come in the same order
-    again and again; multiples of the golden ratio are spread evenly over every part of
-    the log.
+    again and again.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
         return index
-    keys = np.arange(len(index)) * _GOLDEN % 1.0
-    mixed = index[np.argsort(keys)]
-    by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
-    places = np.linspace(0, len(index) - 1, _SAMPLE)
-    return np.sort(by_torque[places.round().astype(int)])
+    drawn = np.random.default_rng(0).choice(index, _SAMPLE, replace=False)
+    return np.sort(drawn)
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -388,9 +378,11 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     apart = product[second] - product[first]
     inertia = (torque[second] - torque[first]) / apart
     imbalance = inertia * product[first] - torque[first]
-    is_apart = np.abs(apart) > 1e-3 * np.abs(product[second])
+    size = np.abs(product[second])
+    is_apart = np.abs(apart) > 1e-3 * size
     largest = np.abs(torque).max()
-    usable = is_apart & (inertia > 0) & (np.abs(imbalance) < 3 * largest)
+    is_small = np.abs(imbalance) < 3 * largest
+    usable = is_apart & (inertia > 0) & is_small
     if not usable.any():
         return rough
     lines = Start(inertia[usable, None], imbalance[usable, None])
@@ -400,7 +392,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     half = len(index) // 2
     medians = np.partition(off, half, axis=1)[:, half]
     scatter = max(1.0, MAD_TO_SD * float(medians.min()))
-    limited = np.minimum(off / scatter, _ODD)
+    relative = off / scatter
+    limited = np.minimum(relative, _ODD)
     cost = np.sum(limited**2, axis=1)
     cost += (imbalance[usable] / lightest_torque(measured, kept)) ** 2
     best = cost.argmin()
@@ -417,18 +410,17 @@ def _pairs(count: int) -> tuple[Any, Any]:
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
     """Return the smallest torque of the kept runs that is not zero [N*m]."""
-    loaded = (kept > 0) & (measured.torque != 0)
-    sizes = np.abs(measured.torque[loaded])
-    if len(sizes):
-        return float(sizes.min())
-    return float(np.abs(measured.torque).max())
+    sizes = np.abs(measured.torque)
+    loaded = (kept > 0) & (sizes > 0)
+    return float(sizes[loaded].min(initial=sizes.max()))
 
 
 def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> Floats:
     """Compare times with those of a start, in their uncertainty and 1 %."""
     time = measured.time[index]
     with np.errstate(divide="ignore"):
-        net_torque = measured.torque[index] + start.residual_torque
+        torque = measured.torque[index]
+        net_torque = torque + start.residual_torque
         product = net_torque / start.inertia
         predicted = time * np.abs(measured.product[index] / product)
     predicted = np.where(np.isfinite(predicted), predicted, time)
@@ -438,7 +430,9 @@ def misfits(measured: Measurements, start: Start, index: Any = slice(None)) -> F
             u = source.absolute + source.relative * measured.time
             break
     size = np.hypot(u[index], 0.01 * predicted)
-    return cast(Floats, np.abs(time - predicted) / size)
+    off = np.abs(time - predicted)
+    misfit: Floats = off / size
+    return misfit
 
 
 # --- the adjustment ---
@@ -533,29 +527,26 @@ def adjust(
         If there is no credible solution.
     """
     scale = _scale(problem.measured, start, prior_width)
-    unknowns = np.zeros(3 + problem.shared_count)
+    unknowns = np.zeros(3 + len(problem.owners))
     unknowns[:2] = 1.0, start.residual_torque / scale[1]
     single = np.zeros_like(problem.absolute)
     count = problem.count
     width = len(unknowns)
-    # n runs, and one row for the prior of each unknown except I_zz; the last column is
-    # the target.
-    priors = width - 1
-    rows = np.zeros((count + priors, width + 1))
-    rows[count:, 1:width] = np.eye(priors)
     plain = np.zeros((count, width))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
-        at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+        shared = unknowns[3:]
+        current = unknowns[:3] * scale
+        at = problem.linearise(single, shared, sense, current)
         if turn >= FULL_STEPS or jumped > 0.03:
-            single = _onto_conditions(at, unknowns[0] * scale[0])
-            at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
+            single = _onto_conditions(at, current[0])
+            at = problem.linearise(single, shared, sense, current)
         plain[:, :3] = at.to_unknowns * scale
         of_shared = at.slopes[problem.from_source, problem.from_run]
         plain[problem.from_run, 3 + problem.to_column] = of_shared
         weight = kept / np.sqrt(at.independent_variance)
-        _fill(rows, plain, weight, at.misclosure, unknowns)
+        rows = _weighted_rows(plain, at.misclosure, weight, unknowns)
         triangle, step = _least_squares_step(rows)
         step = _shortened(step, unknowns[0], turn)
         unknowns = unknowns + step
@@ -582,10 +573,11 @@ def adjust(
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of
     # its prediction is added.
-    leverage = np.add.reduce(q[:count] ** 2, axis=1)
+    of_runs = q[:count]
+    leverage = (of_runs**2).sum(axis=1)
     rest = np.maximum(1 - leverage, NEGLIGIBLE)
-    of_prediction = np.add.reduce((plain @ inverse) ** 2, axis=1)
-    outside = at.independent_variance + of_prediction
+    predicted = plain @ inverse
+    outside = at.independent_variance + (predicted**2).sum(axis=1)
     variance = np.where(kept > 0, at.independent_variance * rest, outside)
     gain = q @ inverse[0] * scale[0]
     covariance = inverse[:3] @ inverse[:3].T
@@ -621,18 +613,23 @@ def _scale(measured: Measurements, start: Start, prior_width: float) -> Floats:
     return np.array([start.inertia, *widths])
 
 
-def _fill(
-    rows: Floats, plain: Floats, weight: Floats, misclosure: Floats, unknowns: Floats
-) -> None:
-    """Write the weighted conditions of n runs into their rows, and the targets."""
-    count = len(misclosure)
-    np.multiply(plain, weight[:, None], out=rows[:count, :-1])
-    rows[:count, -1] = -misclosure * weight
-    rows[count:, -1] = -unknowns[1:]
+def _weighted_rows(
+    plain: Floats, misclosure: Floats, weight: Floats, unknowns: Floats
+) -> Floats:
+    """Return the weighted conditions of n runs, and the priors; last comes the target.
+
+    There is a prior for each unknown except I_zz.
+    """
+    conditions = np.column_stack((plain, -misclosure))
+    directions = np.eye(len(unknowns))[1:]
+    priors = np.column_stack((directions, -unknowns[1:]))
+    return np.vstack((weight[:, None] * conditions, priors))
 
 
 def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """Return the triangular factor R of the rows, and the step of the unknowns.
+
+    The last column of the rows is the target.
 
     Raises
     ------
@@ -641,22 +638,25 @@ def _least_squares_step(rows: Floats) -> tuple[Floats, Floats]:
     """
     # The triangular factor with the target as last column contains Qᵀ·target: Q is not
     # needed.
-    whole = cast(Floats, np.linalg.qr(rows, mode="r"))
+    whole: Floats = np.asarray(np.linalg.qr(rows, mode="r"))
     unknowns = rows.shape[1] - 1
     triangle = whole[:unknowns, :-1]
     if not triangle.diagonal().all():
         raise NoFit("these runs do not determine the unknowns separately")
-    step = np.linalg.solve(triangle, whole[:unknowns, -1])
-    return triangle, cast(Floats, step)
+    target = whole[:unknowns, -1]
+    step: Floats = np.asarray(np.linalg.solve(triangle, target), dtype=float)
+    return triangle, step
 
 
 def _shortened(step: Floats, inertia: float, turn: int) -> Floats:
     """Limit a step from an I_zz in its unit; `turn` counts the steps before it."""
     # One step at most halves or doubles I_zz.
     largest = 0.5 * abs(inertia)
-    limited = step * min(1.0, largest / abs(step[0]))
+    limit = largest / abs(step[0])
     # Full steps can oscillate if errors are as large as the readings.
-    return cast(Floats, limited * 0.5 ** (turn // FULL_STEPS))
+    halvings = turn // FULL_STEPS
+    shortened: Floats = step * min(1.0, limit) * 0.5**halvings
+    return shortened
 
 
 def _onto_conditions(at: Linear, inertia: float) -> Floats:
@@ -689,14 +689,11 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     readings.
     """
     inertia = float(adjusted.unknowns[0])
-    finite = np.isfinite(adjusted.unknowns).all()
-    if not (finite and np.isfinite(adjusted.covariance).all()):
-        raise NoFit("the fit gives numbers that are not finite")
-    if not adjusted.converged:
+    is_finite = np.isfinite(adjusted.unknowns).all()
+    is_known = np.isfinite(adjusted.covariance).all()
+    if not (adjusted.converged and is_finite and is_known):
         raise NoFit("the fit does not converge")
-    if not inertia > 0:
-        raise NoFit("the fit gives a moment of inertia that is not positive")
-    if not 1 / factor < inertia / start < factor:
+    if not inertia > 0 or not 1 / factor < inertia / start < factor:
         raise NoFit(
             f"the fit gives {inertia:.2g} kg·m², "
             f"but the single runs give about {start:.2g} kg·m²"

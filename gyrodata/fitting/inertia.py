@@ -13,9 +13,8 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from operator import attrgetter, itemgetter
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
@@ -39,6 +38,7 @@ from gyrodata.measurements import (
     BALANCE_CHANGE,
     DAY_BALANCE,
     DAY_BIAS,
+    REVOLUTION,
     SOURCES,
     TRANSVERSE_U,
     Measurements,
@@ -191,8 +191,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         if self.posterior is None:
             u = math.sqrt(self.covariance[number, number])
             return Estimate(float(self.adjusted.unknowns[number]), u, UNITS[number])
-        quantiles = self.posterior.quantiles(number).tolist()
-        low, below, middle, above, high = quantiles
+        quantiles = self.posterior.quantiles(number)
+        low, below, middle, above, high = quantiles.tolist()
         return Estimate(middle, (above - below) / 2, UNITS[number], (low, high))
 
     @property
@@ -230,11 +230,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, spin, *top))
-        of_day = self.adjusted.problem.shift_of(DAY_BIAS, self.adjusted.shared)
-        late = bias + of_day
-        angle = 2 * np.pi * values[TURNS]
+        late = bias + self._shift_of(DAY_BIAS)
+        angle = REVOLUTION * values[TURNS]
         with np.errstate(divide="ignore"):
-            return cast(Floats, angle / rate + late)
+            time: Floats = angle / rate + late
+        return time
 
     @cached_property
     def time_u(self) -> Floats:
@@ -244,10 +244,11 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         end = self.adjusted
         net_torque = self._linear.torque + end.unknowns[1]
+        width = np.sqrt(end.independent_variance)
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the net torque.
-            u = np.sqrt(end.independent_variance) / np.abs(net_torque)
-        return cast(Floats, u)
+            u: Floats = width / np.abs(net_torque)
+        return u
 
     def error_of(self, name: str) -> Floats:
         """Return the adjusted error of a source that runs share, in its u, shape (n,).
@@ -255,19 +256,23 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         It is zero in runs without this source.
         """
         problem = self.adjusted.problem
-        shared = np.concatenate((self.adjusted.shared, (0.0,)))
-        for source, member in zip(problem.sources, problem.member, strict=True):
-            if source.name == name:
-                return cast(Floats, shared[member])
-        return np.zeros(problem.count)
+        errors = problem.errors_of(self.adjusted.shared)
+        error: Floats = errors[problem.is_from(name)].sum(axis=0)
+        return error
+
+    def _shift_of(self, name: str) -> Floats:
+        """Return the shift of readings by the shared errors of a source, shape (n,)."""
+        problem = self.adjusted.problem
+        errors = problem.errors_of(self.adjusted.shared)
+        shifts = problem.absolute * errors
+        shift: Floats = shifts[problem.is_from(name)].sum(axis=0)
+        return shift
 
     @property
     def balances(self) -> Floats:
         """M0 of each run's day [N*m], shape (n,)."""
-        adjusted = self.adjusted
         # Nobody reads a balance: its reading is zero, and M0 is minus its error.
-        shift = adjusted.problem.shift_of(DAY_BALANCE, adjusted.shared)
-        return self.residual_torque.value - shift
+        return self.residual_torque.value - self._shift_of(DAY_BALANCE)
 
     @property
     def chance_of_one_balance(self) -> float:
@@ -295,17 +300,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
-        angle = 2 * np.pi * problem.observed[TURNS]
+        angle = REVOLUTION * problem.observed[TURNS]
         lever = angle * problem.observed[SPIN]
         gain = self.adjusted.gain[: problem.count]
         width = np.sqrt(self.adjusted.independent_variance)
-        return cast(Floats, -gain * lever / width)
-
-    def __repr__(self) -> str:
-        return (
-            f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = "
-            f"{self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
-        )
+        response: Floats = -gain * lever / width
+        return response
 
 
 def fit(
@@ -384,12 +384,11 @@ def _integrated(measured: Measurements, begun: list[FitResult]) -> FitResult:
         scatter, level, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         tilted = result.adjusted.problem.tilted
-        problem = Problem(measured, tilted, level, width).with_scatter(scatter)
+        problem = Problem(measured, tilted, level, width, scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(problem, result.sense, start, width, kept)
-            result = _result(
-                adjusted, result.sense, Widths(scatter, width, level), result.chi2
-            )
+            widths = Widths(scatter, width, level)
+            result = replace(result, adjusted=adjusted, widths=widths)
             answer = integrate_at(result)
         answers.append((answer.evidence, result, answer))
     answers.sort(key=itemgetter(0), reverse=True)
@@ -415,21 +414,22 @@ def _with_late_runs(measured: Measurements, result: FitResult) -> FitResult:
     for late, other in enumerate(fits):
         on_time = float(other.adjusted.kept.sum())
         # The factor of a normal density, for each run.
-        evidence = other.log_evidence - on_time * math.log(2 * math.pi) / 2
+        of_density = on_time * math.log(math.tau) / 2
+        evidence = other.log_evidence - of_density
         if late:
             of_late = late * math.log(LATE_RUNS / LATEST)
             evidence += math.log(LATE_LABS) + of_late
             evidence += on_time * math.log(1 - LATE_RUNS)
         assert other.posterior is not None
         answers.append(replace(other.posterior, evidence=evidence))
-    pairs = zip(answers, fits, strict=True)
-    _, likeliest = max(pairs, key=lambda pair: pair[0].evidence)
+    evidences = [answer.evidence for answer in answers]
+    likeliest = fits[int(np.argmax(evidences))]
     gone = result.adjusted.kept - likeliest.adjusted.kept
-    result = replace(result, late=tuple(np.flatnonzero(gone).tolist()))
     # The evidence of the log remains comparable with that of another fit of all runs.
     assert result.posterior is not None
     answer = replace(posterior.mixed(answers), evidence=result.posterior.evidence)
-    return replace(result, posterior=answer)
+    late_runs = tuple(np.flatnonzero(gone).tolist())
+    return replace(result, late=late_runs, posterior=answer)
 
 
 def _without_late_runs(
@@ -464,45 +464,34 @@ def _at_widths(
     if width is None:
         width = adjustment.lightest_torque(measured, kept)
         widths = replace(widths, residual_torque=width)
-    problem = Problem(measured, tilted, widths.level, width)
     start = adjustment.first_guess(measured, sense, kept)
     m0 = max(-width, min(start.residual_torque, width))
     start = replace(start, residual_torque=m0)
     try:
-        scattered = problem.with_scatter(widths.scatter)
-        adjusted = adjustment.adjust(scattered, sense, start, width, kept)
+        problem = Problem(measured, tilted, widths.level, width, widths.scatter)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept)
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are
         # infinite, because their errors are proportional, or that M0 cancels all
         # torques. Larger errors of single runs and a small M0 prevent this.
         off = adjustment.misfits(measured, start)[kept > 0]
         factor = max(widths.scatter, math.sqrt(np.mean(off**2)))
+        problem = Problem(measured, tilted, widths.level, width, factor)
         width *= 0.1
         widths = replace(widths, scatter=factor, residual_torque=width)
-        scattered = problem.with_scatter(factor)
         astray = adjustment.ASTRAY
-        adjusted = adjustment.adjust(scattered, sense, start, width, kept, astray)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept, astray)
     # A prior without information is not a datum: neither its term nor its degree of
     # freedom counts.
+    is_separate = _separates_balance(measured, kept)
     of_days = adjusted.shared[adjusted.problem.owned_by(DAY_BALANCE)]
     prior = float(np.sum(of_days**2))
-    if _separates_balance(measured, kept):
+    if is_separate:
         prior += (adjusted.unknowns[1] / adjusted.scale[1]) ** 2
-    chi2 = widths.scatter**2 * float(adjusted.chi2 - prior)
-    return _result(adjusted, sense, widths, chi2)
-
-
-def _result(
-    adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
-) -> FitResult:
-    """Create the result of a fit at fixed widths."""
-    measured = adjusted.problem.measured
-    kept = adjusted.kept
-    days = len({*measured.day[kept > 0].tolist()})
-    unknowns = days + int(_separates_balance(measured, kept))
+    days = {*measured.day[kept > 0].tolist()}
     return FitResult(
-        chi2=chi2,
-        dof=int(kept.sum()) - unknowns,
+        chi2=widths.scatter**2 * float(adjusted.chi2 - prior),
+        dof=int(kept.sum()) - len(days) - is_separate,
         widths=widths,
         sense=sense,
         adjusted=adjusted,
@@ -525,49 +514,51 @@ def integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     I_zz in kg*m^2, M0 in N*m, b in s; with `tested` a balance test limits M0.
     """
     adjusted = result.adjusted
-    inertia = result.inertia.value
-    measured = result.adjusted.problem.measured
-    lightest = adjustment.lightest_torque(measured, adjusted.kept)
-    share = share_of_mean(measured.day)
-    # The fit used another unit of M0.
-    unit = adjusted.scale.copy()
-    unit[1] = lightest
-    rows = result.widths.scatter * adjusted.rows
-    rows[:, 1] *= lightest / adjusted.scale[1]
-    groups = measured.balance_groups
-    kept = adjusted.kept > 0
-    used = kept & (groups >= 0)
-    # `np.unique` would import numpy.ma, which takes as long as the fit.
-    several = sorted({*groups[used].tolist()})
-    to_m0 = rows[:, 1:2]
-    levels = to_m0 * (groups[:, None] == np.array(several))
     problem = adjusted.problem
+    measured = problem.measured
+    kept = adjusted.kept > 0
+    scatter = result.widths.scatter
+    to_unknowns = scatter * adjusted.rows[:, :3]
+    # The unit of M0 in the fit is the width of its prior there.
+    to_unknowns[:, 1] /= adjusted.scale[1]
+    unit = adjusted.scale.copy()
+    unit[1] = 1.0
+    to_shared = scatter * adjusted.rows[:, 3:]
+    to_m0 = to_unknowns[:, 1:2]
+    groups = measured.balance_groups
+    # `np.unique` would import numpy.ma, which takes as long as the fit.
+    used = kept & (groups >= 0)
+    weights = sorted({*groups[used].tolist()})
+    is_of_weight = groups[:, None] == np.array(weights)
+    share = share_of_mean(measured.day)
     is_balance = problem.owned_by(BALANCE_CHANGE, DAY_BALANCE)
-    days = to_m0 * contrasts(measured.day).T / share
-    to_shared = rows[:, 3:]
-    weighted = result.widths.scatter * adjusted.weighted
+    weighted = scatter * adjusted.weighted
     conditions = posterior.Conditions(
-        unknowns=rows[:, :3],
+        unknowns=to_unknowns,
         shared=to_shared[:, ~is_balance],
-        levels=levels if len(several) > 1 else levels[:, :0],
-        days=days,
+        levels=to_m0 * is_of_weight,
+        days=to_m0 * contrasts(measured.day).T / share,
         left=weighted - to_shared @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
         runs=float(adjusted.kept.sum()),
-        scatter=result.widths.scatter,
+        scatter=scatter,
     )
-    test = measured.balance_test if tested else None
+    inertia = result.inertia.value
+    lightest = adjustment.lightest_torque(measured, adjusted.kept)
     # The prior is that of the mean of all days.
     width = None
-    if test is not None:
-        width = share * test(inertia) / lightest
-    scale = share * balance_scale(measured, inertia, lightest) / lightest
-    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    if tested and measured.balance_test is not None:
+        width = share * measured.balance_test.at(inertia)
+    scale = share * balance_scale(measured, inertia, lightest)
     differ = adjustment.torques_differ(measured.torque[kept])
     tails = differ or not measured.balanced
     balance = posterior.balance_prior(scale, width, tails)
-    return posterior.integrate(conditions, balance, times_stated(measured), untouched)
+    untouched = 0.0 if measured.balance == "touched" else posterior.UNTOUCHED
+    if len(weights) < 2:
+        untouched = 1.0
+    changes = posterior.level_prior(untouched, lightest)
+    return posterior.integrate(conditions, balance, changes, times_stated(measured))
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
@@ -598,32 +589,29 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """
     adjusted = result.adjusted
     problem = adjusted.problem
-    gain = adjusted.gain
-    count = adjusted.problem.count
     # Variances of I_zz [kg²*m⁴]: of each run's condition, then of the priors of M0, b
     # and the shared errors.
-    of_runs = gain[:count] ** 2
-    of_priors = gain[count:] ** 2
+    of_runs, of_priors = np.split(adjusted.gain**2, [problem.count])
     independent = adjusted.slopes * problem.independent
     variances = independent**2 @ (of_runs / adjusted.independent_variance)
     single = float(variances.sum())
     if single > adjustment.NEGLIGIBLE * u**2:
-        shared_variance = float(np.sum(of_priors))
-        wider = max(0.0, u**2 - single - shared_variance)
+        wider = max(0.0, u**2 - single - float(of_priors.sum()))
         variances *= 1 + wider / single
     stated = variances / max(result.widths.scatter, 1.0) ** 2
-    excess = max(0.0, float((variances - stated).sum()))
+    unexplained = variances - stated
+    excess = float(unexplained.sum())
     of_m0, of_bias, *of_shared = of_priors.tolist()
     np.add.at(stated, problem.owners, of_shared)
     by_bias = SOURCES["time_bias"].shared_by
-    shared = {problem.sources[number].name for number in problem.owners}
     # The differences of M0 and of b between days are in the rows of M0 and b.
     rows: defaultdict[tuple[str, bool, str], float] = defaultdict(float)
     for source, variance in zip(problem.sources, stated.tolist(), strict=True):
-        rows[source.name, source.name in shared, source.shared_by] += variance
+        is_shared = bool(problem.owned_by(source.name).any())
+        rows[source.name, is_shared, source.shared_by] += variance
     rows[DAY_BALANCE, True, "all runs"] += of_m0
     rows[DAY_BIAS, True, by_bias] += of_bias
-    rows["unexplained_scatter", False, ""] += excess
+    rows["unexplained_scatter", False, ""] += max(0.0, excess)
     total = math.fsum(rows.values())
     budget = []
     for row, variance in sorted(rows.items(), key=itemgetter(1), reverse=True):
@@ -635,7 +623,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
 
 # --- corrections for the model of the motion ---
 
-MAX_ROUNDS = 20
+MAX_ROUNDS = 19
 """Largest number of rounds; corrections and fit agree after a few."""
 
 ALIKE = 0.02
@@ -712,15 +700,13 @@ def top_of(measured: Measurements, near: FitResult) -> Top:
         raise NoFit(f"the fit gives a top that cannot exist: {error}") from None
 
 
-def corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
+def _corrected(measured: Measurements, near: FitResult, chosen: Motion) -> Measurements:
     """Correct the angles of the runs for the motion, with the result of a fit.
 
     The runs also get the sources of error that exist only with this motion.
     """
-    runs = timed_runs(measured)
-    if not chosen.is_corrected(runs):
-        return measured
-    slowing, errors = chosen.correction(top_of(measured, near), runs)
+    top = top_of(measured, near)
+    slowing, errors = chosen.correction(top, timed_runs(measured))
     sources = (*measured.sources, *map(_source_of, errors))
     return replace(measured, slowing=slowing, sources=sources)
 
@@ -775,20 +761,19 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
+    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     sources = tuple([source for source in measured.sources if not source.of_motion])
-    bare = runs = replace(measured, slowing=1.0, sources=sources)
+    bare = replace(measured, slowing=1.0, sources=sources)
     if not chosen.is_corrected(timed_runs(bare)):
-        return bare, fit(bare, widths, tilted=chosen.tilted, left_out=left_out)
-    result = near
-    if result is None:
-        result = fit(bare, AS_STATED, tilted=chosen.tilted, left_out=left_out)
+        return bare, fitted(bare, widths)
+    runs = _corrected(bare, near or fitted(bare, AS_STATED), chosen)
     for _round in range(MAX_ROUNDS):
+        result = fitted(runs, AS_STATED)
         before = runs
-        runs = corrected(bare, result, chosen)
-        if before is not bare and _correct_alike(before, runs, result):
+        runs = _corrected(bare, result, chosen)
+        if _correct_alike(before, runs, result):
             break
-        result = fit(runs, AS_STATED, tilted=chosen.tilted, left_out=left_out)
-    return runs, fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
+    return runs, fitted(runs, widths)
 
 
 def _correct_alike(runs: Measurements, other: Measurements, result: FitResult) -> bool:

@@ -3,8 +3,8 @@
 The observed points are true points on the line plus errors B z, with z independent
 standard normal numbers and the covariance U = B Bᵀ. Each step solves the conditions,
 linear about the *adjusted* points, for the line with the smallest ‖z‖² (generalised
-least squares by orthogonal factors, C. C. Paige, SIAM J. Numer. Anal. 16, 1979). No
-matrix is inverted, so that U may be singular.
+least squares). A rotation makes the errors of the conditions independent; conditions
+without an error are constraints. No matrix is inverted, so that U may be singular.
 """
 
 from __future__ import annotations
@@ -21,18 +21,10 @@ from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.physics import Floats
 
 STATED = (
-    "errors in both variables with the stated covariances (ISO/TS 28037 generalised "
-    "Gauss-Markov regression, York "
-    "2004): derivatives at the adjusted points; standard uncertainties (k = 1) from "
-    "the stated covariances, not "
-    "scaled by chi-square"
+    "errors in both variables (ISO/TS 28037, York 2004); standard uncertainties (k = 1) "
+    "from the stated covariances, not scaled by chi-square"
 )
-SCATTER = (
-    "ordinary least squares of y on x: no uncertainties stated, so x is taken as exact "
-    "and y as equally uncertain in "
-    "every point; standard uncertainties (k = 1) from the residuals, s² their sum of "
-    "squares over dof"
-)
+SCATTER = "ordinary least squares of y on x; standard uncertainties (k = 1) from the residuals"
 
 
 class LineFit(Struct, frozen=True, eq=False):
@@ -159,30 +151,27 @@ def _insist_on_points(xs: Floats, ys: Floats, intercept: bool, stated: bool) -> 
         raise ValueError(
             "x or y contains a value that is not finite; leave out incomplete points"
         )
-    if xs.size < 1 + intercept:
+    needed = 1 + intercept + (not stated)
+    if xs.size < needed:
         raise ValueError(
-            f"{xs.size} points do not determine a line; pass two or more, or one with "
-            f"intercept=False"
+            f"{xs.size} points do not determine a line, or leave no residuals for its "
+            f"uncertainty; pass {needed} points or more"
         )
-    rounding = 1e-13 * np.abs(xs).max()
-    if intercept and np.ptp(xs) <= rounding:
+    largest = np.abs(xs).max()
+    extent = np.ptp(xs) if intercept else largest
+    if extent <= 1e-13 * largest:
         raise ValueError(
-            "all x are equal, so slope and intercept cannot be separated; pass "
-            "intercept=False or other x"
-        )
-    if not xs.any():
-        raise ValueError(
-            "all x are zero, so there is no slope; pass points with other x"
-        )
-    if not stated and xs.size == 1 + intercept:
-        raise ValueError(
-            f"{xs.size} points have no residuals, so there is no uncertainty; pass "
-            f"cov_y, or more points"
+            "all x are equal, or all x are zero without an intercept, so there is no "
+            "slope; pass points with other x"
         )
 
 
 Extended = NDArray[np.longdouble]
 """Extended precision, if the machine has it, for the last digit of a double."""
+
+
+EXACT = 1e-12
+"""Smallest standard uncertainty of a condition over the largest one."""
 
 
 class _Step(NamedTuple):
@@ -221,16 +210,18 @@ def _iterate(
         pull = to_y - float(slope) * to_x
         if by_row:
             # A row's condition contains one sum of its two errors.
-            size = np.hypot(pull[:, 0], pull[:, 1])
-            step = _solve(design, size, distance)
+            sizes = np.hypot(pull[:, 0], pull[:, 1])
+            step = _solve(design, sizes, distance)
             covariance = np.sum(to_x * pull, axis=1)
-            error = covariance / np.maximum(size, 1e-300) * step.errors
+            error = covariance / np.maximum(sizes, 1e-300) * step.errors
         else:
-            step = _solve(design, pull, distance)
-            error = to_x @ step.errors
+            turn, sizes, right = np.linalg.svd(pull, full_matrices=False)
+            step = _solve(turn.T @ design, sizes, turn.T @ distance)
+            error = to_x @ (right.T @ step.errors)
         unknowns = unknowns + step.change
         steepest = np.ptp(y) / np.abs(x).max()
-        moved = float(abs(step.change[0]) / (abs(unknowns[0]) + steepest + 1e-300))
+        size = abs(unknowns[0]) + steepest + 1e-300
+        moved = float(abs(step.change[0]) / size)
         # Rounding prevents smaller steps.
         is_last = moved < 1e-13 and moved >= 0.5 * last
         if is_last or moved < 1e-17:
@@ -248,46 +239,27 @@ def _iterate(
     return unknowns, step
 
 
-def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
-    """Solve design·p + pull·z = distance for p and the smallest z.
+def _solve(design: Floats, sizes: Floats, distance: Floats) -> _Step:
+    """Solve design·p + sizes·z = distance for p and the smallest z, shape (n,).
 
-    The matrix `pull` has the shape (n, m), and may have any rank.
-
-    A pull of shape (n,) is a diagonal matrix; without zeros, it is a weighted
-    least-squares problem. Otherwise the rest of the design's Q eliminates p.
+    A condition whose size is zero, but for rounding, is a constraint. The constraints
+    determine a part of p; `free` contains the directions in which it can still change.
     """
-    count, unknowns = design.shape
-    no_zeros = (pull > 1e-9 * pull.max()).all()
-    if pull.ndim == 1 and no_zeros:
-        design = design / pull[:, None]
-        distance = distance / pull
-        q, r = np.linalg.qr(design)
-        change = np.linalg.solve(r, q.T @ distance)
-        spread = np.linalg.solve(r, q.T)
-        errors = distance - design @ change
-        return _Step(change, errors, spread, dof=count - unknowns, off=0.0)
-    pull = np.diag(pull) if pull.ndim == 1 else pull
-    q, r = np.linalg.qr(design, mode="complete")
-    along = q[:, :unknowns]
-    across = q[:, unknowns:]
-    left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
-    # A smaller singular value is a rounded zero.
-    rounding = 1e-12 * np.linalg.norm(pull)
-    rank = int(np.sum(sizes > rounding))
-    left = left[:, :rank]
-    sizes = sizes[:rank]
-    right = right[:rank]
-    distance_across = across.T @ distance
-    parts = left.T @ distance_across
-    errors = right.T @ (parts / sizes)
-    triangle = r[:unknowns]
-    change = np.linalg.solve(triangle, along.T @ (distance - pull @ errors))
-    # The effect of errors on the answer, except of those that the fit removes.
-    through = along.T @ pull
-    removed = (through @ right.T) @ right
-    spread = np.linalg.solve(triangle, through - removed)
-    off = float(np.linalg.norm(distance_across - left @ parts))
-    return _Step(change, errors, spread, rank, off)
+    is_exact = sizes <= EXACT * sizes.max()
+    constraints = design[is_exact]
+    change, _, rank, _ = np.linalg.lstsq(constraints, distance[is_exact], rcond=EXACT)
+    _, _, directions = np.linalg.svd(constraints)
+    free = directions[rank:].T
+    left = distance - design @ change
+    weight = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=~is_exact)
+    weighted = weight[:, None] * design
+    q, r = np.linalg.qr(weighted @ free)
+    spread = free @ np.linalg.solve(r, q.T)
+    change = change + spread @ (weight * left)
+    errors = weight * distance - weighted @ change
+    dof = int(np.sum(~is_exact)) - free.shape[1]
+    off = float(np.linalg.norm(left[is_exact]))
+    return _Step(change, errors, spread, dof, off)
 
 
 Factors = tuple[Floats, Floats, bool]
@@ -318,7 +290,7 @@ def _factorise(
     if by_row:
         root = _root(np.array([[x, xy], [xy, y]]).T)
         return root[:, 0], root[:, 1], by_row
-    x, y, xy = map(_as_matrix, (x, y, xy))
+    x, y, xy = [part if part.ndim == 2 else np.diag(part) for part in (x, y, xy)]
     root = _root(np.block([[x, xy], [xy.T, y]]))
     return root[:count], root[count:], by_row
 
@@ -336,11 +308,6 @@ def _covariance(name: str, value: ArrayLike | None, count: int) -> Floats:
             f"{name} contains a value that is not finite; pass 0 for exact values"
         )
     return part
-
-
-def _as_matrix(part: Floats) -> Floats:
-    """Return a covariance as a matrix; an array of shape (n,) is its diagonal."""
-    return part if part.ndim == 2 else np.diag(part)
 
 
 def _insist_on_variances(name: str, part: Floats) -> None:

@@ -26,12 +26,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import cast
 
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
@@ -100,6 +98,9 @@ FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
 """Widths of M0 over that of a balance test; with a false test M0 must be as free as
 without one."""
 
+NARROWEST = 2e-8
+"""Smallest width of a balance test, over the scale of M0's prior."""
+
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 with a test, over the largest one without."""
 
@@ -112,8 +113,8 @@ class Conditions(Struct, frozen=True):
 
     Each condition is divided by the width of its independent errors.
 
-    Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some
-    unit, shared errors in their standard uncertainties.
+    Unknowns and errors are differences from the end of the fit: I_zz over its start, M0
+    [N*m], b and the shared errors in their standard uncertainties.
     """
 
     unknowns: Floats
@@ -121,17 +122,17 @@ class Conditions(Struct, frozen=True):
     shared: Floats
     """Derivatives with respect to the K shared errors, shape (n, K)."""
     levels: Floats
-    """Derivatives with respect to the difference of M0 of each weight, in the unit of
-    M0, shape (n, J); J is 0 if M0 does not differ."""
+    """Derivatives with respect to the difference of M0 of each weight [1/(N*m)], shape
+    (n, J)."""
     days: Floats
     """Derivatives with respect to the differences of M0 between D + 1 days, in the
     width of M0, shape (n, D)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
-    """I_zz, M0 and b at the end of the fit, in their units, shape (3,)."""
+    """I_zz, M0 and b at the end of the fit, shape (3,)."""
     unit: Floats
-    """The units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
+    """Units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     runs: float
     """Number of runs that are used."""
     scatter: float
@@ -174,8 +175,8 @@ class Posterior(Struct, frozen=True):
 def integrate(
     conditions: Conditions,
     balance: tuple[Floats, Floats],
+    changes: tuple[Floats, Floats],
     stated: bool,
-    untouched: float = UNTOUCHED,
 ) -> Posterior:
     """Compute the posterior: all s, v and w, weighted by how they fit the runs.
 
@@ -183,35 +184,34 @@ def integrate(
     ----------
     conditions : Conditions
     balance : tuple of ndarray
-        Widths of M0 [unit of M0], and the logarithm of the probability of each, as from
+        Widths of M0 [N*m], and the logarithm of the probability of each, as from
         `balance_prior`.
+    changes : tuple of ndarray
+        The same for the difference of M0 between weights, as from `level_prior`.
     stated : bool
         Whether the log states the uncertainty of its times.
-    untouched : float
-        Probability that M0 does not differ between weights.
 
     Returns
     -------
     Posterior
         I_zz [kg*m^2], M0 [N*m] and b [s].
     """
-    widths, prior = balance
-    has_weights = conditions.levels.shape[1] > 0
-    levels, chance = level_prior(untouched if has_weights else 1.0)
-    prior = chance[:, None, None] + prior
+    widths, ln_of_width = balance
+    levels, ln_of_level = changes
+    ln_prior = ln_of_level[:, None, None] + ln_of_width
     shared, rows, slope = _rotate(conditions, levels, widths)
     low, high = ENDS
     for _round in range(MAX_SPREADS):
         logarithm, spacing = np.linspace(low, high, STEPS, retstep=True)
         factor = np.exp(logarithm)
         solution = _solve(conditions, widths, factor, shared, rows)
-        of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
-        whole = solution.log_likelihood + prior + of_factor[:, None]
-        top = np.maximum.reduce(whole, axis=None)
+        ln_of_factor = scatter_prior(logarithm, stated) + math.log(spacing)
+        whole = solution.log_likelihood + ln_prior + ln_of_factor[:, None]
+        top = whole.max()
         weight = np.exp(whole - top)
-        total = np.add.reduce(weight, axis=None)
+        total = weight.sum()
         weight /= total
-        weight_of_factor = np.add.reduce(weight, axis=(0, 2))
+        weight_of_factor = weight.sum(axis=(0, 2))
         centre = weight_of_factor @ logarithm
         sd = math.sqrt(weight_of_factor @ (logarithm - centre) ** 2)
         if sd < FINE * spacing:
@@ -230,11 +230,11 @@ def integrate(
     unit = conditions.unit[:, None]
     inertia, m0, _ = conditions.ended
     start = np.array([[inertia], [m0], [0.0]])
-    parts = factor[:, None], levels[:, None, None] * unit[1], widths * unit[1]
-    factors, level, width = np.broadcast_arrays(*parts)
+    parts = np.broadcast_arrays(factor[:, None], levels[:, None, None], widths)
+    factors, level, width = parts
     weight = weight[heavy]
     return Posterior(
-        weight=weight / np.add.reduce(weight),
+        weight=weight / weight.sum(),
         mean=(start + mean[:, heavy]) * unit,
         u=u[:, heavy] * unit,
         factor=factors[heavy],
@@ -265,11 +265,15 @@ class _Solution(Struct, frozen=True):
         both_var, cov, m_var = self.covariance
         ib, mb, bb, b_left = self.of_bias
         # b follows from its prior and the rows, for given I_zz and M0.
-        bias = b_left - ib * self.both - mb * self.m0
+        explained = ib * self.both + mb * self.m0
+        bias = b_left - explained
         b_alone = 1 - bb
-        b_var = b_alone + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+        of_both = ib**2 * both_var
+        of_torque = mb**2 * m_var
+        b_var = b_alone + of_both + 2 * ib * mb * cov + of_torque
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        inertia = self.both - slope * self.m0
+        of_m0 = slope * self.m0
+        inertia = self.both - of_m0
         mean = np.array([inertia, self.m0, bias])
         return mean, np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
 
@@ -307,7 +311,8 @@ def _solve(
     # Rows without information have the variance s².
     empty = conditions.runs - rows.shape[2]
     of_empty = 2 * empty * np.log(factor)
-    ln_variance = np.add.reduce(np.log(variance), axis=-1) + of_empty
+    of_rows = np.log(variance).sum(axis=-1)
+    ln_variance = of_rows + of_empty
     ln_unknowns = np.log(determinant / narrow)
     log_likelihood = -0.5 * (ln_variance.swapaxes(1, 2) + ln_unknowns + misfit)
     covariance = mm / determinant, -im / determinant, ii / determinant
@@ -324,9 +329,9 @@ def _rotate(
     ----------
     conditions : Conditions
     levels : ndarray, shape (V,)
-        Widths of the difference of M0 between weights [unit of M0].
+        Widths of the difference of M0 between weights [N*m].
     widths : ndarray, shape (W,)
-        Widths of M0 [unit of M0]. They count only if M0 differs between days; else the
+        Widths of M0 [N*m]. They count only if M0 differs between days; else the
         results are the same for all of them, and W is 1 below.
 
     Returns
@@ -373,38 +378,27 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
     shares = zip(chance, posteriors, strict=True)
-    weights = [share * part.weight for share, part in shares]
-
-    def joined(name: str) -> Floats:
-        """Return the values of all parts of all posteriors."""
-        return np.concatenate([getattr(part, name) for part in posteriors], axis=-1)
-
-    return Posterior(
-        weight=np.concatenate(weights),
-        mean=joined("mean"),
-        u=joined("u"),
-        factor=joined("factor"),
-        width=joined("width"),
-        level=joined("level"),
-        evidence=evidence.max(),
-    )
+    fields = {"weight": np.concatenate([share * part.weight for share, part in shares])}
+    for name in ("mean", "u", "factor", "width", "level"):
+        values = [getattr(part, name) for part in posteriors]
+        fields[name] = np.concatenate(values, axis=-1)
+    return Posterior(**fields, evidence=evidence.max())
 
 
-def level_prior(untouched: float) -> tuple[Floats, Floats]:
+def level_prior(untouched: float, lightest: float) -> tuple[Floats, Floats]:
     """Return widths v and the logarithm of the probability of each, shape (V,).
 
-    The widths are divided by the lightest torque [1].
+    The widths have the unit of the lightest torque.
 
     v is zero with the probability `untouched`; else it has a half-Cauchy distribution.
     """
-    if untouched == 1:
-        return np.zeros(1), np.zeros(1)
     # The density of ln v.
     density = 1 / (CHANGES / CHANGE + CHANGE / CHANGES)
     of_changes = (1 - untouched) * density / density.sum()
     chance = np.append(untouched, of_changes)
     some = chance > 0
-    return np.append(0.0, CHANGES)[some], np.log(chance[some])
+    widths = lightest * np.append(0.0, CHANGES)
+    return widths[some], np.log(chance[some])
 
 
 def balance_prior(
@@ -415,15 +409,15 @@ def balance_prior(
     Parameters
     ----------
     scale : float
-        Scale of M0's Cauchy prior [unit of M0].
+        Scale of M0's Cauchy prior [N*m].
     tested : float, optional
-        Width of M0 from a balance test [unit of M0].
+        Width of M0 from a balance test [N*m].
     tails : bool
         Whether M0 can be much larger than its scale.
     """
     if tested is not None:
-        test_width = max(tested, NEGLIGIBLE)
-        return _tested_prior(scale * WIDTHS, test_width * FALSE_WIDTHS)
+        width = max(tested, NARROWEST * scale)
+        return _tested_prior(scale * WIDTHS, width * FALSE_WIDTHS)
     some = slice(None) if tails else WIDTHS < NOT_FALSE
     return scale * WIDTHS[some], CHANCES[some]
 
@@ -438,23 +432,24 @@ def _tested_prior(widths: Floats, tested: Floats) -> tuple[Floats, Floats]:
     factors, chance = TOO_BOLD
     bold = np.log(FALSE_WIDTHS[:, None] / factors)
     # Each factor gives a Cauchy distribution.
-    density = np.exp(-bold - 0.5 * np.exp(-2 * bold))
+    narrowed = np.exp(-2 * bold)
+    density = np.exp(-bold - 0.5 * narrowed)
     doubt = np.log(density @ chance)
-    doubt -= math.log(np.exp(doubt).sum())
     prior = widths[:, None] ** 2
     test = tested**2
     both = prior + test
-    ln_weight = CHANCES[:, None] + doubt - 0.5 * np.log(both)
-    mass = np.exp(ln_weight - ln_weight.max()).reshape(-1)
-    width = np.sqrt(prior * test / both).reshape(-1)
+    ln_overlap = -0.5 * np.log(both)
+    ln_weight = CHANCES[:, None] + doubt + ln_overlap
+    mass = np.exp(ln_weight - ln_weight.max())
+    width = np.sqrt(prior * test / both)
     grid = widths[-1] * TESTED_WIDTHS
-    count = len(grid)
-    place = np.clip(np.log(width / grid[0]) / STEP, 0.0, count - 1)
+    last = len(grid) - 1
+    distance = np.log(width / grid[0])
+    place = np.clip(distance / STEP, 0.0, last)
     # Each mass is divided between the two nearest widths.
-    lower = np.minimum(place.astype(int), count - 2)
-    upper = lower + 1
-    onto = np.bincount(lower, mass * (upper - place), count)
-    onto += np.bincount(upper, mass * (place - lower), count)
+    away = np.abs(place[..., None] - np.arange(last + 1))
+    share = np.maximum(1 - away, 0.0)
+    onto = np.tensordot(mass, share)
     with np.errstate(divide="ignore"):
         return grid, np.log(onto)
 
@@ -467,24 +462,24 @@ def doubt_of_widths(stated: bool) -> float:
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
     spread = SPREAD_STATED if stated else SPREAD_DEFAULT
-    normal = np.exp(-0.5 * (factor / spread) ** 2)
-    near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(2 * math.pi))
-    cauchy = math.pi * TAIL * (1 + (factor / TAIL) ** 2)
+    away = factor / spread
+    normal = np.exp(-0.5 * away**2)
+    near = (1 - SHARE_OF_TAIL) * normal / (spread * math.sqrt(math.tau))
+    square = (factor / TAIL) ** 2
+    cauchy = math.pi * TAIL * (1 + square)
     far = SHARE_OF_TAIL / cauchy
-    return cast(Floats, np.log(near + far))
+    density: Floats = near + far
+    return np.log(density)
 
 
-ROUNDING = 1e-14
-"""Error of a probability that is due to rounding."""
+CLOSE = 1e-9
+"""Largest error of a probability before the last step; Newton's method squares it."""
 
 LIGHT = 1e-3
 """Parts that have less weight than this together are left out."""
 
-K_95 = 1.959963984540054
-"""Coverage factor of the 95 % interval of a normal distribution."""
-
-NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
-"""Quantiles at `LEVELS` of a standard normal distribution."""
+NORMAL = np.array([-1.96, -1.0, 0.0, 1.0, 1.96])
+"""Quantiles at `LEVELS` of a standard normal distribution, nearly."""
 
 
 def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
@@ -495,28 +490,26 @@ def _quantiles(weight: Floats, mean: Floats, u: Floats) -> Floats:
     centre = mean @ weight
     second_moments = u**2 + (mean - centre) ** 2
     sd = np.sqrt(second_moments @ weight)
-    tails = np.minimum(LEVELS, 1 - LEVELS)
     # Cantelli's inequality limits the distance of a quantile from the mean for every
     # distribution.
-    low = centre - sd / np.sqrt(tails)
-    high = centre + sd / np.sqrt(tails)
+    reach = sd / np.sqrt(np.minimum(LEVELS, 1 - LEVELS))
+    low = centre - reach
+    high = centre + reach
     point: Floats = centre + sd * NORMAL
     # Exact values get a tiny uncertainty.
-    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)
-    steep = weight / (size * math.sqrt(2 * math.pi))
-    for _turn in range(40):
-        # Far away the density is zero; the limit avoids an overflow of the square.
-        away = np.clip((point[:, None] - mean) / size, -40.0, 40.0)
-        square = np.exp(-0.5 * away * away)
+    size = np.maximum(u, 1e-6 * sd + 1e-300)
+    steep = weight / (size * math.sqrt(math.tau))
+    for _turn in range(60):
+        away = (point[:, None] - mean) / size
+        square = np.exp(-0.5 * away**2)
         off = _normal_below(away, square) @ weight - LEVELS
-        low = np.where(off < 0, point, low)
-        high = np.where(off > 0, point, high)
-        step = point - off / np.maximum(square @ steep, 1e-300)
-        is_exact = np.abs(off) < ROUNDING
-        inside = (step >= low) & (step <= high) | is_exact
+        low = np.where(off <= 0, point, low)
+        high = np.where(off >= 0, point, high)
+        density = np.maximum(square @ steep, 1e-300)
+        step = point - off / density
+        inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
-        # The error after such a step is about the square of the step.
-        if (inside & (np.abs(off) <= 1e-4 * tails)).all():
+        if np.abs(off).max() < CLOSE:
             break
     return point
 
@@ -528,23 +521,15 @@ def _normal_below(x: Floats, square: Floats) -> Floats:
     Handbook of Mathematical Functions; the import of `scipy.special` would take as long
     as the whole analysis.
     """
-    t = np.abs(x)
-    t *= 0.2316419
-    t += 1
-    np.divide(1, t, out=t)
-    series = TAIL_SERIES[0] * t
-    for coefficient in TAIL_SERIES[1:]:
-        series += coefficient
-        series *= t
+    t = 1 / (1 + 0.2316419 * np.abs(x))
     # The probability of the tail beyond x.
-    tail: Floats = np.multiply(series, square, out=series)
-    np.subtract(1, tail, out=tail, where=x > 0)
-    return tail
+    tail = square * t * np.polyval(TAIL_SERIES, t)
+    return np.where(x > 0, 1 - tail, tail)
 
 
 TAIL_SERIES = np.array(
     [1.330274429, -1.821255978, 1.781477937, -0.356563782, 0.319381530]
-) / math.sqrt(2 * math.pi)
+) / math.sqrt(math.tau)
 """Coefficients, the highest power first."""
 
 
@@ -563,22 +548,9 @@ def chi2_tail(chi2: float, dof: int) -> float:
         return 1.0
     total = math.erfc(math.sqrt(half)) if odd else 0.0
     # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone
-    # underflows. Terms that are further from the largest one, at a = x, do not change
-    # the sum.
-    reach = 10 * math.sqrt(half) + 100
-    last = (dof - odd) // 2 - 1
-    largest = min(last, int(half))
-    start = max(0, int(largest - reach))
-    end = min(last, int(largest + reach))
-    for step in range(start, end + 1):
+    # underflows.
+    for step in range(dof // 2):
         order = step + odd / 2
         ln_term = order * math.log(half) - half - math.lgamma(order + 1)
         total += math.exp(ln_term)
     return min(total, 1.0)
-
-
-def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Compute the probability of a chi-square at most this large, with all digits."""
-    from scipy.special import chdtr
-
-    return float(chdtr(dof, chi2))

@@ -122,11 +122,9 @@ def ordinary_line(
         the last two have no meaning.
     """
     count = x.shape[-1]
-    x_sum = np.add.reduce(x, axis=-1, keepdims=True)
-    y_sum = np.add.reduce(y, axis=-1, keepdims=True)
     # Formulas relative to the means do not lose digits if the points are far from zero.
-    x_mean = intercept * x_sum / count
-    y_mean = intercept * y_sum / count
+    x_mean = intercept * x.mean(axis=-1, keepdims=True)
+    y_mean = intercept * y.mean(axis=-1, keepdims=True)
     away = x - x_mean
     size = np.sqrt(np.vecdot(x, x))
     spread = np.sqrt(np.vecdot(away, away))

@@ -22,7 +22,6 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from gyrodata.fitting import chi2_lower_tail
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
@@ -429,6 +428,8 @@ def _grid(log: Fingerprint) -> float:
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times are closer to straight lines than a hand can stop them."""
+    from scipy.special import chdtr
+
     timed = []
     students = zip(logs.keys[: logs.current], logs.prints, logs.scatters, strict=False)
     for key, log, (dof, size) in students:
@@ -440,7 +441,7 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         p = 1.0
         if size < HAND:
             chi2 = dof * (size / HAND) ** 2
-            p = chi2_lower_tail(chi2, dof)
+            p = float(chdtr(dof, chi2))
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {len(log.time)} times are within {size:.2g} s of straight lines "

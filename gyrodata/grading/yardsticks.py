@@ -416,12 +416,10 @@ def _times(reading: Reading, factor: float) -> Reading:
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a very unusual reading."""
     count = 0
-    for size in SIZES:
-        low, high = size.usual
-        column = readings.columns.get(size.role)
-        if column is not None:
-            sizes = [abs(value) for value in column.values if value]
-            count += any(not low <= value <= high for value in sizes)
+    for role in SIZES.keys() & readings.columns.keys():
+        low, high = SIZES[role].usual
+        values = readings.columns[role].values
+        count += any(not low <= abs(value) <= high for value in values if value)
     return count
 
 

@@ -38,6 +38,7 @@ from gyrodata.measurements.sources import list_sources
 from gyrodata.physics import Floats, models
 from gyrodata.physics.models import AUTO, MODELS, Motion, MotionModel
 from gyrodata.quantities.error_sources import DECAY_TIME
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Readings
 
 WATCHED = 180.0
@@ -453,9 +454,8 @@ def _advice(lab: Lab) -> Iterator[Change]:
             "a balance test in the log, "
             '"# balance_drift: 5 deg in 60 s at 400 rpm" or better'
         )
-        yield lab.change(
-            "balance_test", words, {"balance_test": lambda inertia: EASY_TEST * inertia}
-        )
+        test = Uncertainty(relative=EASY_TEST)
+        yield lab.change("balance_test", words, {"balance_test": test})
     if measured.timed:
         off = fit.timing_bias.value + (measured.time - fit.fitted_time)
         turns = 3 * measured.turns

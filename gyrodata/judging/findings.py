@@ -334,7 +334,7 @@ def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
     measured = lab.measured
     fit = lab.fit
     if measured.balance_test is not None:
-        allowed = measured.balance_test(fit.inertia.value)
+        allowed = measured.balance_test.at(fit.inertia.value)
         _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
         if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
             yield lab.readings.say(

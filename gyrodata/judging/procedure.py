@@ -15,7 +15,7 @@ from gyrodata.base.errors import Diagnostic, count_text
 from gyrodata.judging import changes
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements
-from gyrodata.measurements.checks import DERIVED, unit_size
+from gyrodata.measurements.checks import derived_values, unit_size
 from gyrodata.measurements.sources import timing_column
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities.numerals import PLAIN
@@ -142,12 +142,12 @@ def rows_to_add(
     mark, headers, first = _first_rows(readings, timing.header)
     columns: dict[str, Column] = {}
     values: dict[str, Floats] = {}
+    derived = derived_values(measured)
     for column in (*readings.columns.values(), timing):
         role = column.role.removesuffix("_start").removesuffix("_end")
-        if column.header in headers and role in DERIVED:
+        if column.header in headers and role in derived:
             columns[column.header] = column
-            with np.errstate(invalid="ignore"):
-                values[column.header] = np.nan_to_num(DERIVED[role](measured))
+            values[column.header] = np.nan_to_num(derived[role])
     there = {"position", *[column.role for column in columns.values()]}
     if missing_roles(there, there, loaded=True) or len(first) != len({*headers}):
         return mark, []

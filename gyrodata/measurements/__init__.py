@@ -9,22 +9,22 @@ error, and so do equal positions.
 """
 
 from gyrodata.measurements.blocks import (
+    BALANCE_CHANGE,
     DAY_BALANCE,
     DAY_BIAS,
     PLACED,
-    block_sources,
+    balance_sources,
     contrast_sources,
     contrasts,
     share_of_mean,
 )
 from gyrodata.measurements.measured import (
-    BALANCE_CHANGE,
     Measurements,
     measure,
     select,
     total_spin_excess,
 )
-from gyrodata.measurements.sources import Source, as_spin, spin_columns
+from gyrodata.measurements.sources import REVOLUTION, Source, as_spin, spin_columns
 from gyrodata.quantities.error_sources import (
     DEFAULT_TRANSVERSE_RATIO,
     SOURCES,

@@ -27,6 +27,12 @@ from gyrodata.readings import Readings
 if TYPE_CHECKING:
     from gyrodata.measurements.measured import Measurements
 
+BALANCE_CHANGE = "balance_change"
+"""Name of the difference of M0 between weights."""
+
+ESTIMATED = "estimated from the runs"
+"""Default of such a difference, in words."""
+
 DAY_BALANCE = "residual_torque"
 DAY_BIAS = "time_bias"
 """Names of the differences of M0 and of b between blocks, as in the budget."""
@@ -39,15 +45,6 @@ INSTRUMENTS = {"position_zero": "ruler", "mass": "scale", "mass_scale": "scale"}
 
 EACH_DAY = "each day"
 """What the line of an instrument says if it was another one in each block."""
-
-
-def numbered(readings: Readings) -> dict[str, Any]:
-    """Return the number of each run's block, and the names of the blocks."""
-    names = list(dict.fromkeys(readings.blocks))
-    if not names:
-        return {}
-    of_run = np.array([names.index(block) for block in readings.blocks])
-    return {"block": of_run, "block_names": tuple(names)}
 
 
 def share_of_mean(block: Integers) -> float:
@@ -81,17 +78,31 @@ def contrast_sources(
             width * contrast,
             nothing,
             shared_by,
-            True,
-            "estimated from the runs",
+            usual=ESTIMATED,
         )
 
 
-def block_sources(measured: Measurements, width: float) -> list[Source]:
-    """List the differences of M0, of a width [N*m], and of b between blocks."""
+def balance_sources(measured: Measurements, width: float, level: float) -> list[Source]:
+    """List the differences of M0 and of b that the fit estimates.
+
+    M0 of each day has the prior width `width` [N*m], and differs between weights by
+    `level` [N*m].
+    """
     block = measured.day
     bias = measured.timing_bias_u
     by_hand = SOURCES["time_bias"].shared_by
+    nothing = np.zeros(len(block))
+    of_weights = Source(
+        BALANCE_CHANGE,
+        "balance",
+        measured.balance_groups,
+        nothing + level,
+        nothing,
+        "runs with the same weight",
+        usual=ESTIMATED,
+    )
     return [
+        of_weights,
         *contrast_sources(DAY_BALANCE, "balance", block, width, "all runs"),
         *contrast_sources(DAY_BIAS, "time", block, bias, by_hand),
     ]
@@ -137,34 +148,30 @@ def _of_files(name: str, stated: list[dict[str, Source]], of_file: Integers) -> 
     """
     known = [sources[name] for sources in stated if name in sources]
     first = known[0]
-    if len(known) == len(stated) and all(_is_alike(first, other) for other in known):
+    sizes = [_sizes(source) for source in known]
+    is_alike = all(np.array_equal(sizes[0], other) for other in sizes)
+    if is_alike and len(known) == len(stated):
         return first
-    absolute = np.zeros(len(of_file))
-    relative = np.zeros(len(of_file))
-    groups = np.full(len(of_file), -1)
+    whole = np.zeros_like(sizes[0])
+    whole[2] = -1
     for number, sources in enumerate(stated):
         if name in sources:
             runs = of_file == number
-            absolute[runs] = sources[name].absolute[runs]
-            relative[runs] = sources[name].relative[runs]
-            groups[runs] = sources[name].groups[runs]
-    keys = list(zip(of_file.tolist(), groups.tolist(), strict=True))
+            whole[:, runs] = _sizes(sources[name])[:, runs]
+    absolute, relative, groups = whole
+    keys = zip(of_file.tolist(), groups.tolist(), strict=True)
     return replace(
         first,
         absolute=absolute,
         relative=relative,
-        groups=number_groups(keys, groups >= 0),
+        groups=number_groups([*keys], groups >= 0),
         default=any(source.default for source in known),
     )
 
 
-def _is_alike(first: Source, other: Source) -> bool:
-    """Return whether two files state the same size of an error."""
-    return bool(
-        np.array_equal(first.absolute, other.absolute)
-        and np.array_equal(first.relative, other.relative)
-        and np.array_equal(first.groups, other.groups)
-    )
+def _sizes(source: Source) -> Floats:
+    """Return the absolute and relative error and the group of each run, shape (3, n)."""
+    return np.array([source.absolute, source.relative, source.groups])
 
 
 def _divided(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, cast
 
@@ -16,6 +16,7 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.measurements import blocks
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import (
+    REVOLUTION,
     Drag,
     Source,
     as_spin,
@@ -26,11 +27,9 @@ from gyrodata.measurements.sources import (
 )
 from gyrodata.physics import Floats, Integers
 from gyrodata.quantities.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, WHOLE
+from gyrodata.quantities.units import Uncertainty
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.lablog import listing
-
-BALANCE_CHANGE = "balance_change"
-"""Name of the difference of M0 between weights."""
 
 
 class Measurements(Struct, frozen=True, eq=False, dict=True):
@@ -66,10 +65,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """Rod above the horizontal [rad]; 0 if the log does not say."""
     transverse_inertia: Floats | None
     """Transverse I with the weight [kg*m^2]; None if the log does not say."""
-    spin_start: Floats | None
-    """[rad/s]"""
-    spin_end: Floats | None
-    """[rad/s]"""
     g: float
     """Acceleration of free fall [m/s^2]."""
     timed: bool
@@ -77,19 +72,23 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     reaction time."""
     timing_bias_u: float
     """Prior width of the timing bias b [s]."""
-    balance_test: Callable[[float], float] | None
-    """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a
-    balance test; None: no test."""
+    balance_test: Uncertainty | None
+    """Prior width of the residual torque M0 [N*m] from a balance test: a fixed part, and
+    one proportional to I_zz [kg*m^2]; None: no test."""
     balance_test_from: str
     """The key of the log from which that prior comes."""
     mass_step: Floats
     """One step of the last digit of each mass [kg]; 0 if unknown."""
     position_step: Floats
     """One step of the last digit of each position [m]; 0 if unknown."""
+    day: Integers
+    """Number of each run's day or group."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
-    spin_readings: int = 1
-    """Number of readings of the spin in each run."""
+    spin_start: Floats | None = None
+    """[rad/s]; None if it was not read."""
+    spin_end: Floats | None = None
+    """[rad/s]; None if it was not read."""
     slowing: Floats | float = 1.0
     """Steady precession rate over the mean rate of the run [1]; 1 if the rate is steady.
     """
@@ -121,16 +120,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     delay_factor: Floats | None = None
     """By what the fit multiplies the spins, because they were read late or early [1];
     None without a delay."""
-    block: Integers | None = None
-    """Number of each run's day or group, shape (n,); None if the log has only one."""
-    block_names: tuple[str, ...] = ()
-    """Name of each day or group, by this number."""
-
+    block_names: tuple[str, ...] = ("",)
+    """Name of each day or group, by its number."""
     metadata: Mapping[str, str] = {}
     """Every line ``# key: value`` of the log."""
-
-    def __repr__(self) -> str:
-        return f"<Measurements of {len(self.runs)} runs>"
 
     @property
     def load(self) -> Floats:
@@ -143,12 +136,12 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque of a day, in the order of the log."""
-        groups: dict[str, list[int]] = {}
+        groups: defaultdict[str, list[int]] = defaultdict(list)
         senses = np.where(self.load == 0, self.sense, 0.0)
         settings = zip(self.load, self.position, senses, self.day, strict=True)
         for run, sizes in enumerate(settings):
             words = " ".join([f"{size:.9g}" for size in sizes])
-            groups.setdefault(words, []).append(run)
+            groups[words].append(run)
         return list(groups.values())
 
     @cached_property
@@ -187,7 +180,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         groups = groups[loaded[np.maximum(before, 0)]]
         return parts.number_groups([*zip(self.day, groups, strict=True)])
 
-    @cached_property
+    @property
     def one_block(self) -> bool:
         """Whether all runs are of one day and one group."""
         return not np.ptp(self.day)
@@ -201,41 +194,22 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Return the day or group of a run behind its load: ", Mon"; else ""."""
         return "" if self.one_block else f", {self.block_names[self.day[run]]}"
 
-    @cached_property
-    def day(self) -> Integers:
-        """Number of each run's day or group, shape (n,)."""
-        if self.block is None:
-            return np.zeros(len(self.runs), dtype=int)
-        return self.block
-
     @property
     def balance_differs(self) -> bool:
         """Whether M0 may differ between the weights of the log."""
         return bool(np.ptp(self.balance_groups))
 
-    def balance_source(self, width: float) -> Source:
-        """Return the difference of M0 between weights as a source, of a width [N*m]."""
-        nothing = np.zeros(len(self.runs))
-        return Source(
-            BALANCE_CHANGE,
-            "balance",
-            self.balance_groups,
-            nothing + width,
-            nothing,
-            "runs with the same weight",
-            usual="estimated from the runs",
-        )
-
     @property
     def precession_rate(self) -> Floats:
         """Size of the mean precession rate [rad/s], shape (n,)."""
-        return 2 * np.pi * self.turns / self.time
+        return REVOLUTION * self.turns / self.time
 
     @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
-        return sign * self.precession_rate * self.spin
+        rate = sign * self.precession_rate
+        return rate * self.spin
 
     @property
     def single_inertia(self) -> Floats:
@@ -257,10 +231,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Relative u of φ̇ψ̇ from the run's own time and spin [1], shape (n,)."""
         variance = np.zeros(len(self.runs))
         for source in self.sources:
-            size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(
-                source.quantity
-            )
-            if size is not None and not source.shared_by.startswith("all runs"):
+            is_own = not source.shared_by.startswith("all runs")
+            if is_own and source.quantity in ("time", "spin", "turns"):
+                size = getattr(self, source.quantity)
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
 
@@ -280,16 +253,18 @@ def measure(readings: Readings) -> Measurements:
     diagnostics: list[Diagnostic] = []
     values = {role: values_of(column) for role, column in readings.columns.items()}
     loads = _loads(readings, values, diagnostics)
-    time, turns = _timing(values)
+    timing = timing_column(readings.columns).role
+    time, turns = _timing(timing, values)
     drag = find_drag(readings, time)
     spins = _spins(readings, diagnostics, time, drag)
     sense = _sense(readings, loads["torque"], diagnostics)
     pitch = np.nan_to_num(values.get("pitch", np.zeros(len(time))))
-    spin = spins.mean
     if readings.tachometer == "still":
-        spin = spin - total_spin_excess(sense, turns, time, pitch)
-    timed = timing_column(readings.columns).role != "precession_rate"
+        excess = total_spin_excess(sense, turns, time, pitch)
+        spins["spin"] = spins["spin"] - excess
+    timed = timing != "precession_rate"
     bias, _ = parts.stated_or_default(readings, "time_bias")
+    days = readings.blocks or [""] * len(readings.runs)
     balance_test, balance_test_from = _balance_test(readings)
     torque_unseen = None
     if readings.unmoved is not None:
@@ -298,27 +273,24 @@ def measure(readings: Readings) -> Measurements:
     nutation = values.get("nutation_period")
     nutation_ratio = None
     if nutation is not None and transverse is None:
-        nutation_ratio = spin * nutation / (2 * np.pi)
+        nutation_ratio = spins["spin"] * nutation / REVOLUTION
     direction = values.get("precession_sense")
     measured = Measurements(
         **loads,
+        **spins,
         runs=readings.runs,
         lines=readings.lines,
         time=time,
         turns=turns,
-        spin=spin,
         sense=sense,
         pitch=pitch,
         transverse_inertia=transverse,
-        spin_start=spins.start,
-        spin_end=spins.end,
         timed=timed,
         timing_bias_u=bias.absolute if timed else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
         torque_unseen=torque_unseen,
         sources=(),
-        spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
         tachometer=readings.tachometer,
         precession_sense=None if direction is None else np.nan_to_num(direction),
@@ -327,8 +299,8 @@ def measure(readings: Readings) -> Measurements:
         latitude=readings.constants.get("latitude"),
         nutation_ratio=nutation_ratio,
         drag=drag,
-        delay_factor=spins.delay_factor,
-        **blocks.numbered(readings),
+        day=parts.number_groups(days),
+        block_names=tuple(dict.fromkeys(days)),
         metadata=readings.metadata,
         diagnostics=tuple(diagnostics),
     )
@@ -380,17 +352,18 @@ def _gravity(readings: Readings, diagnostics: list[Diagnostic]) -> float:
     return physics.STANDARD_GRAVITY
 
 
-def _timing(values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-    """Return the time [s] and the turns of each run; one turn for a period."""
-    if "time" in values and "turns" in values:
-        return values["time"], np.abs(values["turns"])
-    if "time" in values and "angle" in values:
-        return values["time"], np.abs(values["angle"]) / (2 * np.pi)
-    if "precession_period" in values:
-        period = values["precession_period"]
-    else:
-        period = 2 * np.pi / np.abs(values["precession_rate"])
-    return period, np.ones(len(period))
+def _timing(role: str, values: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+    """Return the time [s] and the turns of each run; one turn for a period.
+
+    `role` is that of the column of the timing.
+    """
+    time = values[role]
+    turns = np.ones(len(time))
+    if role == "precession_rate":
+        time = REVOLUTION / np.abs(time)
+    elif role == "time":
+        turns = values["turns"] if "turns" in values else values["angle"] / REVOLUTION
+    return time, np.abs(turns)
 
 
 def without_loads(readings: Readings) -> Readings:
@@ -415,7 +388,9 @@ def total_spin_excess(
 
     The difference is φ̇ sin(pitch), shape (n,).
     """
-    return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
+    sign = np.where(sense == 0, 1.0, sense)
+    rate = REVOLUTION * turns / time
+    return sign * rate * np.sin(pitch)
 
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
@@ -442,60 +417,54 @@ def _taken(record: Any, kept: Sequence[int]) -> Any:
     return type(record)(**fields)
 
 
-class Spins(Struct, frozen=True):
-    """The spins of a log [rad/s], each of shape (n,)."""
-
-    mean: Floats
-    """Harmonic mean in time over each run, if the only reading was in its middle."""
-    start: Floats | None = None
-    """None if it was not read."""
-    end: Floats | None = None
-    """None if it was not read."""
-    delay_factor: Floats | None = None
-    """By what the mean is too small because the reading was late [1]; None if it was
-    not."""
-
-
 def _spins(
     readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
-) -> Spins:
-    """Compute the mean spin of each run from its readings."""
+) -> dict[str, Any]:
+    """Compute the mean spin of each run, and what the log says of the spin.
+
+    The mean is the harmonic mean in time over each run, if the only reading was in its
+    middle.
+    """
     used = spin_columns(readings)
     if len(used) == 1:
         return _spins_read_once(readings, used, time, drag)
     spins = list(map(as_spin, used))
     start = spins[0]
     end = spins[-1]
+    last = used[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
         percent = 100 * (end[i] / start[i] - 1)
-        cell = used[-1].cell(i)
+        cell = last.cell(i)
         run = readings.runs[i]
         diagnostics.append(readings.say("spin_rises", cell, run=run, percent=percent))
     if len(spins) == 3:
-        return Spins(physics.simpson_mean_spin(*spins), start, end)
-    exponent = physics.VISCOUS if drag is None else drag.exponent
-    return Spins(physics.harmonic_mean_spin(start, end, exponent), start, end)
+        mean = physics.simpson_mean_spin(*spins)
+    else:
+        exponent = physics.VISCOUS if drag is None else drag.exponent
+        mean = physics.harmonic_mean_spin(start, end, exponent)
+    return {"spin": mean, "spin_start": start, "spin_end": end}
 
 
 def _spins_read_once(
     readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None
-) -> Spins:
+) -> dict[str, Any]:
     """Compute the mean spin of runs in which it was read once.
 
     It was read in the middle of the run, later, or before the run.
     """
     spin = as_spin(used[0])
     if not parts.read_once(used):
-        return Spins(spin)
+        return {"spin": spin}
     delay = parts.reading_delay(readings, used, time)
-    if drag is None:
-        factor = np.exp(delay * parts.USUAL_RATE)
-    else:
+    rate: Floats | float = parts.USUAL_RATE
+    if drag is not None:
         rate = drag.at(spin)
-        factor = np.exp(delay * rate)
+        fall = rate * time
         # The harmonic mean in time is a little smaller than the spin in the middle.
-        spin = spin * (1 - (2 - drag.exponent) * (rate * time) ** 2 / 24)
-    return Spins(spin, delay_factor=factor if delay.any() else None)
+        excess = (2 - drag.exponent) * fall**2 / 24
+        spin = spin * (1 - excess)
+    factor = np.exp(delay * rate)
+    return {"spin": spin, "delay_factor": factor if delay.any() else None}
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -518,41 +487,41 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
     told_spin = "spin_sense" in readings.columns or bool(back.any())
     written *= np.where(back, -1.0, 1.0)
     loaded = is_stated & (sign != 0)
-    opposed = int(np.sum(written[loaded] != sign[loaded]))
-    if opposed > np.sum(loaded) / 2:
+    count = np.sum(loaded)
+    opposed = np.sum(written[loaded] != sign[loaded])
+    if opposed > count / 2:
         # Only products of directions matter: a log that counts one of the two the other
         # way round is consistent.
         written = -written
         # If the log does not state the direction of the spin, a clockwise spin reverses
         # every run with a weight.
-        if told_spin or opposed < np.sum(loaded):
+        if told_spin or opposed < count:
             diagnostics.append(readings.say("senses_contradict_torque"))
     return cast(Floats, np.where(is_stated, written, sign))
 
 
-def _balance_test(
-    readings: Readings,
-) -> tuple[Callable[[float], float] | None, str]:
+def _balance_test(readings: Readings) -> tuple[Uncertainty | None, str]:
     """Return the prior width of M0 from a balance test, and the key of the test.
 
     The most direct statement first; (None, "") without a test.
     """
     if "u_imbalance" in readings.uncertainties:
-        width = readings.uncertainties["u_imbalance"].absolute
-        return (lambda inertia: width), "u_imbalance"
+        stated = readings.uncertainties["u_imbalance"]
+        return Uncertainty(stated.absolute), "u_imbalance"
     if readings.balance_tilt is not None:
         angle, seconds = readings.balance_tilt
         # From rest under a constant torque the angle is M0 t²/(2 I).
         shift = 2 * abs(angle) / seconds**2
         column = readings.columns.get("transverse_inertia")
-        if column is not None:
-            width = float(np.nanmean(values_of(column))) * shift
-            return (lambda inertia: width), "balance_tilt"
-        return (lambda i: DEFAULT_TRANSVERSE_RATIO * i * shift), "balance_tilt"
+        if column is None:
+            test = Uncertainty(relative=DEFAULT_TRANSVERSE_RATIO * shift)
+        else:
+            test = Uncertainty(float(np.nanmean(values_of(column))) * shift)
+        return test, "balance_tilt"
     if readings.balance_drift is None:
         return None, ""
     angle, seconds, spin = readings.balance_drift
-    return (lambda inertia: inertia * abs(spin * angle / seconds)), "balance_drift"
+    return Uncertainty(relative=abs(spin * angle / seconds)), "balance_drift"
 
 
 def _torque_unseen(
@@ -563,14 +532,14 @@ def _torque_unseen(
     The rod is the unloaded rod of the runs `still`.
     """
     counts = still.columns.get("turns") or still.columns["angle"]
-    per_turn = 1.0 if counts.role == "turns" else 2 * math.pi
+    per_turn = 1.0 if counts.role == "turns" else REVOLUTION
     sighted = np.full(len(still.runs), SOURCES["angle"].default.absolute)
     for i, u in counts.stated:
         sighted[i] = u.absolute / per_turn or sighted[i]
     time = values_of(still.columns["time"])
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    spin = _spins(still, diagnostics, time, None).mean
-    unseen = 2 * math.pi * sighted / time * spin
+    spin = _spins(still, diagnostics, time, None)["spin"]
+    unseen = REVOLUTION * sighted / time * spin
     best = int(unseen.argmin())
     note = readings.say(
         "rod_stayed",

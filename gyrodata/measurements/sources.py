@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +32,10 @@ from gyrodata.readings.roles import stated_u
 
 if TYPE_CHECKING:
     from gyrodata.measurements.measured import Measurements
+
+
+REVOLUTION = math.tau
+"""One revolution [rad]."""
 
 
 class Source(Struct, frozen=True):
@@ -144,24 +147,27 @@ def _gravity_source(readings: Readings) -> Source:
 def _transverse_source(readings: Readings) -> Source:
     """Return the error of I, which counts if the rod is tilted or released."""
     columns = readings.columns
-    size = TRANSVERSE_U
-    usual = f"{100 * TRANSVERSE_U:g} %"
-    stated = []
-    column = columns.get("transverse_inertia") or columns.get("nutation_period")
-    if column is not None:
-        kind = SOURCES["transverse_inertia"]
-        size = kind.default.relative
-        usual = kind.usual
-        stated = _stated_shares(column)
     every = np.zeros(len(readings.runs), dtype=int)
-    largest = max(stated, default=size)
-    return _source("transverse_inertia", every, 0.0, largest, not stated, usual)
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is None:
+        words = f"{100 * TRANSVERSE_U:g} %"
+        return _source("transverse_inertia", every, 0.0, TRANSVERSE_U, True, words)
+    size = SOURCES["transverse_inertia"].default.relative
+    if column.stated:
+        size = float(_stated_shares(column).max())
+    return _source("transverse_inertia", every, 0.0, size, not column.stated)
 
 
-def _stated_shares(column: Column) -> list[float]:
-    """List the relative uncertainties that a column states [1]."""
-    values = column.values
-    return [u.at(value) / abs(value) for i, u in column.stated if (value := values[i])]
+def _stated_shares(column: Column) -> Floats:
+    """Return the relative uncertainties that a column states [1], shape (n,).
+
+    They are 0 where it states none.
+    """
+    shares = np.zeros(len(column.values))
+    for i, u in column.stated:
+        if value := column.values[i]:
+            shares[i] = u.at(value) / abs(value)
+    return shares
 
 
 def _position_set_source(readings: Readings, load: Floats) -> Source:
@@ -182,11 +188,8 @@ def _position_set_source(readings: Readings, load: Floats) -> Source:
 def _diameter_source(column: Column, mass: Floats) -> Source:
     """Return the error of the inertia of each weight from that of its diameter."""
     across = values_of(column)
-    stated = np.zeros(len(mass))
-    for i, u in column.stated:
-        stated[i] = u.at(float(across[i])) / across[i]
     # Half of m r²: an error of the diameter counts twice.
-    doubt = np.where((mass > 0) & np.isfinite(across), 2 * stated, 0.0)
+    doubt = np.where(mass > 0, 2 * _stated_shares(column), 0.0)
     return _source("weight_diameter", number_groups(across, doubt), 0.0, doubt, False)
 
 
@@ -240,7 +243,8 @@ def _spin_sources(readings: Readings) -> Iterator[Source]:
     any_default = False
     for column, share in zip(used, _shares_of_readings(used), strict=True):
         relative, default = _relative_errors(readings, column)
-        square += (share * relative) ** 2
+        of_reading = share * relative
+        square += of_reading**2
         any_default |= default
     groups = number_groups(list(zip(*[column.spots for column in used], strict=True)))
     usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
@@ -271,16 +275,14 @@ def _relative_errors(readings: Readings, column: Column) -> tuple[Floats, bool]:
     values = np.abs(values_of(column))
     if column.role != "spin_time":
         absolute, relative, default = _reading_errors(column, values, "spin")
-        return relative + absolute / values, default
+        of_size = absolute / values
+        return relative + of_size, default
     # Several turns are timed with the stopwatch.
     turns = readings.columns["spin_turns"]
     counts = values_of(turns)
     usual = Uncertainty(SOURCES["time"].default.absolute / counts.min())
     absolute, relative, default = _reading_errors(column, values, usual)
-    of_turns = np.zeros(len(counts))
-    for i, u in turns.stated:
-        of_turns[i] = u.at(counts[i]) / counts[i]
-    return np.hypot(relative + absolute / values, of_turns), default
+    return np.hypot(relative + absolute / values, _stated_shares(turns)), default
 
 
 def _falling_spin_sources(
@@ -305,8 +307,10 @@ def _falling_spin_sources(
         yield _source("spin_delay", every, 0.0, doubt, default)
         return
     late = np.hypot(delay, size.absolute)
-    of_rate = size.absolute * drag.at(spin)
-    of_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
+    rate = drag.at(spin)
+    of_rate = size.absolute * rate
+    distance = np.log(spin / drag.spin)
+    of_law = late * rate * distance * drag.u_exponent
     words = (
         f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
     )
@@ -316,7 +320,8 @@ def _falling_spin_sources(
 
 def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times."""
-    timing = timing_column(readings.columns)
+    columns = readings.columns
+    timing = timing_column(columns)
     time = measured.time
     turns = measured.turns
     own = np.arange(len(time))
@@ -325,35 +330,28 @@ def _timing_sources(readings: Readings, measured: Measurements) -> Iterator[Sour
         absolute, relative, default = _reading_errors(timing, rate, "precession_rate")
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
-    absolute, relative, default = _reading_errors(timing, time, "time")
-    if timing.role == "time" and default and not timing.stated:
-        periods = {
-            "precession_period": time / turns,
-            "precession_rate": 2 * np.pi * turns / time,
-        }
-        for role, period in periods.items():
-            column = readings.columns.get(role)
-            known = _errors_beside_time(column, period) if column else None
-            if default and known is not None:
-                absolute = known[0] * time
-                relative = known[1]
-                default = False
-    yield _source("time", own, absolute, relative, default)
+    errors = _reading_errors(timing, time, "time")
+    if timing.role == "time" and not timing.stated:
+        rate = REVOLUTION * turns / time
+        beside = {"precession_period": time / turns, "precession_rate": rate}
+        for role, values in beside.items():
+            if role in columns and errors[-1]:
+                errors = _errors_beside_time(columns[role], values, time) or errors
+    yield _source("time", own, *errors)
 
 
-def _errors_beside_time(column: Column, values: Floats) -> tuple[Floats, Floats] | None:
-    """Return the relative errors that a period or rate next to the time states.
+def _errors_beside_time(
+    column: Column, values: Floats, time: Floats
+) -> tuple[Floats, Floats, bool] | None:
+    """Return the errors of times from those that a period or rate next to them states.
 
     A log can have the columns t, N, T = t/N and σ_T. A rate has the same relative error
-    as its period. The first error is one of absolute size over the value; the result is
-    None if a run has no error.
+    as its period. The result is None if a run has no error.
     """
-    stated = np.zeros((len(values), 2))
-    for i, u in column.stated:
-        stated[i] = u.absolute, u.relative
-    if not ((stated.sum(axis=1) > 0) & np.isfinite(values)).all():
+    absolute, relative, default = _reading_errors(column, values, "time")
+    if default or not (absolute + relative).all():
         return None
-    return stated[:, 0] / values, stated[:, 1]
+    return absolute / values * time, relative, False
 
 
 def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Source]:
@@ -363,7 +361,7 @@ def _angle_sources(readings: Readings, measured: Measurements) -> Iterator[Sourc
     are the same mark.
     """
     column = readings.columns.get("turns") or readings.columns["angle"]
-    per_turn = 1.0 if column.role == "turns" else 2 * np.pi
+    per_turn = 1.0 if column.role == "turns" else REVOLUTION
     part = ~measured.whole_turns
     absolute = part * SOURCES["angle"].default.absolute
     relative = np.zeros(len(part))
@@ -403,7 +401,7 @@ def _screw_sources(
         return
     remainder = (np.round(thirds) % 3).astype(int).tolist()
     pairs = zip(readings.screws, remainder, strict=True)
-    absolute = np.where(between, size.absolute / (2 * math.pi), 0.0)
+    absolute = np.where(between, size.absolute / REVOLUTION, 0.0)
     groups = number_groups([*pairs], absolute)
     yield _source("screw_angle", groups, absolute, 0.0, default)
 
@@ -622,14 +620,16 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
     u = math.sqrt(2) * _usual_u_of_spin(readings) / seconds
     middle = float(np.exp(np.mean(np.log(spin))))
     distance = np.log(spin / middle)
-    rate = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2))
+    weight = 1 / u**2
+    mean_rate = fall / seconds
+    rate = float(np.sum(mean_rate * weight) / np.sum(weight))
     bend = 0.0
     information = np.diag([0.0, prior**-2])
     # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a
     # prior.
     for _step in range(20):
         # The rate at the geometric mean of both spins.
-        measured_rate = fall / seconds * physics.sinhc(bend * fall / 2)
+        measured_rate = mean_rate * physics.sinhc(bend * fall / 2)
         shape = np.exp(bend * distance)
         left = (measured_rate - rate * shape) / u
         rows = np.array([shape, rate * distance * shape]) / u
@@ -645,16 +645,19 @@ def _fit_drag(readings: Readings, falls: Floats) -> Drag | None:
         return None
     if misfit > NO_LAW:
         return Drag(rate, middle, 1.0, u_exponent)
-    u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
-    return Drag(rate, middle, 1 + bend, u_bend)
+    wide = math.hypot(u_bend, NO_POWER_LAW)
+    u_bend = min(wide, u_exponent)
+    exponent = 1 + bend
+    return Drag(rate, middle, exponent, u_bend)
 
 
 def _usual_u_of_spin(readings: Readings) -> float:
     """Return the relative uncertainty of a typical reading of the spin [1]."""
-    shares = chain.from_iterable(map(_stated_shares, spin_columns(readings)))
+    shares = np.concatenate([*map(_stated_shares, spin_columns(readings))])
     # "100 ± 0" says nothing of the other readings.
-    stated = [share for share in shares if share]
-    return float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+    stated = shares[shares > 0]
+    usual = SOURCES["spin"].default.relative
+    return float(np.median(stated)) if len(stated) else usual
 
 
 # --- readings of the spin ---
@@ -692,4 +695,4 @@ def as_spin(column: Column) -> Floats:
     """Return the spin [rad/s] of a column of spins or of periods, shape (n,)."""
     values = np.abs(values_of(column))
     is_period = column.role.startswith(("spin_period", "spin_time"))
-    return 2 * np.pi / values if is_period else values
+    return REVOLUTION / values if is_period else values

@@ -354,7 +354,7 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     product = n.value(f"{at}.product", values.PRODUCT)
     inertia = n.value(f"{at}.inertia", n.inertia)
     read = n.reading(i, "spin", values.RPM)
-    is_mean = n.analysis.measurements.spin_readings > 1
+    is_mean = n.analysis.measurements.spin_start is not None
     mean = ", the mean of what was read" if is_mean else ""
     words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
     number = n.number(f"{at}.run")

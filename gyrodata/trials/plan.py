@@ -350,7 +350,7 @@ def _with_run(
     )
 
 
-RANGES = {size.role: size.possible for size in checks.SIZES}
+RANGES = {role: size.possible for role, size in checks.SIZES.items()}
 RANGES |= {"time": (SHORT, RANGES["time"][1])}
 """The readings that `gyro check` does not doubt [SI unit]."""
 

@@ -491,12 +491,6 @@ def test_mean_of_repeated_times_is_compared_with_their_mean() -> None:
             2,
             "the spin rises by 10 % while",
         ),
-        (
-            HEAD + ROW + "20,15,2,7.06,1/3\n" * 2,
-            "G405",
-            3,
-            'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs',
-        ),
     ],
 )
 def test_readings_that_contradict_each_other_are_named(

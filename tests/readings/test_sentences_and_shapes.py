@@ -1028,21 +1028,6 @@ def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
     assert is_right("m [g];d [cm];n [rpm];time [s];turns\n" + runs(row, 2))
 
 
-def test_exchanged_columns_of_mass_and_position_are_named() -> None:
-    exchanged = HEAD.replace("mass (g);r (cm)", "r (cm);mass (g)")
-    rows = runs("{m};14.8;{s};{t};1\n", masses=("20.1", "40.3", "120.2"))
-    (found,) = [
-        one for one in analyze(exchanged + rows).diagnostics if one.code == "G441"
-    ]
-    assert (
-        'write "position [cm]" over the first and "mass [g]" over the second'
-        in found.hint
-    )
-    assert [
-        one for one in analyze(HEAD + rows).diagnostics if one.code in ("G440", "G441")
-    ] == []
-
-
 @pytest.mark.slow
 def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> None:
     typed = HEAD + runs("{m};14.8;{s};{t} / {t};1\n")

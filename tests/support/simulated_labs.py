@@ -90,6 +90,7 @@ def lab(
         timing_bias_u=0.05,
         balance_test=None,
         balance_test_from="",
+        day=every,
         diagnostics=(),
         mass_step=zeros,
         position_step=zeros,

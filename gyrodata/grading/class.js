@@ -462,7 +462,9 @@ async function read(event) {
 
 function onKey(event) {
   const isTyping = event.target.matches("input, textarea, select");
-  if (event.key === "Escape" && isTyping && !event.target.matches("[type=search]")) byId("who").focus();
+  const isNamed = event.key === "Enter" && event.target === graderName;
+  const isLeft = event.key === "Escape" && isTyping && !event.target.matches("[type=search]");
+  if (isNamed || isLeft) byId("who").focus();
   if (isTyping || event.ctrlKey || event.metaKey || event.altKey || !current) return;
   const acts = {n: () => go(1), p: () => go(-1), o: goOpen};
   if (!acts[event.key]) return;

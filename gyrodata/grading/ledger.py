@@ -240,7 +240,9 @@ def _stale(
         is_about_points = bool(line.value) and line.what not in _SEVERAL
         if is_about_points and first_seen.get(key, digest) != digest:
             what = f"{line.what} {line.value} was set by hand"
-            stale.append(f"{STALE} {what}: change its line in {DESK} to confirm it")
+            stale.append(
+                f"{STALE} {what}: decide again, or confirm it with a new reason"
+            )
     return stale
 
 
@@ -637,7 +639,8 @@ def _offers(
             yield Offer(grade.student, what, "", grade.why, reason)
     for grade in grades:
         for look in grade.look:
-            yield Offer(grade.student, "total", "", look, in_general(look))
+            what = "late" if look == grade.late_reason else "total"
+            yield Offer(grade.student, what, "", look, in_general(look))
     yield from _open_flags(class_grades)
     for grade in grades:
         if grade.status in ("so far", "not graded"):

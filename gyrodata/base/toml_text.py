@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import re
 import tomllib
 from typing import Any
@@ -22,7 +21,11 @@ def read_toml(
     InputError
         One of the messages `not_utf8` and `not_toml`.
     """
-    text = decoded(data).replace("\r\n", "\n")
+    # PowerShell writes a file that it makes with > in UTF-16.
+    is_utf16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    encoding = "utf-16" if is_utf16 else "utf-8-sig"
+    text = data.decode(encoding, "replace" if is_utf16 else "surrogateescape")
+    text = text.replace("\r\n", "\n")
     if bad := re.search("[\udc80-\udcff]", text):
         line = text.count("\n", 0, bad.start()) + 1
         raise error_at(Diagnostic.named(not_utf8), name, text, line)
@@ -36,13 +39,6 @@ def read_toml(
         line_and_column = numbers or [last]
         fault = Diagnostic.named(not_toml, why=why)
         raise error_at(fault, name, text, *line_and_column) from None
-
-
-def decoded(data: bytes) -> str:
-    """Return a text in UTF-8, or in UTF-16, which ``>`` of PowerShell writes."""
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", "replace")
-    return data.decode("utf-8-sig", "surrogateescape")
 
 
 def error_at(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import re
 
 from gyrodata.base import diagnostics
@@ -31,15 +30,10 @@ for _number, _words in vocabulary.MONTHS.items():
 _DATES = (
     r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
     r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",
-    r"(?!1900)[0-9]{4}[./-](?P<month>[0-9]{1,2})[./-](?P<day>[0-9]{1,2})(?:[ T]00:00:00)?",
+    r"[0-9]{4}[./-](?P<month>[0-9]{1,2})[./-](?P<day>[0-9]{1,2})(?:[ T]00:00:00)?",
     r"(?P<day>[0-9]{1,2})([./-])(?P<month>[0-9]{1,2})\2(?:19|20)[0-9]{2}",
 )
 _DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
-_NUMBER_AS_DATE = r"1900-[0-9]{2}-[0-9]{2} 00:00:00"
-"""The first numbers of a spreadsheet, in a cell with the format of a date."""
-_DAY_ZERO = dt.date(1899, 12, 30).toordinal()
-_DAYS_BEFORE_MARCH = 60
-"""Spreadsheets count a 29th of February 1900, which did not exist."""
 _TWO_NUMBERS = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
 
 
@@ -56,7 +50,7 @@ def explain(text: str, kind: str, otherwise: UnitError) -> UnitError:
             return fault(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
-        return _number_shown_as_date(text) or _date(pair, kind)
+        return _date(pair, kind)
     mended = _mend(plain)
     bare = take_apart(mended) if mended != plain else None
     if bare and bare.unit is None and bare.spread is None:
@@ -103,27 +97,6 @@ def _date(pair: tuple[int, int] | None, kind: str) -> UnitError:
     else:
         hint = "did you mean {}.{}? ".format(*pair)
     hint += "A spreadsheet makes dates of such numbers: make the cells text first"
-    return fault("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
-
-
-def _number_shown_as_date(text: str) -> UnitError | None:
-    """Return the error of a date of 1900; None for other texts.
-
-    A cell in which a time of the day was typed keeps its format for other numbers.
-    Spreadsheets count them as days from 1900.
-    """
-    if re.fullmatch(_NUMBER_AS_DATE, text) is None:
-        return None
-    try:
-        number = dt.date.fromisoformat(text[:10]).toordinal() - _DAY_ZERO
-    except ValueError:
-        return None
-    if number <= _DAYS_BEFORE_MARCH:
-        number -= 1
-    hint = (
-        f"did you mean {number}? The cell has the format of a date or a time: give it "
-        "the format of a number"
-    )
     return fault("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
 
 

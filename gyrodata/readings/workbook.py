@@ -355,18 +355,17 @@ def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
     return value
 
 
-def _number_below_date(value: datetime, number_format: str) -> float | datetime:
-    """Return the number in a cell that has the format of a date.
+def _number_below_date(value: datetime, number_format: str) -> float | str:
+    """Return the number in a cell that has the format of a date or a time.
 
     Excel counts days from 1900: in a cell in which it has made a date of 1/3, a 3 that
-    is typed later is shown as the 3rd of January. With hours, it may be minutes.
+    is typed later is shown as the 3rd of January.
     """
     from openpyxl.utils.datetime import to_excel
 
-    if "h" in number_format:
-        return value
-    number: float = to_excel(value)
-    return round(number, 6)
+    number: float = round(to_excel(value), 6)
+    # 24:00 may be minutes and seconds.
+    return f"({number:g} below a time)" if "h" in number_format else number
 
 
 def _number_as_typed(value: float, number_format: str) -> float | str:

@@ -355,3 +355,12 @@ def test_number_in_a_cell_with_the_format_of_a_date_is_read(
     book.active["B2"].number_format = "d-mmm"
     readings = read_log(saved(book), name="log.xlsx")
     assert readings.columns["position"].values[0] == pytest.approx(number / 100)
+
+
+def test_number_in_a_cell_with_the_format_of_a_time_is_asked_for() -> None:
+    book = openpyxl.Workbook()
+    for row in rows(lambda _: 15):
+        book.active.append(row)
+    book.active["B2"] = 120
+    book.active["B2"].number_format = "h:mm"
+    assert "did you mean 120?" in refusal(saved(book))

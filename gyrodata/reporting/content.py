@@ -185,6 +185,8 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
+    if questions.is_worksheet(analysis):
+        yield paragraph(SENTENCES["answer_here"])
 
 
 def _brief(n: Numbers) -> Iterator[Sentence]:

@@ -468,6 +468,8 @@ function onKey(event) {
   const isLeft = event.key === "Escape" && isTyping && !event.target.matches("[type=search]");
   if (isLeft) byId("who").focus();
   if (isNamed) {
+    // The same Enter does not send the form of the question.
+    event.preventDefault();
     tell("");
     questionField().focus();
   }

@@ -67,6 +67,7 @@ def test_decisions_of_the_page_are_read_by_the_next_run(
     assert out["told"].startswith("No question is open")
     assert out["refused"] == ["write a number of points from 0 to 20", "true"]
     assert out["unlabelled"] == 0
+    assert not out["sent_on"], "the Enter behind the name decides nothing"
     # The name and Enter; a word and Enter for a total; three words for I_zz, and for the answer.
     assert out["actions"] == 1 + 1 + 2 + 3 * 4 + 4 + 1
     first, last = out["files"]

@@ -139,7 +139,7 @@ def grade(
         Option(
             "--roster",
             metavar="FILE",
-            help="CSV: student, name, section, grader, station, partner. Default: the "
+            help="CSV: student, name, section, ta, station, partner. Default: the "
             "gradebook.",
         ),
     ] = None,

@@ -21,7 +21,10 @@ def read_toml(
     InputError
         One of the messages `not_utf8` and `not_toml`.
     """
-    text = data.decode("utf-8-sig", "surrogateescape")
+    # PowerShell writes a file that it makes with > in UTF-16.
+    is_utf16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    encoding = "utf-16" if is_utf16 else "utf-8-sig"
+    text = data.decode(encoding, "replace" if is_utf16 else "surrogateescape")
     text = text.replace("\r\n", "\n")
     if bad := re.search("[\udc80-\udcff]", text):
         line = text.count("\n", 0, bad.start()) + 1

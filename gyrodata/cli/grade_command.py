@@ -140,7 +140,7 @@ def grade(
         Option(
             "--roster",
             metavar="FILE",
-            help="CSV: student, name, section, grader, station, partner. Default: the "
+            help="CSV: student, name, section, ta, station, partner. Default: the "
             "gradebook.",
         ),
     ] = None,
@@ -310,6 +310,8 @@ def _read_desk(home: Path, inputs: _Inputs, listed: Submissions) -> Desk:
     desks = [desk for desk in (home / ledger.DESK, home / "desk.xlsx") if desk.exists()]
     if len(desks) > 1:
         refuse("two_desks", home=home)
+    for copy in sorted(home.glob("desk*([0-9]*).csv")):
+        refuse("desk_of_browser", home=home, name=copy.name)
     if not desks:
         return ledger.NO_DESK
     meant = inputs.roster.who_is_meant(listed.items)

@@ -397,6 +397,9 @@ function choose(what, value = "") {
   all("input, textarea, select, button", form)[0].focus();
 }
 
+const questionField = () =>
+  all("#questions input, #questions textarea, #questions select, #questions button")[0] ?? byId("who");
+
 function show(student, focus = "") {
   current = student;
   review.hidden = false;
@@ -413,8 +416,7 @@ function show(student, focus = "") {
   byId("what").value = "";
   byId("answer").replaceChildren(...answerPart(student), ...logPart(student));
   markOpen();
-  const field = all("#questions input, #questions textarea, #questions select, #questions button")[0];
-  if (focus !== "none") (focus === "question" && field ? field : byId("who")).focus();
+  if (focus !== "none") (focus === "question" ? questionField() : byId("who")).focus();
 }
 
 function markOpen() {
@@ -462,7 +464,15 @@ async function read(event) {
 
 function onKey(event) {
   const isTyping = event.target.matches("input, textarea, select");
-  if (event.key === "Escape" && isTyping && !event.target.matches("[type=search]")) byId("who").focus();
+  const isNamed = event.key === "Enter" && event.target === graderName;
+  const isLeft = event.key === "Escape" && isTyping && !event.target.matches("[type=search]");
+  if (isLeft) byId("who").focus();
+  if (isNamed) {
+    // The same Enter does not send the form of the question.
+    event.preventDefault();
+    tell("");
+    questionField().focus();
+  }
   if (isTyping || event.ctrlKey || event.metaKey || event.altKey || !current) return;
   const acts = {n: () => go(1), p: () => go(-1), o: goOpen};
   if (!acts[event.key]) return;

@@ -39,7 +39,14 @@ from gyrodata.grading.grade import (
     reconsider,
     standard_of,
 )
-from gyrodata.grading.ledger import DESK, NO_DESK, Desk, find_offers
+from gyrodata.grading.ledger import (
+    BETWEEN,
+    DESK,
+    NO_DESK,
+    Desk,
+    Offer,
+    find_offers,
+)
 from gyrodata.grading.roster import (
     EVERYBODY,
     Partners,
@@ -656,13 +663,18 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
         Each student has a row.
         """
-        offers = [offer for offer in find_offers(self) if offer.flag is None]
-        reasons = grouped((offer.reason, self.label(offer.student)) for offer in offers)
+        offers = find_offers(self)
+        reasons = grouped((offer.reason, self._people(offer)) for offer in offers)
+        open_flags = [offer.flag for offer in offers]
         return (
             environment()
             .get_template("class.txt.jinja")
-            .render(class_grades=self, reasons=reasons)
+            .render(class_grades=self, reasons=reasons, open_flags=open_flags)
         )
+
+    def _people(self, offer: Offer) -> str:
+        """Return the students of a line for the desk."""
+        return BETWEEN.join(map(self.label, offer.people))
 
     @cached_property
     def bench(self) -> str:

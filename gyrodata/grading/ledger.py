@@ -240,7 +240,9 @@ def _stale(
         is_about_points = bool(line.value) and line.what not in _SEVERAL
         if is_about_points and first_seen.get(key, digest) != digest:
             what = f"{line.what} {line.value} was set by hand"
-            stale.append(f"{STALE} {what}: change its line in {DESK} to confirm it")
+            stale.append(
+                f"{STALE} {what}: decide again, or confirm it with a new reason"
+            )
     return stale
 
 
@@ -635,13 +637,18 @@ def _offers(
             what = "total" if has_answer else "reported"
             reason = f"{UNGRADED} {in_general(grade.why)}"
             yield Offer(grade.student, what, "", grade.why, reason)
-    for grade in grades:
-        for look in grade.look:
-            yield Offer(grade.student, "total", "", look, in_general(look))
+    yield from chain.from_iterable(map(_looks, grades))
     yield from _open_flags(class_grades)
     for grade in grades:
         if grade.status in ("so far", "not graded"):
             yield from _open_marks(grade)
+
+
+def _looks(grade: Grade) -> Iterator[Offer]:
+    """Offer a line for each doubt about a grade."""
+    for look in grade.look:
+        what = "late" if look == grade.late_reason else "total"
+        yield Offer(grade.student, what, "", look, in_general(look))
 
 
 def _other_points(student: str, value: str, most: float) -> Offer:

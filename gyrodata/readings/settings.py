@@ -43,7 +43,7 @@ class Setting(Struct, frozen=True):
     key: str
     text: str
     label: str
-    """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
+    """How it was given: ``# spin``, ``--set spin``, ``gyro.toml: spin``."""
     place: Place | None
     """None for an option."""
     cell: notation.Quantity | None = None
@@ -118,8 +118,9 @@ def _read_config(path: str | os.PathLike[str]) -> list[Setting]:
     except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or error
         raise Faults("").refuse("config", path=str(path), why=why) from None
+    name = Path(path).name
     pairs = table.items()
-    return [Setting(key, str(value), f"--config {key}", None) for key, value in pairs]
+    return [Setting(key, str(value), f"{name}: {key}", None) for key, value in pairs]
 
 
 def _did_you_mean(name: str, known: list[str]) -> str:
@@ -159,7 +160,7 @@ def read_settings(
             _warn_of_remark(match[1], match[2], comment, faults)
     for item in options:
         # The log itself knows its lab better than the file of the bench.
-        if item.key not in lines.texts or not item.label.startswith("--config"):
+        if item.key not in lines.texts or item.label.startswith("--set"):
             _enter(lines.settings, item, True, faults)
     return lines.settings
 

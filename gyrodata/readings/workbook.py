@@ -45,6 +45,8 @@ _SMALL_PARTS = frozenset(
     )
 )
 """Parts of a workbook that are no sheets and no strings."""
+_FIRST_YEAR = 1900
+"""Year of the smallest numbers that are shown as dates."""
 _SMALLEST_LETTERS = 4
 """Height of letters that nobody reads [points]."""
 
@@ -348,7 +350,22 @@ def _value_as_typed(cell: Any, in_minutes: bool) -> Any:
         value = datetime.combine(datetime.min, value) - datetime.min
     if isinstance(value, timedelta):
         return _duration_as_typed(value, in_minutes)
+    if isinstance(value, datetime) and value.year == _FIRST_YEAR:
+        return _number_below_date(value, cell.number_format)
     return value
+
+
+def _number_below_date(value: datetime, number_format: str) -> float | str:
+    """Return the number in a cell that has the format of a date or a time.
+
+    Excel counts days from 1900: in a cell in which it has made a date of 1/3, a 3 that
+    is typed later is shown as the 3rd of January.
+    """
+    from openpyxl.utils.datetime import to_excel
+
+    number: float = round(to_excel(value), 6)
+    # 24:00 may be minutes and seconds.
+    return f"({number:g} below a time)" if "h" in number_format else number
 
 
 def _number_as_typed(value: float, number_format: str) -> float | str:

@@ -9,7 +9,7 @@ from msgspec.structs import asdict
 
 from gyrodata.judging import changes
 from gyrodata.judging.blocks import DISAGREE
-from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
+from gyrodata.judging.tables import UNLIKELY, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
@@ -185,6 +185,8 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
+    if questions.is_worksheet(analysis):
+        yield paragraph(SENTENCES["answer_here"])
 
 
 def _brief(n: Numbers) -> Iterator[Sentence]:
@@ -215,7 +217,7 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
-    far = [i for i, run in enumerate(runs) if _is_far(run)]
+    far = _far(n.analysis)
     for i in odd[:FEW]:
         place = _run_place(n, i)
         fate = _fate(n.analysis, i)
@@ -241,10 +243,13 @@ def _worth_repeating(n: Numbers, far: Sequence[int]) -> Sentence:
     )
 
 
-def _is_far(run: Run) -> bool:
-    """Return whether an ordinary run is far from the prediction of the others."""
-    residual = run.studentized_residual or 0.0
-    return not run.flagged and abs(residual) > FAR
+def _far(analysis: Analysis) -> list[int]:
+    """Return the ordinary runs that are far from the prediction of the others."""
+    runs = enumerate(analysis.run_table)
+    distances = {
+        i: abs(run.studentized_residual or 0.0) for i, run in runs if not run.flagged
+    }
+    return [i for i, distance in distances.items() if distance > FAR]
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
@@ -352,6 +357,8 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
+    if far := _far(analysis):
+        yield Text((_worth_repeating(n, far),))
     yield Picture("residuals", FIGURES["residuals"].caption)
     heads = (
         Head("run"),

@@ -466,6 +466,11 @@ def test_workbook_with_decisions_is_read(room: Room) -> None:
     (room.out / "desk.csv").unlink()
     assert room.grade()["p2"]["total"] == "13.00"
     (room.out / "desk.xlsx").unlink()
+    copy = room.out / "desk (1).csv"
+    copy.write_text("student,what,value\np1,total,3\n")
+    room.grade(code=2)
+    assert '"desk (1).csv"' in room.told
+    copy.unlink()
     room.grade("student,what,value\np1,totl,3\n", code=2)
     assert "did you mean total?" in room.told
 

@@ -67,7 +67,8 @@ def test_decisions_of_the_page_are_read_by_the_next_run(
     assert out["told"].startswith("No question is open")
     assert out["refused"] == ["write a number of points from 0 to 20", "true"]
     assert out["unlabelled"] == 0
-    # A word and Enter for a total; three words for I_zz, and for the answer.
+    assert not out["sent_on"], "the Enter behind the name decides nothing"
+    # The name and Enter; a word and Enter for a total; three words for I_zz, and for the answer.
     assert out["actions"] == 1 + 1 + 2 + 3 * 4 + 4 + 1
     first, last = out["files"]
     (lab.out / "desk.csv").write_text(first, encoding="utf-8")
@@ -82,7 +83,7 @@ def test_decisions_of_the_page_are_read_by_the_next_run(
     lab.grade()
     comments = [
         one["value"]
-        for student in lab.graded("s0", "s1", "s2", "s6", "=s7", what="by_hand")
+        for student in lab.graded(*(f"s{i}" for i in range(7)), "=s7", what="by_hand")
         for one in student
         if one["what"] == "comment"
     ]

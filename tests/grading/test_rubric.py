@@ -114,6 +114,11 @@ def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
     assert any(told in one for one in faults(text)), faults(text)
 
 
+def test_rubric_in_utf_16_as_powershell_writes_it_is_read() -> None:
+    text = default_rubric_text("simple")
+    assert read_rubric(text.encode("utf-16")) == read_rubric(text.encode())
+
+
 def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
     each = "".join(
         f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n'

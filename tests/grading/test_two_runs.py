@@ -14,6 +14,7 @@ from grading.students_reports import RIGHT, SLIPS, a_log, reported_line, sheet
 
 from gyrodata.base.version import __version__
 from gyrodata.grading.exports import compare_tables
+from gyrodata.grading.rubric import default_rubric_text
 
 OTHERS = {f"s{seed}/lab.csv": a_log(seed) for seed in range(10, 16)}
 BAD = "mass,bad\n1,2\n"
@@ -57,6 +58,24 @@ def test_new_log_below_a_decision_about_the_log_is_told(
     assert "resubmitted since" in todo
     run(tmp_path, desk="a,log,other.csv,Ann,looked at the new one too\n")
     assert looks(tmp_path, "a") == []
+
+
+@pytest.mark.slow
+def test_unknown_lateness_asks_for_the_points_to_take_off(tmp_path: Path) -> None:
+    logs = {f"doe_{seed}_90{seed}_lab.csv": a_log(seed) for seed in (10, 11)}
+    logs["roe_LATE_12_9012_lab.csv"] = a_log(12)
+    rubric = default_rubric_text("simple") + '[late]\nbeyond = "100 %"\n'
+    make_folder(tmp_path, {"rubric.toml": rubric})
+    make_folder(tmp_path / "class", logs)
+    options = ("--rubric", str(tmp_path / "rubric.toml"))
+    run(tmp_path, *options)
+    todo = (tmp_path / "grades" / "desk-todo.csv").read_text(encoding="utf-8")
+    assert "12,late,,,marked late, but nothing says by how much" in todo.replace(
+        '"', ""
+    )
+    run(tmp_path, *options, desk="12,late,2,Ann,a day\n")
+    todo = (tmp_path / "grades" / "desk-todo.csv").read_text(encoding="utf-8")
+    assert todo.count("\n") == 1
 
 
 def table(**cells: dict[str, str]) -> bytes:

@@ -17,6 +17,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 from simulated_labs import analyze_briefly
 
 from gyrodata.base.errors import GyroError
+from gyrodata.readings import read_log
 
 HEAD = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
 TIMES = [
@@ -341,3 +342,25 @@ def test_hidden_sheet_is_named() -> None:
     other.append(["a"])
     other.sheet_state = "hidden"
     assert "the sheet 'Raw data'" in hidden_note(saved(book))
+
+
+@pytest.mark.parametrize("number", [14.8, 3, 61])
+def test_number_in_a_cell_with_the_format_of_a_date_is_read(
+    number: float,
+) -> None:
+    """A cell in which 1/3 was typed, and then a number, shows the number as a date."""
+    book = openpyxl.Workbook()
+    for row in rows(lambda _: number):
+        book.active.append(row)
+    book.active["B2"].number_format = "d-mmm"
+    readings = read_log(saved(book), name="log.xlsx")
+    assert readings.columns["position"].values[0] == pytest.approx(number / 100)
+
+
+def test_number_in_a_cell_with_the_format_of_a_time_is_asked_for() -> None:
+    book = openpyxl.Workbook()
+    for row in rows(lambda _: 15):
+        book.active.append(row)
+    book.active["B2"] = 120
+    book.active["B2"].number_format = "h:mm"
+    assert "did you mean 120?" in refusal(saved(book))

@@ -20,6 +20,7 @@ from pages import (
     known,
     make_page,
 )
+from places import SAMPLES
 
 from gyrodata import analyze
 from gyrodata.base.errors import InputError
@@ -258,6 +259,7 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(
         replace(analysis, options=replace(analysis.options, worksheet=True))
     )
     assert worksheet.count("Hint:") == worksheet.count('class="task"') == 8
+    assert "Answer the questions that have a hint" in words(worksheet)
     assert not re.search(
         "agrees with|agree with one|is constant|is proportional|perfectly balanced",
         words(worksheet),
@@ -270,6 +272,12 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(
     assert [worksheet.count(f"<{tag}") for tag in ("figure", "table")] == [
         page.count(f"<{tag}") for tag in ("figure", "table")
     ]
+
+
+def test_page_names_the_run_that_is_worth_repeating() -> None:
+    log = SAMPLES / "class" / "adlernina_101_9001_lab.csv"
+    repeated = "If you have time, repeat run 4 (line 8): it is over 2 u away"
+    assert repeated in words(make_page(analyze(log)))
 
 
 @pytest.mark.slow

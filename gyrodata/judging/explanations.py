@@ -13,10 +13,9 @@ No explanation is tried for a log whose runs agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import combinations
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -26,12 +25,7 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import corrections
-from gyrodata.judging.corrections import (
-    HALF_LOG_2PI,
-    USUAL_COUNTS,
-    Correction,
-    Prediction,
-)
+from gyrodata.judging.corrections import HALF_LOG_2PI, USUAL_COUNTS, Prediction
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
 from gyrodata.measurements.checks import other_units, possible_range, unit_size
@@ -326,18 +320,13 @@ def _runs_hypothesis(
     """Suppose that some runs are wrong, each by its most probable correction."""
     measured = log.measured
     others = log.fit(left_out=runs)
-    prediction = Prediction(measured, others)
-    kept = np.flatnonzero(others.adjusted.kept).tolist()
-    of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
-    for words, scores in _exchanges(log, prediction, of_run):
-        for run, score in scores.items():
-            of_run.setdefault(run, []).append(Score(score, words, is_certain=True))
+    scores = _scores(log, others, runs[:MOST_ODD])
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(of_run.setdefault(run, [])) - math.log(measured.time[run])
+        total += _log_sum(scores.get(run, [])) - math.log(measured.time[run])
     outliers = [
-        _with_corrections(others, run, scores, known.get(run))
-        for run, scores in sorted(of_run.items())
+        _with_corrections(others, run, of_run, known.get(run))
+        for run, of_run in sorted(scores.items())
     ]
     wrong = [outlier.index for outlier in outliers if outlier.slip]
     return Hypothesis(
@@ -362,7 +351,7 @@ class Score(NamedTuple):
     log_density: float
     """Log of the probability density of the time, times how common the mistake is."""
     words: str
-    is_certain: bool = False
+    is_certain: bool
     """As of the correction."""
 
 
@@ -370,67 +359,24 @@ Scores = list[Score]
 """The corrections of a run."""
 
 
-def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
-    """Score the corrections of one run."""
-    scores = []
-    for correction in corrections.of_run(log.readings, log.measured, kept, run):
-        density = prediction.log_density(correction.measured, run)
+def _scores(log: Log, others: FitResult, runs: Sequence[int]) -> dict[int, Scores]:
+    """Score the corrections of each run; of two runs, each gets a half.
+
+    `others` is the fit without these runs.
+    """
+    prediction = Prediction(log.measured, others)
+    kept = np.flatnonzero(others.adjusted.kept).tolist()
+    scores: dict[int, Scores] = {run: [] for run in runs}
+    for correction in corrections.of_runs(log.readings, log.measured, kept, runs):
+        density = math.log(correction.common)
+        for run in correction.runs:
+            density += prediction.log_density(correction.measured, run)
         if density > -math.inf:
-            common = math.log(correction.common)
-            score = Score(density + common, correction.words, correction.is_certain)
-            scores.append(score)
+            share = density / len(correction.runs)
+            score = Score(share, correction.words, correction.is_certain)
+            for run in correction.runs:
+                scores[run].append(score)
     return scores
-
-
-def _exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> list[tuple[str, dict[int, float]]]:
-    """Find runs whose cells are exchanged: words, and the score of each run."""
-    gains = [*_gains_of_exchanges(log, prediction, of_run)]
-    used: set[int] = set()
-    exchanges = []
-    for _, correction, scores in sorted(gains, key=itemgetter(0), reverse=True):
-        if not used.intersection(correction.runs):
-            used.update(correction.runs)
-            exchanges.append((correction.words, scores))
-    return exchanges
-
-
-def _gains_of_exchanges(
-    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
-) -> Iterator[tuple[float, Correction, dict[int, float]]]:
-    """Yield the exchanges that are more probable than other errors of the outliers.
-
-    Each is a gain of the log of the probability, the correction, and the scores.
-    """
-    for first, second in combinations(range(len(log.measured.runs)), 2):
-        if first not in of_run and second not in of_run:
-            continue
-        for correction in corrections.of_pair(log.readings, first, second):
-            scores = _scores_of_pair(log, prediction, of_run, correction)
-            before = [_log_sum(of_run[run]) for run in scores if run in of_run]
-            gain = sum(scores.values()) - sum(before)
-            if math.isfinite(gain) and gain > 0:
-                yield gain, correction, scores
-
-
-def _scores_of_pair(
-    log: Log,
-    prediction: Prediction,
-    of_run: Mapping[int, Scores],
-    correction: Correction,
-) -> dict[int, float]:
-    """Score an exchange: each of two outliers gets a half of it.
-
-    The partner of an outlier may agree with the others by itself.
-    """
-    score = math.log(correction.common)
-    for run in correction.runs:
-        score += prediction.log_density(correction.measured, run)
-        if run not in of_run:
-            score -= prediction.log_density(log.measured, run)
-    odd = of_run.keys() & correction.runs
-    return {run: score / len(odd) * (run in odd) for run in correction.runs}
 
 
 def _with_corrections(

@@ -27,8 +27,7 @@ from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
 
 COMMON: Mapping[str, float] = {
-    "count of the weight": 1e-2,
-    "count": 3e-3,
+    "count": 5e-3,
     "value of the runs around": 2e-2,
     "value of a neighbour": 1e-3,
     "point": 2e-3,
@@ -107,7 +106,7 @@ def _of_run(
     readings: Readings, measured: Measurements, kept: Sequence[int], index: int
 ) -> Iterator[Correction]:
     """List the corrections of a run."""
-    yield from _other_counts(measured, kept, index)
+    yield from _other_counts(measured, index)
     yield from _exchanged_in_run(readings, index)
     loads = load_roles(readings) if measured.torque[index] else []
     spins = [column.role for column in spin_columns(readings)]
@@ -169,20 +168,13 @@ def load_roles(readings: Readings) -> list[str]:
     return [load] if load == "torque" else [load, "position"]
 
 
-def _other_counts(
-    measured: Measurements, kept: Sequence[int], index: int
-) -> Iterator[Correction]:
+def _other_counts(measured: Measurements, index: int) -> Iterator[Correction]:
     """List other numbers of turns that are likely.
 
     They are the usual ones, those of other runs, and those that are off by one or a
     half.
     """
     turns = float(measured.turns[index])
-    alike = {
-        float(measured.turns[run])
-        for run in kept
-        if measured.torque[run] == measured.torque[index]
-    }
     likely = {*USUAL_COUNTS, *measured.turns.tolist()}
     likely |= {turns + step for step in FEW_COUNTS}
     written = turn_words(turns).split(" ")[0]
@@ -191,36 +183,31 @@ def _other_counts(
             continue
         counts = measured.turns.copy()
         counts[index] = count
-        is_of_weight = len(alike) == 1 and math.isclose(count, *alike)
-        kind = "count of the weight" if is_of_weight else "count"
         yield Correction(
             (index,),
             f"fits {turn_words(count)}, not {written}",
-            COMMON[kind],
+            COMMON["count"],
             replace(measured, turns=counts, slowing=1.0),
             is_certain=True,
         )
 
 
 def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
-    """Suppose that the spin and the time of a run are exchanged."""
-    spin = readings.columns.get("spin")
-    time = readings.columns.get("time")
-    if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
-        return
-    if not (spin.values[index] and time.values[index]):
+    """Suppose that the numbers of spin and time of a run are exchanged."""
+    columns = readings.columns
+    if not {"spin", "time"} <= columns.keys():
         return
     changed = {}
-    for column, other in ((spin, time), (time, spin)):
-        number = (other.values[index] or 0.0) / unit_size(other)
-        reading = replace(column.readings[index], value=number * unit_size(column))
-        changed[column.role, index] = reading
-    words = (
-        f"are time and spin exchanged? Spin {written(time, index)} {spin.unit} and "
-        f"time {written(spin, index)} {time.unit} would fit"
-    )
-    after = measure(_with_readings(readings, changed))
-    yield Correction((index,), words, COMMON["exchanged cells"], after)
+    for role, other in (("spin", "time"), ("time", "spin")):
+        reading = columns[other].readings[index]
+        number = (reading.value or 0.0) / unit_size(columns[other])
+        value = number * unit_size(columns[role])
+        changed[role, index] = replace(reading, value=value)
+    # A value that holds for the whole log is in no cell.
+    if min(columns["spin"].spots[index], columns["time"].spots[index]) >= 0:
+        after = measure(_with_readings(readings, changed))
+        words = "are time and spin exchanged? Then it would fit"
+        yield Correction((index,), words, COMMON["exchanged cells"], after)
 
 
 def _with_readings(
@@ -254,8 +241,7 @@ def _cells(readings: Readings, column: Column, index: int) -> Iterator[Cell]:
     }
     # A value that another run has too is not a typing mistake.
     if not is_load or abs(column.values[index] or 0.0) not in others:
-        origin = readings.position_from if role == "position" else None
-        yield from of_typing(column, index, origin)
+        yield from of_typing(column, index)
 
 
 def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
@@ -307,14 +293,13 @@ def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
     at = int(np.searchsorted(others, index))
     near = others[max(at - 1, 0) : at + 1].tolist()
     rest = [column.values[run] for run in others]
-    place = "other runs" if len(set(rest)) == 1 else "runs around it"
     kind = "value of a neighbour"
     if _are_common([column.values[run] for run in near], rest):
         kind = "value of the runs around"
     elif not is_load:
         return
     for run in near:
-        words = f", as in the {place}, would fit, not {{old}}"
+        words = ", as in the runs around it, would fit, not {old}"
         yield Cell(kind, written(column, run), words, column.values[run] or 0.0)
 
 
@@ -328,32 +313,27 @@ def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> b
     return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
 
 
-def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
+def of_typing(column: Column, index: int) -> Iterator[Cell]:
     """List the number with another decimal point, exchanged digits, or another unit.
 
-    `origin` is the end of the rod from which positions count.
+    A position that does not count from the centre is not its number in a unit: nothing
+    is listed for it.
     """
     text = written(column, index)
     value = column.values[index] or 0.0
     number = Decimal(text.replace(",", "."))
     factor = unit_size(column)
-    is_shifted = origin in ("surface", "tip")
-    is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
-    if not number or not (is_shifted or is_plain):
+    if not number or not math.isclose(factor * float(number), value, rel_tol=1e-6):
         return
-    sign = -1 if origin == "tip" else 1
     for kind, new, why in _guesses(column, text, number):
-        # A position with another origin changes by as much as the number.
-        moved = factor * float(new - number) * sign
-        words = f" would fit, not {{old}} ({why})"
         shown = f"{new:f}"
         if "," in text:
             shown = shown.replace(".", ",")
-        yield Cell(kind, shown, words, value + moved)
-    if column.unit and not is_shifted:
-        for unit, times in other_units(column):
-            words = f" would fit, not {{old}} (is it in {unit}?)"
-            yield Cell("unit", f"{value * times / factor:.5g}", words, value * times)
+        words = f" would fit, not {{old}} ({why})"
+        yield Cell(kind, shown, words, factor * float(new))
+    for unit, times in other_units(column):
+        words = f" would fit, not {{old}} (is it in {unit}?)"
+        yield Cell("unit", f"{value * times / factor:.5g}", words, value * times)
 
 
 def _guesses(

@@ -441,8 +441,7 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
         for words, of_load in _slips(log.readings)
         if abs(factor / of_load - 1) < NEAR
     ]
-    counts = _counts_of(log, runs, factor)
-    causes = [*slips, *counts, *_values_of(log, runs, factor)]
+    causes = [*slips, *_values_of(log, runs, factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -517,19 +516,6 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the counts of turns that are the same as a factor on the load."""
-    written = np.unique(log.measured.turns[runs])
-    if len(written) > 1:
-        return []
-    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
-    return [
-        f"they had {turn_words(count)}"
-        for count in counts
-        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
-    ]
-
-
 def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
     """List the masses and positions of a weight, the one with a known cause first."""
     each = [
@@ -567,7 +553,6 @@ def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
 
 def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
     """Return a value with which a weight agrees, and its cause; "" if none."""
-    origin = log.readings.position_from if column.role == "position" else None
     measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
     value = factor * measured
     written = column.values[run] or 0.0
@@ -575,7 +560,7 @@ def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
     if not low <= abs(value) <= high:
         return ""
     name = column.role.replace("_", " ")
-    for cell in corrections.of_typing(column, run, origin):
+    for cell in corrections.of_typing(column, run):
         if abs(cell.value / value - 1) < NEAR:
             why = cell.words.partition("(")[2].rstrip(")")
             return f"{name} were {cell.text} {column.unit} ({why})"

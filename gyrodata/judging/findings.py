@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import chain
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,6 +21,7 @@ from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
+from gyrodata.judging.corrections import written
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -36,7 +36,6 @@ from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.quantities.numerals import take_apart
 from gyrodata.readings import Column, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
@@ -493,23 +492,19 @@ def _say_too_few_digits(
     readings: Readings, column: Column, now: float, then: float
 ) -> Diagnostic:
     """Report a column with too few digits, and show a number with enough of them."""
-    steps = np.array(column.steps)
-    steps[[run for run, _ in column.stated]] = 0.0
     size = np.abs(values_of(column))
-    part = steps / np.maximum(size, 1e-300)
-    run = int(np.argmax(np.where(size > 0, part, 0.0)))
-    reading = column.readings[run]
-    typed = take_apart(reading.text)
+    size[[run for run, _ in column.stated]] = 0.0
+    run = int(np.where(size > 0, size, np.inf).argmin())
     # A position may count from the surface of the ball: the number is as it was typed.
-    value = typed.value if typed else (reading.value or 0.0) / unit_size(column)
-    step = float(steps[run]) / unit_size(column)
+    value = float(written(column, run).replace(",", "."))
+    step = column.steps[run] / unit_size(column)
     digits = max(0, 1 - round(math.log10(step)))
-    half, unit = to_display(steps[run] / 20, column.role)
+    half, unit = to_display(column.steps[run] / 20, column.role)
     return readings.say(
         "digits_too_few",
         column.cell(run),
         role=column.role,
-        text=reading.text,
+        text=column.readings[run].text,
         low=value - step / 2,
         high=f"{value + step / 2:.4g} {column.unit}".rstrip(),
         example=f"{value:.{digits}f}",
@@ -548,22 +543,11 @@ def _transverse_inertia(lab: JudgedLab) -> Iterator[Diagnostic]:
 
 def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
-    readings = lab.readings
-    if "pitch" in readings.columns:
-        unused = _uncertainties_of(MODELS) - _uncertainties_of(lab.motion.models)
-        for key, place in readings.stated_at.items():
-            if key in unused:
-                yield readings.say("u_of_pitch_not_used", place, key=key)
     runs = fitting.timed_runs(lab.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in lab.effects:
         if effect.effect in silent and not lab.asked:
             yield from _silent_motion(lab, effect, silent[effect.effect])
-
-
-def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
-    """Return the keys of the uncertainties that only these models of motion use."""
-    return set(chain.from_iterable([model.uncertainties for model in many]))
 
 
 def _matters(lab: JudgedLab, effect: Effect) -> bool:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -745,48 +746,37 @@ def gains(
                 yield change.words, now, then
 
 
-class Fits:
-    """The fits of one log with several motions, each made once.
+Fits = Callable[[Motion], Lab]
+"""The fits of one log with several motions, each made once."""
+
+
+def _fits(
+    measured: Measurements,
+    left_out: tuple[int, ...] = (),
+    near: FitResult | None = None,
+) -> Fits:
+    """Return a function that fits a log with a motion, or raises `NoFit`.
 
     The corrections start from those of `near`, a fit of nearly the same log.
     """
 
-    def __init__(
-        self,
-        measured: Measurements,
-        left_out: tuple[int, ...] = (),
-        near: FitResult | None = None,
-    ) -> None:
-        self.measured = measured
-        self.left_out = left_out
-        self.near = near
-        self.known: dict[Motion, Lab] = {}
+    @cache
+    def lab(motion: Motion) -> Lab:
+        runs, fit = fitting.fit_model(measured, motion, left_out, near=near)
+        return Lab(None, runs, fit, motion, left_out)
 
-    def lab(self, motion: Motion) -> Lab:
-        """Return the log, fitted with a motion.
-
-        Raises
-        ------
-        NoFit
-            If there is no credible solution.
-        """
-        if motion not in self.known:
-            runs, fit = fitting.fit_model(
-                self.measured, motion, self.left_out, near=self.near
-            )
-            self.known[motion] = Lab(None, runs, fit, motion, self.left_out)
-        return self.known[motion]
+    return lab
 
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:
     """Fit a changed log with the model that it needs."""
     measured = change.measured or lab.measured
-    fits = Fits(measured, change.left_out, lab.fit)
+    fits = _fits(measured, change.left_out, lab.fit)
     motion = change.motion
     if not lab.asked and len(measured.runs) <= FEW:
         # As for the log itself, the models are chosen with all runs: `fits` has fewer.
         motion = choose_model(measured, fits=None if change.left_out else fits)
-    return fits.lab(motion).fit
+    return fits(motion).fit
 
 
 # --- the model of a log ---
@@ -816,7 +806,7 @@ def choose_model(
     Motion
         The models.
     """
-    fits = fits or Fits(measured)
+    fits = fits or _fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
     silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
@@ -825,7 +815,7 @@ def choose_model(
     try:
         # The evidence of a silent log needs the whole fit; for what a log states, the
         # sizes of the effects are enough, and a quick fit gives them.
-        lab = fits.lab(Motion()) if silent else _fit_as_stated(measured)
+        lab = fits(Motion()) if silent else _fit_as_stated(measured)
         top = fitting.top_of(lab.measured, lab.fit)
     except fitting.NoFit:
         # It is unknown what could be left out.
@@ -836,7 +826,7 @@ def choose_model(
             offered = offered.including(each)
     motion = needed_models(lab, offered)
     for each in set(silent).intersection(motion.models):
-        if _is_contradicted(fits, motion, each):
+        if _is_contradicted(fits, motion, each, measured):
             motion = motion.without(each.effect)
     return motion
 
@@ -851,13 +841,12 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     """Return those of the offered models whose effects are too large to be left out.
 
     The smallest is left out first, as long as it and the sum of all that are left out
-    stay below their limits. Effects that are not offered, because the log lacks their
-    readings, count towards the sum. What the log states is also needed if the single
-    runs show it; what it does not state is assumed for its effect on I_zz only.
+    stay below their limits. What the log states is also needed if the single runs show
+    it; what it does not state is assumed for its effect on I_zz only.
     """
     runs = fitting.timed_runs(lab.measured)
     sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
-    dropped = _size_not_modelled(lab, offered)
+    dropped = 0.0
     needed = set(sizes)
     for effect in sorted(sizes, key=lambda name: sizes[name]):
         dropped += sizes[effect]
@@ -873,31 +862,25 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     return offered
 
 
-def _size_not_modelled(lab: Lab, offered: Motion) -> float:
-    """Return the sizes of the effects that no offered model contains [u]."""
-    rest = [each for each in MODELS if each.always and each not in offered.models]
-    return sum([size_of_model(lab, each) for each in rest])
-
-
 CLEARLY = math.log(200.0)
 """One motion is clearly better than another if it makes the times 200 times as likely.
 """
 
 
-def _is_contradicted(fits: Fits, motion: Motion, model: MotionModel) -> bool:
+def _is_contradicted(
+    fits: Fits, motion: Motion, model: MotionModel, measured: Measurements
+) -> bool:
     """Return whether the runs are clearly more likely without a model than with it.
 
     If there are very many runs, a sample of them is used.
     """
-    if len(fits.measured.runs) > fitting.MANY:
-        every = np.ones(len(fits.measured.runs))
-        fits = Fits(select(fits.measured, fitting.sample(fits.measured, every)))
-    try:
-        without = fits.lab(motion.without(model.effect)).fit
-        preference = without.log_evidence - fits.lab(motion).fit.log_evidence
-    except fitting.NoFit:
-        return False
-    return preference > CLEARLY
+    if len(measured.runs) > fitting.MANY:
+        every = np.ones(len(measured.runs))
+        fits = _fits(select(measured, fitting.sample(measured, every)))
+    with suppress(fitting.NoFit):
+        without = fits(motion.without(model.effect)).fit.log_evidence
+        return without - fits(motion).fit.log_evidence > CLEARLY
+    return False
 
 
 def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:

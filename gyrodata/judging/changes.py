@@ -813,9 +813,7 @@ def choose_model(
     if model != AUTO or not (stated.models or silent):
         return stated
     try:
-        # The evidence of a silent log needs the whole fit; for what a log states, the
-        # sizes of the effects are enough, and a quick fit gives them.
-        lab = fits(Motion()) if silent else _fit_as_stated(measured)
+        lab = fits(Motion())
         top = fitting.top_of(lab.measured, lab.fit)
     except fitting.NoFit:
         # It is unknown what could be left out.
@@ -829,12 +827,6 @@ def choose_model(
         if _is_contradicted(fits, motion, each, measured):
             motion = motion.without(each.effect)
     return motion
-
-
-def _fit_as_stated(measured: Measurements) -> Lab:
-    """Fit a log as steady, level precession, with the stated widths alone."""
-    runs, fit = fitting.fit_model(measured, Motion(), widths=fitting.AS_STATED)
-    return Lab(None, runs, fit, Motion())
 
 
 def needed_models(lab: Lab, offered: Motion) -> Motion:

@@ -596,62 +596,64 @@ the smallest step between two counts."""
 def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the turns of all runs of some weights are wrong."""
     measured = log.measured
-    groups = measured.by_torque
-    for counts in _agreeing_counts(measured)[:MOST_SHOWN]:
+    # Weights whose runs were timed for the same turns.
+    groups = [
+        runs
+        for runs in measured.by_torque
+        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
+    ]
+    for counts in _agreeing_counts(measured, groups)[:MOST_SHOWN]:
         turns = measured.turns.copy()
         words = []
-        for group, count in counts.items():
-            runs = groups[group]
-            written = turn_words(turns[runs[0]]).split(" ")[0]
-            load = load_words(measured, runs[0])
-            words.append(f"the runs of {load} fit {turn_words(count)}, not {written}")
+        price = 0.0
+        for runs, count in zip(groups, counts, strict=True):
+            written = float(turns[runs[0]])
+            if math.isclose(count, written, rel_tol=SAME_TURNS):
+                continue
             turns[runs] = count
+            load = load_words(measured, runs[0])
+            fits = f"{turn_words(count)}, not {turn_words(written).split(' ')[0]}"
+            words.append(f"the runs of {load} fit {fits}")
+            price += math.log(WRONG_COUNT)
+        if max(counts) > 1:
+            price -= math.log(PART_OF_A_TURN)
         with suppress(NoFit):
             fit = log.fit(replace(measured, turns=turns))
-            evidence = log.evidence(fit) + len(counts) * math.log(WRONG_COUNT)
-            if max(counts.values()) > 1:
-                evidence -= math.log(PART_OF_A_TURN)
             wrong = np.flatnonzero(turns != measured.turns).tolist()
+            evidence = log.evidence(fit) + price
             yield Hypothesis("turns", "; ".join(words), evidence, tuple(wrong), fit)
 
 
-def _with_one_count(measured: Measurements) -> dict[int, list[int]]:
-    """Return the runs of each torque that were timed for the same turns, by number."""
-    return {
-        number: runs
-        for number, runs in enumerate(measured.by_torque)
-        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
-    }
+SAME_TURNS = 0.01
+"""Counts are the same if they differ by less than this part, as 0.33 and 1/3."""
 
 
-def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
-    """List turns, by the number of a torque, with which the torques agree.
+def _agreeing_counts(
+    measured: Measurements, groups: Sequence[list[int]]
+) -> list[tuple[float, ...]]:
+    """List the turns of weights with which their I_zz agree, by their groups of runs.
 
-    Each torque with each of its counts gives an I_zz, and the other torques then have
-    the nearest count. Only the counts that change the fewest torques are listed; none
-    if the torques agree as written.
+    Each weight with each of its counts gives an I_zz, and the other weights then have
+    the nearest count. Only the counts that change the fewest weights are listed; none
+    if the weights agree as written.
     """
-    groups = _with_one_count(measured)
     own = measured.single_inertia
-    single = np.array([fitting.median(own[runs]) for runs in groups.values()])
-    written = np.array([measured.turns[runs[0]] for runs in groups.values()])
-    usual = np.tile(USUAL_COUNTS, (len(groups), 1))
-    # The shape of these two is (torques, counts).
-    counts = np.column_stack([written, usual])
-    inertia = (single * written)[:, None] / counts
-    answers: list[dict[int, float]] = []
+    written = np.array([measured.turns[runs[0]] for runs in groups])
+    angles = np.array([fitting.median(own[runs]) for runs in groups]) * written
+    # The shape of these two is (weights, counts).
+    counts = np.array([[count, *USUAL_COUNTS] for count in written.tolist()])
+    inertia = angles[:, None] / counts
+    answers: dict[tuple[float, ...], int] = {}
     for supposed in inertia.reshape(-1):
         off = np.abs(np.log(inertia / supposed))
         nearest = counts[range(len(counts)), off.argmin(axis=1)]
-        is_other = ~np.isclose(nearest, written, rtol=0.01)
-        numbers = np.array([*groups])[is_other].tolist()
-        answer = dict(zip(numbers, nearest[is_other].tolist(), strict=True))
-        if off.min(axis=1).max() < SAME_COUNT and answer not in answers:
-            answers.append(answer)
-    fewest = min(map(len, answers), default=0)
+        is_other = ~np.isclose(nearest, written, rtol=SAME_TURNS)
+        if off.min(axis=1).max() < SAME_COUNT:
+            answers[tuple(nearest.tolist())] = int(is_other.sum())
+    fewest = min(answers.values(), default=0)
+    listed = [each for each, changed in answers.items() if changed == fewest > 0]
     # Only the first are tried: the smallest counts are the most usual.
-    answers = [answer for answer in answers if len(answer) == fewest > 0]
-    return sorted(answers, key=lambda answer: sum(answer.values()))
+    return sorted(listed, key=sum)
 
 
 # --- an error that all runs share ---

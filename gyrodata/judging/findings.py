@@ -524,23 +524,6 @@ def _tachometer(lab: JudgedLab) -> Iterator[Diagnostic]:
             yield lab.readings.say("tachometer_not_told", off=off, direction=direction)
 
 
-def _transverse_inertia(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report the transverse inertia that is assumed, if its uncertainty matters."""
-    fit = lab.fit
-    if lab.measured.transverse_inertia is not None:
-        return
-    for share in fit.budget:
-        if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
-            across = fitting.transverse_inertia(lab.measured)
-            yield lab.readings.say(
-                "transverse_inertia_not_given",
-                low=across.min(),
-                high=across.max(),
-                middle=np.median(across),
-                percent=100 * share.u_inertia / abs(fit.inertia.value),
-            )
-
-
 def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
     runs = fitting.timed_runs(lab.measured)
@@ -786,7 +769,6 @@ CHECKS: tuple[Check, ...] = (
     _direction,
     _digits,
     _tachometer,
-    _transverse_inertia,
     _model,
     _body,
     _other_body,

@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -52,10 +53,11 @@ LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
 
 MOST_WEIGHTS = 12
-"""With more torques than this, none is left out."""
+"""With more torques than this, none is left out, or searched for a mistake."""
 
 MOST_RUNS = 500
-"""Of a longer log nothing is asked: each answer is a fit of all runs."""
+"""Of a longer log nothing is asked, and no mistake is looked for: each answer is a fit of
+all runs."""
 
 
 class Lab(Struct, frozen=True):
@@ -411,32 +413,30 @@ SHIFTS = 0.5
 """A worn cup matters if it changes I_zz by this many standard uncertainties."""
 
 
-def _doubted_sources(lab: Lab) -> dict[str, str]:
-    """List the errors whose usual size would be far too small in a bad lab, with why.
+def _bad_air(lab: Lab) -> str:
+    """Say what a spin that falls fast and is read late would do; "" if little.
 
-    A spin that falls fast and is read late is one, unless the log shows how it falls.
+    It is known if the log shows how the spin falls.
     """
     measured = lab.measured
     if measured.drag is not None or measured.delay_factor is None:
-        return {}
+        return ""
     bias = float(np.max(np.abs(measured.delay_factor - 1))) * WORN * DECAY_TIME
     if bias < SHIFTS * fitting.relative_u(lab.fit.inertia):
-        return {}
-    why = f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
-    return {"spin_delay": why}
+        return ""
+    return f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
 
 
 def _better_readings(lab: Lab) -> Iterator[Change]:
     """Halve each error that makes a part of u, or that is in doubt, if possible."""
-    doubted = _doubted_sources(lab)
+    bad_air = _bad_air(lab)
     for share in lab.fit.budget:
-        in_doubt = share.source in doubted
+        why = bad_air if share.source == "spin_delay" else ""
         better = SOURCES[share.source].better if share.source in SOURCES else ""
-        if better and (share.share > 0.05 or in_doubt):
-            words = better + doubted.get(share.source, "")
+        if better and (share.share > 0.05 or why):
             changed = {"sources": _scaled(lab.measured, (share.source,), 0.5)}
             yield lab.change(
-                "half_the_error", words, changed, is_always_advised=in_doubt
+                "half_the_error", better + why, changed, is_always_advised=bool(why)
             )
 
 
@@ -659,15 +659,9 @@ def size_of_model(lab: Lab, model: MotionModel) -> float:
     It is the sum of the changes of the single runs, which is right for a small effect;
     NaN without a steady precession.
     """
-    return _size_in_u(lab, _biases(lab, model))
-
-
-def _size_in_u(lab: Lab, biases: Floats) -> float:
-    """Compute the change of I_zz by a bias of each run, in its u [1]."""
     u = fitting.relative_u(lab.fit.inertia)
-    if u:
-        return abs(float(lab.fit.response @ biases)) / u
-    return math.inf
+    change = float(lab.fit.response @ _biases(lab, model))
+    return abs(change) / u if u else math.inf
 
 
 NEARLY = 0.7
@@ -837,20 +831,16 @@ def needed_models(lab: Lab, offered: Motion) -> Motion:
     it; what it does not state is assumed for its effect on I_zz only.
     """
     runs = fitting.timed_runs(lab.measured)
-    sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
+    sizes = {model: size_of_model(lab, model) for model in offered.models}
     dropped = 0.0
-    needed = set(sizes)
-    for effect in sorted(sizes, key=lambda name: sizes[name]):
-        dropped += sizes[effect]
+    for model, size in sorted(sizes.items(), key=itemgetter(1)):
+        dropped += size
         # An effect of unknown size, NaN, is not left out.
-        if not (sizes[effect] <= DROP_ONE and dropped <= DROP_ALL):
+        if not (size <= DROP_ONE and dropped <= DROP_ALL):
             break
-        needed.remove(effect)
-    for each in offered.models:
-        if each.effect in needed:
-            continue
-        if not (each.is_stated(runs) and _seen_in_scatter(lab, each)):
-            offered = offered.without(each.effect)
+        is_seen = model.is_stated(runs) and _seen_in_scatter(lab, model)
+        if not is_seen:
+            offered = offered.without(model.effect)
     return offered
 
 

@@ -25,10 +25,11 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import corrections
+from gyrodata.judging.changes import MOST_RUNS, MOST_WEIGHTS
 from gyrodata.judging.corrections import HALF_LOG_2PI, USUAL_COUNTS, Prediction
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
-from gyrodata.measurements.checks import other_units, possible_range, unit_size
+from gyrodata.measurements.checks import possible_range, unit_size
 from gyrodata.measurements.sources import load_role
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
@@ -83,10 +84,8 @@ CLEARLY = math.log(20.0)
 """An explanation is certain if it is this much more probable than every other one, as
 the logarithm of a ratio."""
 
-MOST_RUNS = 500
-MOST_WEIGHTS = 12
 MOST_ODD = 12
-"""Larger logs, and more wrong runs, are not searched for a mistake."""
+"""More wrong runs are not searched for a mistake."""
 
 MOST_LISTED = 4
 MOST_SHOWN = 3
@@ -438,8 +437,8 @@ def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = [
         words
-        for words, of_load in _slips(log.readings)
-        if abs(factor / of_load - 1) < NEAR
+        for role, words, of_load in SLIPS
+        if role in log.readings.columns and abs(factor / of_load - 1) < NEAR
     ]
     causes = [*slips, *_values_of(log, runs, factor)]
     if not causes:
@@ -536,19 +535,6 @@ the factor on the load with which the runs would agree as well [1]."""
 KNOWN_SLIP = 10.0
 """A factor that is exactly that of a known mistake is more probable by this factor than
 any other one."""
-
-
-def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
-    """List `SLIPS`, and the other units of times and spins."""
-    for role, words, of_load in SLIPS:
-        if role in readings.columns:
-            yield words, of_load
-    for role in ("time", "spin"):
-        if role in readings.columns:
-            for unit, times in other_units(readings.columns[role]):
-                # A load is too large by as much as a time is too long.
-                of_load = times if role == "time" else 1 / times
-                yield f"their {role}s were in {unit}", of_load
 
 
 def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
@@ -716,30 +702,35 @@ SHARED_ERRORS = (
 
 def _shared_errors(log: Log) -> Iterator[Hypothesis]:
     """Suppose that one error that all runs share is much larger than stated."""
+    names = {"", *[source.name for source in log.measured.sources]}
+    for error in SHARED_ERRORS:
+        if error.needs in names:
+            with suppress(NoFit):
+                yield _shared_hypothesis(log, error)
+
+
+def _shared_hypothesis(log: Log, error: SharedError) -> Hypothesis:
+    """Suppose that one error that all runs share is much larger than stated."""
     measured = log.measured
     every = np.ones(len(measured.runs))
-    names = {"", *[source.name for source in measured.sources]}
-    for error in SHARED_ERRORS:
-        if error.needs not in names:
-            continue
-        sizes = error.size * every
-        if error.kind == "drift":
-            lightest = fitting.lightest_torque(measured, every)
-            sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
-        group = np.zeros(len(every), dtype=int)
-        wide = Source(error.kind, error.quantity, group, sizes, 0 * every, "all runs")
-        with suppress(NoFit):
-            fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
-            off = np.ptp(np.append(0.0, sizes)) * fit.error_of(error.kind)[0]
-            size = abs(off) / error.unit
-            words = error.words.format(size=size, sign=error.signs[int(off < 0)])
-            # A balance that differs as well is another explanation.
-            evidence, _ = log.evidences(fit)
-            yield Hypothesis(
-                error.kind,
-                f"the runs would agree if {words}",
-                evidence + math.log(SHARED_ERROR),
-                (),
-                fit,
-                error.remedy.format(size=size, twice=2 * size),
-            )
+    sizes = error.size * every
+    if error.kind == "drift":
+        lightest = fitting.lightest_torque(measured, every)
+        sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
+    group = np.zeros(len(every), dtype=int)
+    wide = Source(error.kind, error.quantity, group, sizes, 0 * every, "all runs")
+    fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
+    largest = np.ptp(np.append(0.0, sizes)) / error.unit
+    off = largest * float(fit.error_of(error.kind)[0])
+    size = abs(off)
+    words = error.words.format(size=size, sign=error.signs[int(off < 0)])
+    # A balance that differs as well is another explanation.
+    evidence, _ = log.evidences(fit)
+    return Hypothesis(
+        error.kind,
+        f"the runs would agree if {words}",
+        evidence + math.log(SHARED_ERROR),
+        (),
+        fit,
+        error.remedy.format(size=size, twice=2 * size),
+    )

@@ -305,11 +305,10 @@ def _instead(measured: Measurements, odd: Sequence[int]) -> Iterator[list[int]]:
     other torques.
     """
     for group in measured.by_torque:
-        gone = set(group) & set(odd)
-        rest = set(group) - set(odd)
-        instead = (set(odd) | rest) - gone
-        too_many = len(rest) > MOST_ODD or len(instead) > len(measured.runs) / 2
-        if gone and rest and not too_many and measured.torque[group[0]]:
+        is_divided = 0 < len(set(odd).intersection(group)) < len(group)
+        instead = set(odd).symmetric_difference(group)
+        too_many = len(instead) > len(measured.runs) / 2
+        if is_divided and not too_many and measured.torque[group[0]]:
             yield sorted(instead)
 
 

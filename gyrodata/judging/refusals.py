@@ -18,6 +18,7 @@ from gyrodata.physics import RPM, Floats
 from gyrodata.physics.models import FALLEN, RELEASED, STEEP, Motion, conserved_spin
 from gyrodata.physics.motion import Top
 from gyrodata.readings import Readings
+from gyrodata.readings.lablog import listing
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -82,15 +83,15 @@ def refusal(
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
-    shown = [
-        f"{load_words(measured, group[0])}: {np.sort(own[group])[len(group) // 2]:.2g}"
+    each = [
+        f"{load_words(measured, group[0])}: {fitting.median(own[group]):.2g}"
         for group in groups
     ]
     return readings.say(
         "no_inertia_fits",
         why=why,
         clock=RUNNING_CLOCK * _times_grow(measured),
-        each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
+        each=listing(each, 6),
     )
 
 

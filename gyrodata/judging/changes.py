@@ -76,6 +76,16 @@ class Lab(Struct, frozen=True):
     asked: bool = False
     """True if the user chose the model."""
 
+    @property
+    def relative_u(self) -> float:
+        """Standard uncertainty of I_zz over I_zz [1]."""
+        return fitting.relative_u(self.fit.inertia)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether nothing is asked of this log, because each answer takes too long."""
+        return len(self.measured.runs) > MOST_RUNS
+
     def change(
         self,
         name: str,
@@ -422,7 +432,7 @@ def _bad_air(lab: Lab) -> str:
     if measured.drag is not None or measured.delay_factor is None:
         return ""
     bias = float(np.max(np.abs(measured.delay_factor - 1))) * WORN * DECAY_TIME
-    if bias < SHIFTS * fitting.relative_u(lab.fit.inertia):
+    if bias < SHIFTS * lab.relative_u:
         return ""
     return f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
 
@@ -579,7 +589,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
         # With the widths held, the fit gives no posterior: so the adjusted values of
         # both fits are compared, and not the means of their posterior distributions.
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
+        is_large = abs(ratio - 1) > CLEARLY_SMALL * lab.relative_u
         if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
             _, fit = fitting.fit_model(
@@ -596,10 +606,9 @@ def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect
 
     With `names`, only the effects with these names are listed; none of a long log.
     """
-    is_long = len(lab.measured.runs) > MOST_RUNS
-    if is_long or (names is not None and not names):
+    if lab.is_long or (names is not None and not names):
         return ()
-    u = fitting.relative_u(lab.fit.inertia)
+    u = lab.relative_u
     listed = [
         change
         for change in CHANGES["effect"](lab)
@@ -659,7 +668,7 @@ def size_of_model(lab: Lab, model: MotionModel) -> float:
     It is the sum of the changes of the single runs, which is right for a small effect;
     NaN without a steady precession.
     """
-    u = fitting.relative_u(lab.fit.inertia)
+    u = lab.relative_u
     change = float(lab.fit.response @ _biases(lab, model))
     return abs(change) / u if u else math.inf
 
@@ -707,7 +716,7 @@ choice takes a second."""
 
 def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
-    if len(lab.measured.runs) > MOST_RUNS:
+    if lab.is_long:
         return []
     answer = lab.fit.inertia
     answered_changes = []
@@ -732,7 +741,7 @@ def gains(
 
     Each is listed by its words, with u of I_zz now and after it [%].
     """
-    now = 100 * fitting.relative_u(lab.fit.inertia)
+    now = 100 * lab.relative_u
     for change, answer in answers(lab, table):
         if answer.inertia:
             then = 100 * fitting.relative_u(answer.inertia)

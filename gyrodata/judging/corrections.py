@@ -10,7 +10,7 @@ import math
 import string
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
-from itertools import combinations, pairwise, product
+from itertools import pairwise, product
 
 import numpy as np
 from msgspec import Struct
@@ -86,26 +86,10 @@ class Cell(Struct, frozen=True):
     """[SI unit]"""
 
 
-def of_runs(
-    readings: Readings,
-    measured: Measurements,
-    kept: Sequence[int],
-    runs: Sequence[int],
-) -> Iterator[Correction]:
-    """List the corrections of runs, and of each two of them.
-
-    `kept` are runs that agree with each other.
-    """
-    for run in runs:
-        yield from _of_run(readings, measured, kept, run)
-    for first, second in combinations(runs, 2):
-        yield from _of_pair(readings, first, second)
-
-
-def _of_run(
+def of_run(
     readings: Readings, measured: Measurements, kept: Sequence[int], index: int
 ) -> Iterator[Correction]:
-    """List the corrections of a run."""
+    """List the corrections of a run; `kept` are runs that agree with each other."""
     yield from _other_counts(measured, index)
     yield from _exchanged_in_run(readings, index)
     loads = load_roles(readings) if measured.torque[index] else []
@@ -128,7 +112,7 @@ def _of_run(
             )
 
 
-def _of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]:
+def of_pair(readings: Readings, first: int, second: int) -> Iterator[Correction]:
     """List the corrections that exchange cells of two runs."""
     runs = (first, second)
     timing = timing_column(readings.columns).role

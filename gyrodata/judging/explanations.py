@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import combinations
 from operator import attrgetter
 from typing import NamedTuple, cast
 
@@ -26,7 +27,12 @@ from gyrodata import fitting
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import corrections
 from gyrodata.judging.changes import MOST_RUNS, MOST_WEIGHTS
-from gyrodata.judging.corrections import HALF_LOG_2PI, USUAL_COUNTS, Prediction
+from gyrodata.judging.corrections import (
+    HALF_LOG_2PI,
+    USUAL_COUNTS,
+    Correction,
+    Prediction,
+)
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
 from gyrodata.measurements.checks import possible_range, unit_size
@@ -358,23 +364,34 @@ Scores = list[Score]
 
 
 def _scores(log: Log, others: FitResult, runs: Sequence[int]) -> dict[int, Scores]:
-    """Score the corrections of each run; of two runs, each gets a half.
+    """Score the corrections of each run, and of each two runs.
 
     `others` is the fit without these runs.
     """
+    readings = log.readings
     prediction = Prediction(log.measured, others)
     kept = np.flatnonzero(others.adjusted.kept).tolist()
-    scores: dict[int, Scores] = {run: [] for run in runs}
-    for correction in corrections.of_runs(log.readings, log.measured, kept, runs):
-        density = math.log(correction.common)
-        for run in correction.runs:
-            density += prediction.log_density(correction.measured, run)
-        if density > -math.inf:
-            share = density / len(correction.runs)
-            score = Score(share, correction.words, correction.is_certain)
-            for run in correction.runs:
-                scores[run].append(score)
+    scores = {}
+    for run in runs:
+        of_run = corrections.of_run(readings, log.measured, kept, run)
+        scores[run] = [_score(prediction, each) for each in of_run]
+    for pair in combinations(runs, 2):
+        exchanges = corrections.of_pair(readings, *pair)
+        # Exchanged times fit as well as exchanged spins: only the best is named.
+        best = max([_score(prediction, each) for each in exchanges], default=None)
+        if best:
+            for run in pair:
+                scores[run].append(best)
     return scores
+
+
+def _score(prediction: Prediction, correction: Correction) -> Score:
+    """Score a correction; each of two runs gets a half."""
+    density = math.log(correction.common)
+    for run in correction.runs:
+        density += prediction.log_density(correction.measured, run)
+    share = density / len(correction.runs)
+    return Score(share, correction.words, correction.is_certain)
 
 
 def _with_corrections(

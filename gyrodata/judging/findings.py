@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic
-from gyrodata.fitting import Estimate, Outlier, relative_u
+from gyrodata.fitting import Estimate, Outlier
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
@@ -36,7 +37,7 @@ from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.readings import Column, Readings, to_display
+from gyrodata.readings import Column, Place, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -62,6 +63,12 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
     unusual_sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
 
+    def say(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> Diagnostic:
+        """Fill in a message about a place of the log."""
+        return self.readings.say(name, place, **values)
+
     @property
     def contradicts_itself(self) -> bool:
         """Whether the runs scatter so much that other findings mean nothing."""
@@ -72,23 +79,22 @@ def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name each outlier, unless an explanation says more."""
     if _is_explained(lab):
         return
-    readings = lab.readings
     without = lab.without_outliers
     kept = ""
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
     for outlier in lab.outliers[:MOST_OF_ONE_CODE]:
         is_out = outlier.index in lab.left_out
-        yield readings.say(
+        yield lab.say(
             "outlier_left_out" if is_out else "outlier_kept",
-            _cell_of(readings, outlier),
+            _cell_of(lab.readings, outlier),
             run=lab.measured.runs[outlier.index],
             reason=outlier_reason(lab.measured, outlier),
             without=kept,
         )
     more = len(lab.outliers) - MOST_OF_ONE_CODE
     if more > 0:
-        yield readings.say("more_outliers", count=more)
+        yield lab.say("more_outliers", count=more)
 
 
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
@@ -134,7 +140,7 @@ def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
     fit = lab.fit
     if lab.contradicts_itself:
         factor = fit.widths.scatter
-        yield lab.readings.say("runs_contradict_each_other", scatter=factor)
+        yield lab.say("runs_contradict_each_other", scatter=factor)
         return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
@@ -156,8 +162,8 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < fitting.UNLIKELY:
-        return lab.readings.say("not_one_line", **values)
-    return lab.readings.say(
+        return lab.say("not_one_line", **values)
+    return lab.say(
         "scatter_too_large",
         **values,
         stated="stated" if time_u is None else f"{time_u:.2g} s",
@@ -188,7 +194,7 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     level = f"{1e3 * lab.fit.widths.level:.2g}"
     is_in_fit = float(level) > 0
-    yield lab.readings.say(
+    yield lab.say(
         "weights_disagree",
         percent=100 * (1 - chance),
         level=f", by about {level} mN·m," if is_in_fit else "",
@@ -233,7 +239,7 @@ def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
         for block in lab.blocks
         if (inertia := block.inertia)
     }
-    yield lab.readings.say(
+    yield lab.say(
         "blocks_disagree",
         names=listing([*values]),
         p=agreement.p,
@@ -259,7 +265,7 @@ def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
     elif _is_explained(lab):
         only = lab.explanations[0]
         name = "weight_wrong" if only.kind == "weight" else "shared_error"
-        yield lab.readings.say(name, words=only.words, remedy=only.remedy)
+        yield lab.say(name, words=only.words, remedy=only.remedy)
 
 
 def _list_explanations(lab: JudgedLab) -> Diagnostic:
@@ -271,7 +277,7 @@ def _list_explanations(lab: JudgedLab) -> Diagnostic:
     )
     of_runs = all(each.kind == "runs" for each in several)
     name = "either_run_wrong" if of_runs else "several_explanations"
-    return lab.readings.say(name, listed=listed)
+    return lab.say(name, listed=listed)
 
 
 def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -298,7 +304,7 @@ def _say_other_law(lab: JudgedLab, exponent: Exponent, far: float) -> Diagnostic
     cause = "a spin that was not read at half time"
     if far < 0:
         cause = "a stopwatch that is late in every run"
-    return lab.readings.say(
+    return lab.say(
         "period_not_in_proportion",
         power=round(exponent.value, 2) + 0.0,
         far=abs(far),
@@ -318,7 +324,7 @@ def _agreement(lab: JudgedLab) -> Iterator[Diagnostic]:
     low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
     if low < TOO_GOOD:
         p = f"p = {low:.1g}" if low > 1e-6 else "p < 1e-6"
-        yield lab.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
+        yield lab.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
 CONTRADICTED = 3.0
@@ -336,7 +342,7 @@ def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
         allowed = measured.balance_test(fit.inertia.value)
         _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
         if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
-            yield lab.readings.say(
+            yield lab.say(
                 "balance_test_contradicted",
                 m0=1e3 * m0,
                 allowed=1e3 * allowed,
@@ -344,7 +350,7 @@ def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
             )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         ways = "" if measured.balanced else BALANCED
-        yield lab.readings.say("single_torque", ways=ways)
+        yield lab.say("single_torque", ways=ways)
 
 
 BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
@@ -358,9 +364,7 @@ def _direction(lab: JudgedLab) -> Iterator[Diagnostic]:
         runs = np.flatnonzero(bare).tolist()
         names = lab.measured.run_words(runs)
         place = lab.readings.place(runs[0])
-        yield lab.readings.say(
-            "direction_missing", place, runs=names, now=now, then=then
-        )
+        yield lab.say("direction_missing", place, runs=names, now=now, then=then)
 
 
 POOR_BALANCE = 0.2
@@ -386,7 +390,7 @@ def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     if lab.measured.balanced is False or is_small or lab.contradicts_itself:
         return
     share = abs(m0.value) / lightest
-    poor = lab.readings.say(
+    poor = lab.say(
         "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(lab)
     )
     # Wrong masses or arms can look like an M0 that no ball has.
@@ -423,7 +427,7 @@ def _spins_that_fell_alone(lab: JudgedLab) -> Iterator[Diagnostic]:
     if len(far) > len(fall) / 4 or len(fall) < 4:
         return
     for run in far:
-        yield lab.readings.say(
+        yield lab.say(
             "spin_fell_alone",
             spin_columns(lab.readings)[-1].place(run),
             run=measured.runs[run],
@@ -443,9 +447,9 @@ def _friction(lab: JudgedLab) -> Iterator[Diagnostic]:
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
     hint = "friction is not negligible: read the spin at start and end too"
-    if size < DROP_ONE * relative_u(inertia):
+    if size < DROP_ONE * lab.relative_u:
         hint = "friction is negligible here"
-    yield lab.readings.say(
+    yield lab.say(
         "spin_falls",
         time=1 / drag.rate,
         spin=drag.spin / RPM,
@@ -462,7 +466,7 @@ def _other_measurements(lab: JudgedLab) -> Iterator[Diagnostic]:
         yield _of_falling_mass(lab, lab.readings.falling_mass)
     ratio = lab.measured.nutation_ratio
     if ratio is not None:
-        yield lab.readings.say("nutation", ratio=float(np.nanmedian(ratio)))
+        yield lab.say("nutation", ratio=float(np.nanmedian(ratio)))
 
 
 def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
@@ -473,8 +477,8 @@ def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
     pull = (mass - friction) * lab.measured.g
     measured_inertia = radius**2 * (pull * time**2 / (2 * height) - mass)
     off = 100 * (measured_inertia / inertia.value - 1)
-    u = 100 * relative_u(inertia)
-    return lab.readings.say("falling_mass", inertia=measured_inertia, off=off, u=u)
+    u = 100 * lab.relative_u
+    return lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
 
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -521,7 +525,7 @@ def _tachometer(lab: JudgedLab) -> Iterator[Diagnostic]:
         if effect.effect == "tachometer" and _matters(lab, effect):
             direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
             off = 100 * abs(effect.bias or 0.0)
-            yield lab.readings.say("tachometer_not_told", off=off, direction=direction)
+            yield lab.say("tachometer_not_told", off=off, direction=direction)
 
 
 def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -548,9 +552,9 @@ def _silent_motion(
     direction = "high" if effect.bias > 0 else "low"
     off = 100 * abs(effect.bias)
     if effect.kept:
-        yield lab.readings.say(is_assumed, off=off, direction=direction)
+        yield lab.say(is_assumed, off=off, direction=direction)
     elif _matters(lab, effect):
-        yield lab.readings.say(is_not_used, off=off, direction=direction)
+        yield lab.say(is_not_used, off=off, direction=direction)
 
 
 NO_MOTOR = 0.7
@@ -611,13 +615,11 @@ def _ask(lab: JudgedLab, name: str, role: str, value: float) -> Diagnostic:
     """
     column = lab.readings.columns.get(role)
     if column is None:
-        return lab.readings.say(name, value=value, hint="")
+        return lab.say(name, value=value, hint="")
     first = int(np.flatnonzero(lab.measured.torque)[0])
     unit = unit_within(lab.readings, role, USUAL[role])
     hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
-    asked = lab.readings.say(
-        name, column.place(first), value=value, hint=hint if unit else ""
-    )
+    asked = lab.say(name, column.place(first), value=value, hint=hint if unit else "")
     # If another unit makes the column usual, the answer is not safe to quote.
     return replace(asked, doubt="size" if unit else asked.doubt)
 
@@ -686,9 +688,7 @@ def _ball_differs(lab: JudgedLab, ball: Ball) -> Iterator[Diagnostic]:
         "expected": ball.inertia,
         "far": abs(deviation),
     }
-    yield lab.readings.say(
-        "ball_differs", **sizes, causes=_causes_of_difference(lab, ball)
-    )
+    yield lab.say("ball_differs", **sizes, causes=_causes_of_difference(lab, ball))
 
 
 def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
@@ -712,7 +712,7 @@ def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
         causes = _causes_of_difference(lab, ball)
         hint = f"look for a cause in this order: {causes}a wrong unit"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
-    return lab.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+    return lab.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 
 
 def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -723,7 +723,7 @@ def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
     elif _is_unusual(lab):
         low, high = INERTIA_RANGE
         value = abs(lab.fit.inertia.value)
-        yield lab.readings.say("inertia_unusual", inertia=value, low=low, high=high)
+        yield lab.say("inertia_unusual", inertia=value, low=low, high=high)
 
 
 def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:

@@ -183,15 +183,17 @@ def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
         return
     changed = {}
     for role, other in (("spin", "time"), ("time", "spin")):
-        reading = columns[other].readings[index]
-        number = (reading.value or 0.0) / unit_size(columns[other])
+        column = columns[other]
+        # A value that holds for the whole log is in no cell.
+        if column.spots[index] < 0:
+            return
+        reading = column.readings[index]
+        number = (reading.value or 0.0) / unit_size(column)
         value = number * unit_size(columns[role])
         changed[role, index] = replace(reading, value=value)
-    # A value that holds for the whole log is in no cell.
-    if min(columns["spin"].spots[index], columns["time"].spots[index]) >= 0:
-        after = measure(_with_readings(readings, changed))
-        words = "are time and spin exchanged? Then it would fit"
-        yield Correction((index,), words, COMMON["exchanged cells"], after)
+    after = measure(_with_readings(readings, changed))
+    words = "are time and spin exchanged? Then it would fit"
+    yield Correction((index,), words, COMMON["exchanged cells"], after)
 
 
 def _with_readings(

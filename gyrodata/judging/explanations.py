@@ -184,9 +184,11 @@ class Log(Struct, frozen=True):
             return 0.0
         lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
         scale = fitting.balance_scale(measured, fit.inertia.value, lightest)
-        near = 1 + (fit.residual_torque.value / scale) ** 2
-        far = 1 + (fit.residual_torque.value / (POOR * scale)) ** 2
-        return math.log(1 - POORLY_BALANCED + POORLY_BALANCED * near / (POOR * far))
+        m0 = fit.residual_torque.value
+        near = 1 + (m0 / scale) ** 2
+        far = 1 + (m0 / (POOR * scale)) ** 2
+        more_common = near / (POOR * far)
+        return math.log(1 - POORLY_BALANCED + POORLY_BALANCED * more_common)
 
     def _log_agreement_with_ball(self, fit: FitResult) -> float:
         """Return the log of the probability of I_zz for the ball; 0 without a ball."""
@@ -327,7 +329,8 @@ def _runs_hypothesis(
     scores = _scores(log, others, runs[:MOST_ODD])
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(scores.get(run, [])) - math.log(measured.time[run])
+        total += _log_sum(scores.get(run, []))
+        total -= math.log(measured.time[run])
     outliers = [
         _with_corrections(others, run, of_run, known.get(run))
         for run, of_run in sorted(scores.items())
@@ -447,16 +450,18 @@ def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
 
 def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     """Suppose that the load of some runs can have every value."""
-    factor = _load_factor(log, runs)
-    changed = _with_free_load(log, runs, factor)
-    fit = log.fit(changed)
+    own = log.measured.single_inertia
+    others = np.delete(own, runs)
+    # With this factor on the load, the runs agree with the others but for M0.
+    factor = fitting.median(others[others > 0]) / fitting.median(own[runs])
+    fit = log.fit(_with_free_load(log, runs, factor))
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = [
         words
         for role, words, of_load in SLIPS
         if role in log.readings.columns and abs(factor / of_load - 1) < NEAR
     ]
-    causes = [*slips, *_values_of(log, runs, factor)]
+    causes = [*slips, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -491,26 +496,6 @@ FREE_LOAD = "free_load"
 """Name of the error of a load that may be wrong."""
 
 
-def _load_factor(log: Log, runs: list[int]) -> float:
-    """Return the factor on the load of some runs with which they agree with the others.
-
-    Raises
-    ------
-    NoFit
-        If there is none.
-    """
-    measured = log.measured
-    others = fitting.fit(measured, fitting.AS_STATED, tilted=log.tilted, left_out=runs)
-    bias = others.timing_bias.value
-    imbalance = others.residual_torque.value
-    torque = measured.torque[runs] + imbalance
-    needed = torque * (others.fitted_time[runs] - bias) / (measured.time[runs] - bias)
-    factor = fitting.median((needed - imbalance) / measured.torque[runs])
-    if not 0 < factor < math.inf:
-        raise NoFit("no load agrees with the other weights")
-    return factor
-
-
 def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     """Multiply the load of some runs, and let it have every value near this one."""
     measured = log.measured
@@ -531,19 +516,6 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the masses and positions of a weight, the one with a known cause first."""
-    each = [
-        _value_words(log, log.readings.columns[role], runs[0], factor)
-        for role in corrections.load_roles(log.readings)
-    ]
-    return sorted([f"its {words}" for words in each if words], key=_has_no_cause)
-
-
-def _has_no_cause(words: str) -> bool:
-    return "(" not in words
-
-
 SLIPS = (("spin", "their spins were half as large (two strips of tape?)", 2.0),)
 """Mistakes in all readings of one column in the runs of a weight: its role, words, and
 the factor on the load with which the runs would agree as well [1]."""
@@ -553,23 +525,29 @@ KNOWN_SLIP = 10.0
 any other one."""
 
 
-def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
-    """Return a value with which a weight agrees, and its cause; "" if none."""
-    measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
+def _values_of_load(log: Log, run: int, factor: float) -> Iterator[str]:
+    """List the masses and positions with which a weight agrees, with their causes."""
+    for role in corrections.load_roles(log.readings):
+        measured = getattr(log.measured, role, log.measured.given_torque)[run]
+        low, high = possible_range(role)
+        if low <= abs(factor * measured) <= high:
+            column = log.readings.columns[role]
+            yield f"its {_value_words(column, run, measured, factor)}"
+
+
+def _value_words(column: Column, run: int, measured: float, factor: float) -> str:
+    """Return `factor` times the measured value of a column, and its cause if known."""
     value = factor * measured
-    written = column.values[run] or 0.0
-    low, high = possible_range(column.role)
-    if not low <= abs(value) <= high:
-        return ""
     name = column.role.replace("_", " ")
     for cell in corrections.of_typing(column, run):
         if abs(cell.value / value - 1) < NEAR:
             why = cell.words.partition("(")[2].rstrip(")")
             return f"{name} were {cell.text} {column.unit} ({why})"
-    shown = _in_column(column, run, written + value - measured)
-    if column.role == "mass" and HANGER[0] < value - measured < HANGER[1]:
-        missing = _in_column(column, run, value - measured)
-        return f"{name} were {shown} (is a hanger of {missing} missing?)"
+    missing = value - measured
+    shown = _in_column(column, run, (column.values[run] or 0.0) + missing)
+    if column.role == "mass" and HANGER[0] < missing < HANGER[1]:
+        hanger = _in_column(column, run, missing)
+        return f"{name} were {shown} (is a hanger of {hanger} missing?)"
     return f"{name} were {shown}"
 
 
@@ -610,7 +588,7 @@ def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
         price = 0.0
         for runs, count in zip(groups, counts, strict=True):
             written = float(turns[runs[0]])
-            if math.isclose(count, written, rel_tol=SAME_TURNS):
+            if count == written:
                 continue
             turns[runs] = count
             load = load_words(measured, runs[0])
@@ -651,7 +629,8 @@ def _agreeing_counts(
         nearest = counts[range(len(counts)), off.argmin(axis=1)]
         is_other = ~np.isclose(nearest, written, rtol=SAME_TURNS)
         if off.min(axis=1).max() < SAME_COUNT:
-            answers[tuple(nearest.tolist())] = int(is_other.sum())
+            answer = np.where(is_other, nearest, written)
+            answers[tuple(answer.tolist())] = int(is_other.sum())
     fewest = min(answers.values(), default=0)
     listed = [each for each, changed in answers.items() if changed == fewest > 0]
     # Only the first are tried: the smallest counts are the most usual.

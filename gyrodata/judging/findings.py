@@ -253,9 +253,8 @@ OTHER_MESSAGES = ("runs", "balance")
 
 def _is_explained(lab: JudgedLab) -> bool:
     """Return whether `_explanations` says why the runs do not agree."""
-    several = lab.explanations
-    is_certain = len(several) == 1 and several[0].kind not in OTHER_MESSAGES
-    return is_certain or len(several) > 1
+    kinds = [each.kind for each in lab.explanations]
+    return len(kinds) > 1 or bool({*kinds}.difference(OTHER_MESSAGES))
 
 
 def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:

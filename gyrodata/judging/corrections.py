@@ -27,7 +27,8 @@ from gyrodata.readings import Column, Reading, Readings
 from gyrodata.readings.roles import TIMINGS
 
 COMMON: Mapping[str, float] = {
-    "count": 5e-3,
+    "count of the weight": 1e-2,
+    "count": 3e-3,
     "value of the runs around": 2e-2,
     "value of a neighbour": 1e-3,
     "point": 2e-3,
@@ -90,7 +91,7 @@ def of_run(
     readings: Readings, measured: Measurements, kept: Sequence[int], index: int
 ) -> Iterator[Correction]:
     """List the corrections of a run; `kept` are runs that agree with each other."""
-    yield from _other_counts(measured, index)
+    yield from _other_counts(measured, kept, index)
     yield from _exchanged_in_run(readings, index)
     loads = load_roles(readings) if measured.torque[index] else []
     spins = [column.role for column in spin_columns(readings)]
@@ -152,13 +153,20 @@ def load_roles(readings: Readings) -> list[str]:
     return [load] if load == "torque" else [load, "position"]
 
 
-def _other_counts(measured: Measurements, index: int) -> Iterator[Correction]:
+def _other_counts(
+    measured: Measurements, kept: Sequence[int], index: int
+) -> Iterator[Correction]:
     """List other numbers of turns that are likely.
 
     They are the usual ones, those of other runs, and those that are off by one or a
     half.
     """
     turns = float(measured.turns[index])
+    alike = {
+        float(measured.turns[run])
+        for run in kept
+        if measured.torque[run] == measured.torque[index]
+    }
     likely = {*USUAL_COUNTS, *measured.turns.tolist()}
     likely |= {turns + step for step in FEW_COUNTS}
     written = turn_words(turns).split(" ")[0]
@@ -167,10 +175,12 @@ def _other_counts(measured: Measurements, index: int) -> Iterator[Correction]:
             continue
         counts = measured.turns.copy()
         counts[index] = count
+        is_of_weight = len(alike) == 1 and math.isclose(count, *alike)
+        kind = "count of the weight" if is_of_weight else "count"
         yield Correction(
             (index,),
             f"fits {turn_words(count)}, not {written}",
-            COMMON["count"],
+            COMMON[kind],
             replace(measured, turns=counts, slowing=1.0),
             is_certain=True,
         )

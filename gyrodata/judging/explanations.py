@@ -13,10 +13,10 @@ No explanation is tried for a log whose runs agree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -326,14 +326,18 @@ def _runs_hypothesis(
     """Suppose that some runs are wrong, each by its most probable correction."""
     measured = log.measured
     others = log.fit(left_out=runs)
-    scores = _scores(log, others, runs[:MOST_ODD])
+    prediction = Prediction(measured, others)
+    kept = np.flatnonzero(others.adjusted.kept).tolist()
+    of_run = {run: _of_run(log, prediction, kept, run) for run in runs[:MOST_ODD]}
+    for words, scores in _exchanges(log, prediction, of_run):
+        for run, score in scores.items():
+            of_run.setdefault(run, []).append(Score(score, words, is_certain=True))
     total = log.evidence(others)
     for run in runs:
-        total += _log_sum(scores.get(run, []))
-        total -= math.log(measured.time[run])
+        total += _log_sum(of_run.setdefault(run, [])) - math.log(measured.time[run])
     outliers = [
-        _with_corrections(others, run, of_run, known.get(run))
-        for run, of_run in sorted(scores.items())
+        _with_corrections(others, run, scores, known.get(run))
+        for run, scores in sorted(of_run.items())
     ]
     wrong = [outlier.index for outlier in outliers if outlier.slip]
     return Hypothesis(
@@ -358,7 +362,7 @@ class Score(NamedTuple):
     log_density: float
     """Log of the probability density of the time, times how common the mistake is."""
     words: str
-    is_certain: bool
+    is_certain: bool = False
     """As of the correction."""
 
 
@@ -366,35 +370,67 @@ Scores = list[Score]
 """The corrections of a run."""
 
 
-def _scores(log: Log, others: FitResult, runs: Sequence[int]) -> dict[int, Scores]:
-    """Score the corrections of each run, and of each two runs.
-
-    `others` is the fit without these runs.
-    """
-    readings = log.readings
-    prediction = Prediction(log.measured, others)
-    kept = np.flatnonzero(others.adjusted.kept).tolist()
-    scores = {}
-    for run in runs:
-        of_run = corrections.of_run(readings, log.measured, kept, run)
-        scores[run] = [_score(prediction, each) for each in of_run]
-    for pair in combinations(runs, 2):
-        exchanges = corrections.of_pair(readings, *pair)
-        # Exchanged times fit as well as exchanged spins: only the best is named.
-        best = max([_score(prediction, each) for each in exchanges], default=None)
-        if best:
-            for run in pair:
-                scores[run].append(best)
+def _of_run(log: Log, prediction: Prediction, kept: Sequence[int], run: int) -> Scores:
+    """Score the corrections of one run."""
+    scores = []
+    for correction in corrections.of_run(log.readings, log.measured, kept, run):
+        density = prediction.log_density(correction.measured, run)
+        if density > -math.inf:
+            common = math.log(correction.common)
+            score = Score(density + common, correction.words, correction.is_certain)
+            scores.append(score)
     return scores
 
 
-def _score(prediction: Prediction, correction: Correction) -> Score:
-    """Score a correction; each of two runs gets a half."""
-    density = math.log(correction.common)
+def _exchanges(
+    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
+) -> list[tuple[str, dict[int, float]]]:
+    """Find runs whose cells are exchanged: words, and the score of each run."""
+    gains = [*_gains_of_exchanges(log, prediction, of_run)]
+    used: set[int] = set()
+    exchanges = []
+    for _, correction, scores in sorted(gains, key=itemgetter(0), reverse=True):
+        if not used.intersection(correction.runs):
+            used.update(correction.runs)
+            exchanges.append((correction.words, scores))
+    return exchanges
+
+
+def _gains_of_exchanges(
+    log: Log, prediction: Prediction, of_run: Mapping[int, Scores]
+) -> Iterator[tuple[float, Correction, dict[int, float]]]:
+    """Yield the exchanges that are more probable than other errors of the outliers.
+
+    Each is a gain of the log of the probability, the correction, and the scores.
+    """
+    for first, second in combinations(range(len(log.measured.runs)), 2):
+        if first not in of_run and second not in of_run:
+            continue
+        for correction in corrections.of_pair(log.readings, first, second):
+            scores = _scores_of_pair(log, prediction, of_run, correction)
+            before = [_log_sum(of_run[run]) for run in scores if run in of_run]
+            gain = sum(scores.values()) - sum(before)
+            if math.isfinite(gain) and gain > 0:
+                yield gain, correction, scores
+
+
+def _scores_of_pair(
+    log: Log,
+    prediction: Prediction,
+    of_run: Mapping[int, Scores],
+    correction: Correction,
+) -> dict[int, float]:
+    """Score an exchange: each of two outliers gets a half of it.
+
+    The partner of an outlier may agree with the others by itself.
+    """
+    score = math.log(correction.common)
     for run in correction.runs:
-        density += prediction.log_density(correction.measured, run)
-    share = density / len(correction.runs)
-    return Score(share, correction.words, correction.is_certain)
+        score += prediction.log_density(correction.measured, run)
+        if run not in of_run:
+            score -= prediction.log_density(log.measured, run)
+    odd = of_run.keys() & correction.runs
+    return {run: score / len(odd) * (run in odd) for run in correction.runs}
 
 
 def _with_corrections(

@@ -16,6 +16,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
+from functools import cache
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -52,10 +54,11 @@ LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
 
 MOST_WEIGHTS = 12
-"""With more torques than this, none is left out."""
+"""With more torques than this, none is left out, or searched for a mistake."""
 
 MOST_RUNS = 500
-"""Of a longer log nothing is asked: each answer is a fit of all runs."""
+"""Of a longer log nothing is asked, and no mistake is looked for: each answer is a fit of
+all runs."""
 
 
 class Lab(Struct, frozen=True):
@@ -73,6 +76,16 @@ class Lab(Struct, frozen=True):
     """The effects of `list_effects`, if they were listed."""
     asked: bool = False
     """True if the user chose the model."""
+
+    @property
+    def relative_u(self) -> float:
+        """Standard uncertainty of I_zz over I_zz [1]."""
+        return fitting.relative_u(self.fit.inertia)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether nothing is asked of this log, because each answer takes too long."""
+        return len(self.measured.runs) > MOST_RUNS
 
     def change(
         self,
@@ -411,32 +424,30 @@ SHIFTS = 0.5
 """A worn cup matters if it changes I_zz by this many standard uncertainties."""
 
 
-def _doubted_sources(lab: Lab) -> dict[str, str]:
-    """List the errors whose usual size would be far too small in a bad lab, with why.
+def _bad_air(lab: Lab) -> str:
+    """Say what a spin that falls fast and is read late would do; "" if little.
 
-    A spin that falls fast and is read late is one, unless the log shows how it falls.
+    It is known if the log shows how the spin falls.
     """
     measured = lab.measured
     if measured.drag is not None or measured.delay_factor is None:
-        return {}
+        return ""
     bias = float(np.max(np.abs(measured.delay_factor - 1))) * WORN * DECAY_TIME
-    if bias < SHIFTS * fitting.relative_u(lab.fit.inertia):
-        return {}
-    why = f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
-    return {"spin_delay": why}
+    if bias < SHIFTS * lab.relative_u:
+        return ""
+    return f" (with little air, as in a worn cup, I_zz is {100 * bias:.2g} % too large)"
 
 
 def _better_readings(lab: Lab) -> Iterator[Change]:
     """Halve each error that makes a part of u, or that is in doubt, if possible."""
-    doubted = _doubted_sources(lab)
+    bad_air = _bad_air(lab)
     for share in lab.fit.budget:
-        in_doubt = share.source in doubted
+        why = bad_air if share.source == "spin_delay" else ""
         better = SOURCES[share.source].better if share.source in SOURCES else ""
-        if better and (share.share > 0.05 or in_doubt):
-            words = better + doubted.get(share.source, "")
+        if better and (share.share > 0.05 or why):
             changed = {"sources": _scaled(lab.measured, (share.source,), 0.5)}
             yield lab.change(
-                "half_the_error", words, changed, is_always_advised=in_doubt
+                "half_the_error", better + why, changed, is_always_advised=bool(why)
             )
 
 
@@ -578,7 +589,7 @@ def _bias(lab: Lab, change: Change) -> float | None:
         # With the widths held, the fit gives no posterior: so the adjusted values of
         # both fits are compared, and not the means of their posterior distributions.
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        is_large = abs(ratio - 1) > CLEARLY_SMALL * fitting.relative_u(lab.fit.inertia)
+        is_large = abs(ratio - 1) > CLEARLY_SMALL * lab.relative_u
         if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
             _, fit = fitting.fit_model(
@@ -595,10 +606,9 @@ def list_effects(lab: Lab, names: Collection[str] | None = None) -> tuple[Effect
 
     With `names`, only the effects with these names are listed; none of a long log.
     """
-    is_long = len(lab.measured.runs) > MOST_RUNS
-    if is_long or (names is not None and not names):
+    if lab.is_long or (names is not None and not names):
         return ()
-    u = fitting.relative_u(lab.fit.inertia)
+    u = lab.relative_u
     listed = [
         change
         for change in CHANGES["effect"](lab)
@@ -658,15 +668,9 @@ def size_of_model(lab: Lab, model: MotionModel) -> float:
     It is the sum of the changes of the single runs, which is right for a small effect;
     NaN without a steady precession.
     """
-    return _size_in_u(lab, _biases(lab, model))
-
-
-def _size_in_u(lab: Lab, biases: Floats) -> float:
-    """Compute the change of I_zz by a bias of each run, in its u [1]."""
-    u = fitting.relative_u(lab.fit.inertia)
-    if u:
-        return abs(float(lab.fit.response @ biases)) / u
-    return math.inf
+    u = lab.relative_u
+    change = float(lab.fit.response @ _biases(lab, model))
+    return abs(change) / u if u else math.inf
 
 
 NEARLY = 0.7
@@ -712,7 +716,7 @@ choice takes a second."""
 
 def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
-    if len(lab.measured.runs) > MOST_RUNS:
+    if lab.is_long:
         return []
     answer = lab.fit.inertia
     answered_changes = []
@@ -737,7 +741,7 @@ def gains(
 
     Each is listed by its words, with u of I_zz now and after it [%].
     """
-    now = 100 * fitting.relative_u(lab.fit.inertia)
+    now = 100 * lab.relative_u
     for change, answer in answers(lab, table):
         if answer.inertia:
             then = 100 * fitting.relative_u(answer.inertia)
@@ -745,48 +749,37 @@ def gains(
                 yield change.words, now, then
 
 
-class Fits:
-    """The fits of one log with several motions, each made once.
+Fits = Callable[[Motion], Lab]
+"""The fits of one log with several motions, each made once."""
+
+
+def _fits(
+    measured: Measurements,
+    left_out: tuple[int, ...] = (),
+    near: FitResult | None = None,
+) -> Fits:
+    """Return a function that fits a log with a motion, or raises `NoFit`.
 
     The corrections start from those of `near`, a fit of nearly the same log.
     """
 
-    def __init__(
-        self,
-        measured: Measurements,
-        left_out: tuple[int, ...] = (),
-        near: FitResult | None = None,
-    ) -> None:
-        self.measured = measured
-        self.left_out = left_out
-        self.near = near
-        self.known: dict[Motion, Lab] = {}
+    @cache
+    def lab(motion: Motion) -> Lab:
+        runs, fit = fitting.fit_model(measured, motion, left_out, near=near)
+        return Lab(None, runs, fit, motion, left_out)
 
-    def lab(self, motion: Motion) -> Lab:
-        """Return the log, fitted with a motion.
-
-        Raises
-        ------
-        NoFit
-            If there is no credible solution.
-        """
-        if motion not in self.known:
-            runs, fit = fitting.fit_model(
-                self.measured, motion, self.left_out, near=self.near
-            )
-            self.known[motion] = Lab(None, runs, fit, motion, self.left_out)
-        return self.known[motion]
+    return lab
 
 
 def _fit_of(lab: Lab, change: Change) -> FitResult:
     """Fit a changed log with the model that it needs."""
     measured = change.measured or lab.measured
-    fits = Fits(measured, change.left_out, lab.fit)
+    fits = _fits(measured, change.left_out, lab.fit)
     motion = change.motion
     if not lab.asked and len(measured.runs) <= FEW:
         # As for the log itself, the models are chosen with all runs: `fits` has fewer.
         motion = choose_model(measured, fits=None if change.left_out else fits)
-    return fits.lab(motion).fit
+    return fits(motion).fit
 
 
 # --- the model of a log ---
@@ -816,16 +809,14 @@ def choose_model(
     Motion
         The models.
     """
-    fits = fits or Fits(measured)
+    fits = fits or _fits(measured)
     runs = fitting.timed_runs(measured)
     stated = models.stated_or_asked(model, runs)
     silent = [candidate for candidate in MODELS if candidate.is_silent(runs)]
     if model != AUTO or not (stated.models or silent):
         return stated
     try:
-        # The evidence of a silent log needs the whole fit; for what a log states, the
-        # sizes of the effects are enough, and a quick fit gives them.
-        lab = fits.lab(Motion()) if silent else _fit_as_stated(measured)
+        lab = fits(Motion())
         top = fitting.top_of(lab.measured, lab.fit)
     except fitting.NoFit:
         # It is unknown what could be left out.
@@ -836,47 +827,30 @@ def choose_model(
             offered = offered.including(each)
     motion = needed_models(lab, offered)
     for each in set(silent).intersection(motion.models):
-        if _is_contradicted(fits, motion, each):
+        if _is_contradicted(fits, motion, each, measured):
             motion = motion.without(each.effect)
     return motion
-
-
-def _fit_as_stated(measured: Measurements) -> Lab:
-    """Fit a log as steady, level precession, with the stated widths alone."""
-    runs, fit = fitting.fit_model(measured, Motion(), widths=fitting.AS_STATED)
-    return Lab(None, runs, fit, Motion())
 
 
 def needed_models(lab: Lab, offered: Motion) -> Motion:
     """Return those of the offered models whose effects are too large to be left out.
 
     The smallest is left out first, as long as it and the sum of all that are left out
-    stay below their limits. Effects that are not offered, because the log lacks their
-    readings, count towards the sum. What the log states is also needed if the single
-    runs show it; what it does not state is assumed for its effect on I_zz only.
+    stay below their limits. What the log states is also needed if the single runs show
+    it; what it does not state is assumed for its effect on I_zz only.
     """
     runs = fitting.timed_runs(lab.measured)
-    sizes = {each.effect: size_of_model(lab, each) for each in offered.models}
-    dropped = _size_not_modelled(lab, offered)
-    needed = set(sizes)
-    for effect in sorted(sizes, key=lambda name: sizes[name]):
-        dropped += sizes[effect]
+    sizes = {model: size_of_model(lab, model) for model in offered.models}
+    dropped = 0.0
+    for model, size in sorted(sizes.items(), key=itemgetter(1)):
+        dropped += size
         # An effect of unknown size, NaN, is not left out.
-        if not (sizes[effect] <= DROP_ONE and dropped <= DROP_ALL):
+        if not (size <= DROP_ONE and dropped <= DROP_ALL):
             break
-        needed.remove(effect)
-    for each in offered.models:
-        if each.effect in needed:
-            continue
-        if not (each.is_stated(runs) and _seen_in_scatter(lab, each)):
-            offered = offered.without(each.effect)
+        is_seen = model.is_stated(runs) and _seen_in_scatter(lab, model)
+        if not is_seen:
+            offered = offered.without(model.effect)
     return offered
-
-
-def _size_not_modelled(lab: Lab, offered: Motion) -> float:
-    """Return the sizes of the effects that no offered model contains [u]."""
-    rest = [each for each in MODELS if each.always and each not in offered.models]
-    return sum([size_of_model(lab, each) for each in rest])
 
 
 CLEARLY = math.log(200.0)
@@ -884,20 +858,20 @@ CLEARLY = math.log(200.0)
 """
 
 
-def _is_contradicted(fits: Fits, motion: Motion, model: MotionModel) -> bool:
+def _is_contradicted(
+    fits: Fits, motion: Motion, model: MotionModel, measured: Measurements
+) -> bool:
     """Return whether the runs are clearly more likely without a model than with it.
 
     If there are very many runs, a sample of them is used.
     """
-    if len(fits.measured.runs) > fitting.MANY:
-        every = np.ones(len(fits.measured.runs))
-        fits = Fits(select(fits.measured, fitting.sample(fits.measured, every)))
-    try:
-        without = fits.lab(motion.without(model.effect)).fit
-        preference = without.log_evidence - fits.lab(motion).fit.log_evidence
-    except fitting.NoFit:
-        return False
-    return preference > CLEARLY
+    if len(measured.runs) > fitting.MANY:
+        every = np.ones(len(measured.runs))
+        fits = _fits(select(measured, fitting.sample(measured, every)))
+    with suppress(fitting.NoFit):
+        without = fits(motion.without(model.effect)).fit.log_evidence
+        return without - fits(motion).fit.log_evidence > CLEARLY
+    return False
 
 
 def _seen_in_scatter(lab: Lab, model: MotionModel) -> bool:

@@ -187,23 +187,22 @@ def _other_counts(
 
 
 def _exchanged_in_run(readings: Readings, index: int) -> Iterator[Correction]:
-    """Suppose that the spin and the time of a run are exchanged."""
-    spin = readings.columns.get("spin")
-    time = readings.columns.get("time")
-    if spin is None or time is None or min(spin.spots[index], time.spots[index]) < 0:
-        return
-    if not (spin.values[index] and time.values[index]):
+    """Suppose that the numbers of spin and time of a run are exchanged."""
+    columns = readings.columns
+    if not {"spin", "time"} <= columns.keys():
         return
     changed = {}
-    for column, other in ((spin, time), (time, spin)):
-        number = (other.values[index] or 0.0) / unit_size(other)
-        reading = replace(column.readings[index], value=number * unit_size(column))
-        changed[column.role, index] = reading
-    words = (
-        f"are time and spin exchanged? Spin {written(time, index)} {spin.unit} and "
-        f"time {written(spin, index)} {time.unit} would fit"
-    )
+    for role, other in (("spin", "time"), ("time", "spin")):
+        column = columns[other]
+        # A value that holds for the whole log is in no cell.
+        if column.spots[index] < 0:
+            return
+        reading = column.readings[index]
+        number = (reading.value or 0.0) / unit_size(column)
+        value = number * unit_size(columns[role])
+        changed[role, index] = replace(reading, value=value)
     after = measure(_with_readings(readings, changed))
+    words = "are time and spin exchanged? Then it would fit"
     yield Correction((index,), words, COMMON["exchanged cells"], after)
 
 
@@ -238,8 +237,7 @@ def _cells(readings: Readings, column: Column, index: int) -> Iterator[Cell]:
     }
     # A value that another run has too is not a typing mistake.
     if not is_load or abs(column.values[index] or 0.0) not in others:
-        origin = readings.position_from if role == "position" else None
-        yield from of_typing(column, index, origin)
+        yield from of_typing(column, index)
 
 
 def _distinct(cells: Iterator[Cell], column: Column, index: int) -> Iterator[Cell]:
@@ -291,14 +289,13 @@ def _of_neighbours(column: Column, index: int, is_load: bool) -> Iterator[Cell]:
     at = int(np.searchsorted(others, index))
     near = others[max(at - 1, 0) : at + 1].tolist()
     rest = [column.values[run] for run in others]
-    place = "other runs" if len(set(rest)) == 1 else "runs around it"
     kind = "value of a neighbour"
     if _are_common([column.values[run] for run in near], rest):
         kind = "value of the runs around"
     elif not is_load:
         return
     for run in near:
-        words = f", as in the {place}, would fit, not {{old}}"
+        words = ", as in the runs around it, would fit, not {old}"
         yield Cell(kind, written(column, run), words, column.values[run] or 0.0)
 
 
@@ -312,32 +309,27 @@ def _are_common(near: Sequence[float | None], rest: Sequence[float | None]) -> b
     return steps < len(set(rest)) and len(set(near)) == 1 and rest.count(near[0]) > 1
 
 
-def of_typing(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
+def of_typing(column: Column, index: int) -> Iterator[Cell]:
     """List the number with another decimal point, exchanged digits, or another unit.
 
-    `origin` is the end of the rod from which positions count.
+    A position that does not count from the centre is not its number in a unit: nothing
+    is listed for it.
     """
     text = written(column, index)
     value = column.values[index] or 0.0
     number = Decimal(text.replace(",", "."))
     factor = unit_size(column)
-    is_shifted = origin in ("surface", "tip")
-    is_plain = math.isclose(factor * float(number), value, rel_tol=1e-6)
-    if not number or not (is_shifted or is_plain):
+    if not number or not math.isclose(factor * float(number), value, rel_tol=1e-6):
         return
-    sign = -1 if origin == "tip" else 1
     for kind, new, why in _guesses(column, text, number):
-        # A position with another origin changes by as much as the number.
-        moved = factor * float(new - number) * sign
-        words = f" would fit, not {{old}} ({why})"
         shown = f"{new:f}"
         if "," in text:
             shown = shown.replace(".", ",")
-        yield Cell(kind, shown, words, value + moved)
-    if column.unit and not is_shifted:
-        for unit, times in other_units(column):
-            words = f" would fit, not {{old}} (is it in {unit}?)"
-            yield Cell("unit", f"{value * times / factor:.5g}", words, value * times)
+        words = f" would fit, not {{old}} ({why})"
+        yield Cell(kind, shown, words, factor * float(new))
+    for unit, times in other_units(column):
+        words = f" would fit, not {{old}} (is it in {unit}?)"
+        yield Cell("unit", f"{value * times / factor:.5g}", words, value * times)
 
 
 def _guesses(

@@ -26,6 +26,7 @@ from msgspec.structs import replace
 from gyrodata import fitting
 from gyrodata.fitting import Estimate, FitResult, NoFit, Outlier
 from gyrodata.judging import corrections
+from gyrodata.judging.changes import MOST_RUNS, MOST_WEIGHTS
 from gyrodata.judging.corrections import (
     HALF_LOG_2PI,
     USUAL_COUNTS,
@@ -34,7 +35,7 @@ from gyrodata.judging.corrections import (
 )
 from gyrodata.judging.tables import compare_with_ball, load_words, turn_words
 from gyrodata.measurements import Measurements, Source
-from gyrodata.measurements.checks import other_units, possible_range, unit_size
+from gyrodata.measurements.checks import possible_range, unit_size
 from gyrodata.measurements.sources import load_role
 from gyrodata.quantities.error_sources import Quantity
 from gyrodata.quantities.numerals import as_read
@@ -89,10 +90,8 @@ CLEARLY = math.log(20.0)
 """An explanation is certain if it is this much more probable than every other one, as
 the logarithm of a ratio."""
 
-MOST_RUNS = 500
-MOST_WEIGHTS = 12
 MOST_ODD = 12
-"""Larger logs, and more wrong runs, are not searched for a mistake."""
+"""More wrong runs are not searched for a mistake."""
 
 MOST_LISTED = 4
 MOST_SHOWN = 3
@@ -185,9 +184,11 @@ class Log(Struct, frozen=True):
             return 0.0
         lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
         scale = fitting.balance_scale(measured, fit.inertia.value, lightest)
-        near = 1 + (fit.residual_torque.value / scale) ** 2
-        far = 1 + (fit.residual_torque.value / (POOR * scale)) ** 2
-        return math.log(1 - POORLY_BALANCED + POORLY_BALANCED * near / (POOR * far))
+        m0 = fit.residual_torque.value
+        near = 1 + (m0 / scale) ** 2
+        far = 1 + (m0 / (POOR * scale)) ** 2
+        more_common = near / (POOR * far)
+        return math.log(1 - POORLY_BALANCED + POORLY_BALANCED * more_common)
 
     def _log_agreement_with_ball(self, fit: FitResult) -> float:
         """Return the log of the probability of I_zz for the ball; 0 without a ball."""
@@ -312,11 +313,10 @@ def _instead(measured: Measurements, odd: Sequence[int]) -> Iterator[list[int]]:
     other torques.
     """
     for group in measured.by_torque:
-        gone = set(group) & set(odd)
-        rest = set(group) - set(odd)
-        instead = (set(odd) | rest) - gone
-        too_many = len(rest) > MOST_ODD or len(instead) > len(measured.runs) / 2
-        if gone and rest and not too_many and measured.torque[group[0]]:
+        is_divided = 0 < len(set(odd).intersection(group)) < len(group)
+        instead = set(odd).symmetric_difference(group)
+        too_many = len(instead) > len(measured.runs) / 2
+        if is_divided and not too_many and measured.torque[group[0]]:
             yield sorted(instead)
 
 
@@ -486,17 +486,18 @@ def _wrong_weights(log: Log) -> Iterator[Hypothesis]:
 
 def _weight_hypothesis(log: Log, runs: list[int], prior: float) -> Hypothesis:
     """Suppose that the load of some runs can have every value."""
-    factor = _load_factor(log, runs)
-    changed = _with_free_load(log, runs, factor)
-    fit = log.fit(changed)
+    own = log.measured.single_inertia
+    others = np.delete(own, runs)
+    # With this factor on the load, the runs agree with the others but for M0.
+    factor = fitting.median(others[others > 0]) / fitting.median(own[runs])
+    fit = log.fit(_with_free_load(log, runs, factor))
     factor /= 1 + WIDE * float(fit.error_of(FREE_LOAD)[runs[0]])
     slips = [
         words
-        for words, of_load in _slips(log.readings)
-        if abs(factor / of_load - 1) < NEAR
+        for role, words, of_load in SLIPS
+        if role in log.readings.columns and abs(factor / of_load - 1) < NEAR
     ]
-    counts = _counts_of(log, runs, factor)
-    causes = [*slips, *counts, *_values_of(log, runs, factor)]
+    causes = [*slips, *_values_of_load(log, runs[0], factor)]
     if not causes:
         raise NoFit("no possible load agrees with the other weights")
     evidence = log.evidence(fit) + prior
@@ -531,26 +532,6 @@ FREE_LOAD = "free_load"
 """Name of the error of a load that may be wrong."""
 
 
-def _load_factor(log: Log, runs: list[int]) -> float:
-    """Return the factor on the load of some runs with which they agree with the others.
-
-    Raises
-    ------
-    NoFit
-        If there is none.
-    """
-    measured = log.measured
-    others = fitting.fit(measured, fitting.AS_STATED, tilted=log.tilted, left_out=runs)
-    bias = others.timing_bias.value
-    imbalance = others.residual_torque.value
-    torque = measured.torque[runs] + imbalance
-    needed = torque * (others.fitted_time[runs] - bias) / (measured.time[runs] - bias)
-    factor = fitting.median((needed - imbalance) / measured.torque[runs])
-    if not 0 < factor < math.inf:
-        raise NoFit("no load agrees with the other weights")
-    return factor
-
-
 def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     """Multiply the load of some runs, and let it have every value near this one."""
     measured = log.measured
@@ -571,32 +552,6 @@ def _with_free_load(log: Log, runs: list[int], factor: float) -> Measurements:
     )
 
 
-def _counts_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the counts of turns that are the same as a factor on the load."""
-    written = np.unique(log.measured.turns[runs])
-    if len(written) > 1:
-        return []
-    counts = [float(written[0]) + step for step in corrections.FEW_COUNTS]
-    return [
-        f"they had {turn_words(count)}"
-        for count in counts
-        if count > 0 and abs(factor * count / written[0] - 1) < NEAR
-    ]
-
-
-def _values_of(log: Log, runs: list[int], factor: float) -> list[str]:
-    """List the masses and positions of a weight, the one with a known cause first."""
-    each = [
-        _value_words(log, log.readings.columns[role], runs[0], factor)
-        for role in corrections.load_roles(log.readings)
-    ]
-    return sorted([f"its {words}" for words in each if words], key=_has_no_cause)
-
-
-def _has_no_cause(words: str) -> bool:
-    return "(" not in words
-
-
 SLIPS = (("spin", "their spins were half as large (two strips of tape?)", 2.0),)
 """Mistakes in all readings of one column in the runs of a weight: its role, words, and
 the factor on the load with which the runs would agree as well [1]."""
@@ -606,37 +561,29 @@ KNOWN_SLIP = 10.0
 any other one."""
 
 
-def _slips(readings: Readings) -> Iterator[tuple[str, float]]:
-    """List `SLIPS`, and the other units of times and spins."""
-    for role, words, of_load in SLIPS:
-        if role in readings.columns:
-            yield words, of_load
-    for role in ("time", "spin"):
-        if role in readings.columns:
-            for unit, times in other_units(readings.columns[role]):
-                # A load is too large by as much as a time is too long.
-                of_load = times if role == "time" else 1 / times
-                yield f"their {role}s were in {unit}", of_load
+def _values_of_load(log: Log, run: int, factor: float) -> Iterator[str]:
+    """List the masses and positions with which a weight agrees, with their causes."""
+    for role in corrections.load_roles(log.readings):
+        measured = getattr(log.measured, role, log.measured.given_torque)[run]
+        low, high = possible_range(role)
+        if low <= abs(factor * measured) <= high:
+            column = log.readings.columns[role]
+            yield f"its {_value_words(column, run, measured, factor)}"
 
 
-def _value_words(log: Log, column: Column, run: int, factor: float) -> str:
-    """Return a value with which a weight agrees, and its cause; "" if none."""
-    origin = log.readings.position_from if column.role == "position" else None
-    measured = getattr(log.measured, column.role, log.measured.given_torque)[run]
+def _value_words(column: Column, run: int, measured: float, factor: float) -> str:
+    """Return `factor` times the measured value of a column, and its cause if known."""
     value = factor * measured
-    written = column.values[run] or 0.0
-    low, high = possible_range(column.role)
-    if not low <= abs(value) <= high:
-        return ""
     name = column.role.replace("_", " ")
-    for cell in corrections.of_typing(column, run, origin):
+    for cell in corrections.of_typing(column, run):
         if abs(cell.value / value - 1) < NEAR:
             why = cell.words.partition("(")[2].rstrip(")")
             return f"{name} were {cell.text} {column.unit} ({why})"
-    shown = _in_column(column, run, written + value - measured)
-    if column.role == "mass" and HANGER[0] < value - measured < HANGER[1]:
-        missing = _in_column(column, run, value - measured)
-        return f"{name} were {shown} (is a hanger of {missing} missing?)"
+    missing = value - measured
+    shown = _in_column(column, run, (column.values[run] or 0.0) + missing)
+    if column.role == "mass" and HANGER[0] < missing < HANGER[1]:
+        hanger = _in_column(column, run, missing)
+        return f"{name} were {shown} (is a hanger of {hanger} missing?)"
     return f"{name} were {shown}"
 
 
@@ -665,62 +612,65 @@ the smallest step between two counts."""
 def _wrong_counts(log: Log) -> Iterator[Hypothesis]:
     """Suppose that the turns of all runs of some weights are wrong."""
     measured = log.measured
-    groups = measured.by_torque
-    for counts in _agreeing_counts(measured)[:MOST_SHOWN]:
+    # Weights whose runs were timed for the same turns.
+    groups = [
+        runs
+        for runs in measured.by_torque
+        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
+    ]
+    for counts in _agreeing_counts(measured, groups)[:MOST_SHOWN]:
         turns = measured.turns.copy()
         words = []
-        for group, count in counts.items():
-            runs = groups[group]
-            written = turn_words(turns[runs[0]]).split(" ")[0]
-            load = load_words(measured, runs[0])
-            words.append(f"the runs of {load} fit {turn_words(count)}, not {written}")
+        price = 0.0
+        for runs, count in zip(groups, counts, strict=True):
+            written = float(turns[runs[0]])
+            if count == written:
+                continue
             turns[runs] = count
+            load = load_words(measured, runs[0])
+            fits = f"{turn_words(count)}, not {turn_words(written).split(' ')[0]}"
+            words.append(f"the runs of {load} fit {fits}")
+            price += math.log(WRONG_COUNT)
+        if max(counts) > 1:
+            price -= math.log(PART_OF_A_TURN)
         with suppress(NoFit):
             fit = log.fit(replace(measured, turns=turns))
-            evidence = log.evidence(fit) + len(counts) * math.log(WRONG_COUNT)
-            if max(counts.values()) > 1:
-                evidence -= math.log(PART_OF_A_TURN)
             wrong = np.flatnonzero(turns != measured.turns).tolist()
+            evidence = log.evidence(fit) + price
             yield Hypothesis("turns", "; ".join(words), evidence, tuple(wrong), fit)
 
 
-def _with_one_count(measured: Measurements) -> dict[int, list[int]]:
-    """Return the runs of each torque that were timed for the same turns, by number."""
-    return {
-        number: runs
-        for number, runs in enumerate(measured.by_torque)
-        if measured.torque[runs[0]] and not np.ptp(measured.turns[runs])
-    }
+SAME_TURNS = 0.01
+"""Counts are the same if they differ by less than this part, as 0.33 and 1/3."""
 
 
-def _agreeing_counts(measured: Measurements) -> list[dict[int, float]]:
-    """List turns, by the number of a torque, with which the torques agree.
+def _agreeing_counts(
+    measured: Measurements, groups: Sequence[list[int]]
+) -> list[tuple[float, ...]]:
+    """List the turns of weights with which their I_zz agree, by their groups of runs.
 
-    Each torque with each of its counts gives an I_zz, and the other torques then have
-    the nearest count. Only the counts that change the fewest torques are listed; none
-    if the torques agree as written.
+    Each weight with each of its counts gives an I_zz, and the other weights then have
+    the nearest count. Only the counts that change the fewest weights are listed; none
+    if the weights agree as written.
     """
-    groups = _with_one_count(measured)
     own = measured.single_inertia
-    single = np.array([fitting.median(own[runs]) for runs in groups.values()])
-    written = np.array([measured.turns[runs[0]] for runs in groups.values()])
-    usual = np.tile(USUAL_COUNTS, (len(groups), 1))
-    # The shape of these two is (torques, counts).
-    counts = np.column_stack([written, usual])
-    inertia = (single * written)[:, None] / counts
-    answers: list[dict[int, float]] = []
+    written = np.array([measured.turns[runs[0]] for runs in groups])
+    angles = np.array([fitting.median(own[runs]) for runs in groups]) * written
+    # The shape of these two is (weights, counts).
+    counts = np.array([[count, *USUAL_COUNTS] for count in written.tolist()])
+    inertia = angles[:, None] / counts
+    answers: dict[tuple[float, ...], int] = {}
     for supposed in inertia.reshape(-1):
         off = np.abs(np.log(inertia / supposed))
         nearest = counts[range(len(counts)), off.argmin(axis=1)]
-        is_other = ~np.isclose(nearest, written, rtol=0.01)
-        numbers = np.array([*groups])[is_other].tolist()
-        answer = dict(zip(numbers, nearest[is_other].tolist(), strict=True))
-        if off.min(axis=1).max() < SAME_COUNT and answer not in answers:
-            answers.append(answer)
-    fewest = min(map(len, answers), default=0)
+        is_other = ~np.isclose(nearest, written, rtol=SAME_TURNS)
+        if off.min(axis=1).max() < SAME_COUNT:
+            answer = np.where(is_other, nearest, written)
+            answers[tuple(answer.tolist())] = int(is_other.sum())
+    fewest = min(answers.values(), default=0)
+    listed = [each for each, changed in answers.items() if changed == fewest > 0]
     # Only the first are tried: the smallest counts are the most usual.
-    answers = [answer for answer in answers if len(answer) == fewest > 0]
-    return sorted(answers, key=lambda answer: sum(answer.values()))
+    return sorted(listed, key=sum)
 
 
 # --- an error that all runs share ---
@@ -783,30 +733,35 @@ SHARED_ERRORS = (
 
 def _shared_errors(log: Log) -> Iterator[Hypothesis]:
     """Suppose that one error that all runs share is much larger than stated."""
+    names = {"", *[source.name for source in log.measured.sources]}
+    for error in SHARED_ERRORS:
+        if error.needs in names:
+            with suppress(NoFit):
+                yield _shared_hypothesis(log, error)
+
+
+def _shared_hypothesis(log: Log, error: SharedError) -> Hypothesis:
+    """Suppose that one error that all runs share is much larger than stated."""
     measured = log.measured
     every = np.ones(len(measured.runs))
-    names = {"", *[source.name for source in measured.sources]}
-    for error in SHARED_ERRORS:
-        if error.needs not in names:
-            continue
-        sizes = error.size * every
-        if error.kind == "drift":
-            lightest = fitting.lightest_torque(measured, every)
-            sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
-        group = np.zeros(len(every), dtype=int)
-        wide = Source(error.kind, error.quantity, group, sizes, 0 * every, "all runs")
-        with suppress(NoFit):
-            fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
-            off = np.ptp(np.append(0.0, sizes)) * fit.error_of(error.kind)[0]
-            size = abs(off) / error.unit
-            words = error.words.format(size=size, sign=error.signs[int(off < 0)])
-            # A balance that differs as well is another explanation.
-            evidence, _ = log.evidences(fit)
-            yield Hypothesis(
-                error.kind,
-                f"the runs would agree if {words}",
-                evidence + math.log(SHARED_ERROR),
-                (),
-                fit,
-                error.remedy.format(size=size, twice=2 * size),
-            )
+    sizes = error.size * every
+    if error.kind == "drift":
+        lightest = fitting.lightest_torque(measured, every)
+        sizes *= lightest * np.linspace(-0.5, 0.5, len(every))
+    group = np.zeros(len(every), dtype=int)
+    wide = Source(error.kind, error.quantity, group, sizes, 0 * every, "all runs")
+    fit = log.fit(replace(measured, sources=(*measured.sources, wide)))
+    largest = np.ptp(np.append(0.0, sizes)) / error.unit
+    off = largest * float(fit.error_of(error.kind)[0])
+    size = abs(off)
+    words = error.words.format(size=size, sign=error.signs[int(off < 0)])
+    # A balance that differs as well is another explanation.
+    evidence, _ = log.evidences(fit)
+    return Hypothesis(
+        error.kind,
+        f"the runs would agree if {words}",
+        evidence + math.log(SHARED_ERROR),
+        (),
+        fit,
+        error.remedy.format(size=size, twice=2 * size),
+    )

@@ -11,17 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import chain
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import fitting
 from gyrodata.base.errors import Diagnostic
-from gyrodata.fitting import Estimate, Outlier, relative_u
+from gyrodata.fitting import Estimate, Outlier
 from gyrodata.judging import changes, mistakes
 from gyrodata.judging.blocks import DISAGREE, Block, BlockAgreement
 from gyrodata.judging.changes import DROP_ONE, Effect, Lab
+from gyrodata.judging.corrections import written
 from gyrodata.judging.explanations import ONE_BALANCE, Explanation
 from gyrodata.judging.tables import (
     Ball,
@@ -36,8 +37,7 @@ from gyrodata.measurements.checks import unit_size, unit_within
 from gyrodata.measurements.sources import timing_column, values_of
 from gyrodata.physics import RPM
 from gyrodata.physics.models import MODELS, MotionModel
-from gyrodata.quantities.numerals import take_apart
-from gyrodata.readings import Column, Readings, to_display
+from gyrodata.readings import Column, Place, Readings, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Text, listing
 
 # --- the checks ---
@@ -63,6 +63,12 @@ class JudgedLab(Lab, frozen=True, kw_only=True):
     unusual_sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
 
+    def say(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> Diagnostic:
+        """Fill in a message about a place of the log."""
+        return self.readings.say(name, place, **values)
+
     @property
     def contradicts_itself(self) -> bool:
         """Whether the runs scatter so much that other findings mean nothing."""
@@ -73,23 +79,22 @@ def _outliers(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Name each outlier, unless an explanation says more."""
     if _is_explained(lab):
         return
-    readings = lab.readings
     without = lab.without_outliers
     kept = ""
     if without:
         kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
     for outlier in lab.outliers[:MOST_OF_ONE_CODE]:
         is_out = outlier.index in lab.left_out
-        yield readings.say(
+        yield lab.say(
             "outlier_left_out" if is_out else "outlier_kept",
-            _cell_of(readings, outlier),
+            _cell_of(lab.readings, outlier),
             run=lab.measured.runs[outlier.index],
             reason=outlier_reason(lab.measured, outlier),
             without=kept,
         )
     more = len(lab.outliers) - MOST_OF_ONE_CODE
     if more > 0:
-        yield readings.say("more_outliers", count=more)
+        yield lab.say("more_outliers", count=more)
 
 
 def _cell_of(readings: Readings, outlier: Outlier) -> Text | None:
@@ -135,7 +140,7 @@ def _scatter(lab: JudgedLab) -> Iterator[Diagnostic]:
     fit = lab.fit
     if lab.contradicts_itself:
         factor = fit.widths.scatter
-        yield lab.readings.say("runs_contradict_each_other", scatter=factor)
+        yield lab.say("runs_contradict_each_other", scatter=factor)
         return
     # If there are as many unknowns as runs, the runs can still contradict what is
     # expected of M0.
@@ -157,8 +162,8 @@ def _say_scatter(lab: JudgedLab) -> Diagnostic:
     }
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     if fitting.chi2_tail(fit.chi2 / widest**2, max(fit.dof, 1)) < fitting.UNLIKELY:
-        return lab.readings.say("not_one_line", **values)
-    return lab.readings.say(
+        return lab.say("not_one_line", **values)
+    return lab.say(
         "scatter_too_large",
         **values,
         stated="stated" if time_u is None else f"{time_u:.2g} s",
@@ -189,7 +194,7 @@ def _weights_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
         return
     level = f"{1e3 * lab.fit.widths.level:.2g}"
     is_in_fit = float(level) > 0
-    yield lab.readings.say(
+    yield lab.say(
         "weights_disagree",
         percent=100 * (1 - chance),
         level=f", by about {level} mN·m," if is_in_fit else "",
@@ -234,7 +239,7 @@ def _blocks_disagree(lab: JudgedLab) -> Iterator[Diagnostic]:
         for block in lab.blocks
         if (inertia := block.inertia)
     }
-    yield lab.readings.say(
+    yield lab.say(
         "blocks_disagree",
         names=listing([*values]),
         p=agreement.p,
@@ -248,9 +253,8 @@ OTHER_MESSAGES = ("runs", "balance")
 
 def _is_explained(lab: JudgedLab) -> bool:
     """Return whether `_explanations` says why the runs do not agree."""
-    several = lab.explanations
-    is_certain = len(several) == 1 and several[0].kind not in OTHER_MESSAGES
-    return is_certain or len(several) > 1
+    kinds = [each.kind for each in lab.explanations]
+    return len(kinds) > 1 or bool({*kinds}.difference(OTHER_MESSAGES))
 
 
 def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -260,7 +264,7 @@ def _explanations(lab: JudgedLab) -> Iterator[Diagnostic]:
     elif _is_explained(lab):
         only = lab.explanations[0]
         name = "weight_wrong" if only.kind == "weight" else "shared_error"
-        yield lab.readings.say(name, words=only.words, remedy=only.remedy)
+        yield lab.say(name, words=only.words, remedy=only.remedy)
 
 
 def _list_explanations(lab: JudgedLab) -> Diagnostic:
@@ -272,7 +276,7 @@ def _list_explanations(lab: JudgedLab) -> Diagnostic:
     )
     of_runs = all(each.kind == "runs" for each in several)
     name = "either_run_wrong" if of_runs else "several_explanations"
-    return lab.readings.say(name, listed=listed)
+    return lab.say(name, listed=listed)
 
 
 def _deviations(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -299,7 +303,7 @@ def _say_other_law(lab: JudgedLab, exponent: Exponent, far: float) -> Diagnostic
     cause = "a spin that was not read at half time"
     if far < 0:
         cause = "a stopwatch that is late in every run"
-    return lab.readings.say(
+    return lab.say(
         "period_not_in_proportion",
         power=round(exponent.value, 2) + 0.0,
         far=abs(far),
@@ -319,7 +323,7 @@ def _agreement(lab: JudgedLab) -> Iterator[Diagnostic]:
     low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
     if low < TOO_GOOD:
         p = f"p = {low:.1g}" if low > 1e-6 else "p < 1e-6"
-        yield lab.readings.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
+        yield lab.say("agreement", statistic=fit.chi2 / fit.dof, p=p)
 
 
 CONTRADICTED = 3.0
@@ -337,7 +341,7 @@ def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
         allowed = measured.balance_test.at(fit.inertia.value)
         _, below, m0, above, _ = fitting.integrate_at(fit, tested=False).quantiles(1)
         if abs(m0) > CONTRADICTED * math.hypot(allowed, (above - below) / 2):
-            yield lab.readings.say(
+            yield lab.say(
                 "balance_test_contradicted",
                 m0=1e3 * m0,
                 allowed=1e3 * allowed,
@@ -345,7 +349,7 @@ def _balance(lab: JudgedLab) -> Iterator[Diagnostic]:
             )
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
         ways = "" if measured.balanced else BALANCED
-        yield lab.readings.say("single_torque", ways=ways)
+        yield lab.say("single_torque", ways=ways)
 
 
 BALANCED = ', or write "# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
@@ -359,9 +363,7 @@ def _direction(lab: JudgedLab) -> Iterator[Diagnostic]:
         runs = np.flatnonzero(bare).tolist()
         names = lab.measured.run_words(runs)
         place = lab.readings.place(runs[0])
-        yield lab.readings.say(
-            "direction_missing", place, runs=names, now=now, then=then
-        )
+        yield lab.say("direction_missing", place, runs=names, now=now, then=then)
 
 
 POOR_BALANCE = 0.2
@@ -387,7 +389,7 @@ def _large_residual_torque(lab: JudgedLab) -> Iterator[Diagnostic]:
     if lab.measured.balanced is False or is_small or lab.contradicts_itself:
         return
     share = abs(m0.value) / lightest
-    poor = lab.readings.say(
+    poor = lab.say(
         "balance_poor", m0=1e3 * m0.value, percent=100 * share, hanger=_hanger(lab)
     )
     # Wrong masses or arms can look like an M0 that no ball has.
@@ -424,7 +426,7 @@ def _spins_that_fell_alone(lab: JudgedLab) -> Iterator[Diagnostic]:
     if len(far) > len(fall) / 4 or len(fall) < 4:
         return
     for run in far:
-        yield lab.readings.say(
+        yield lab.say(
             "spin_fell_alone",
             spin_columns(lab.readings)[-1].place(run),
             run=measured.runs[run],
@@ -444,9 +446,9 @@ def _friction(lab: JudgedLab) -> Iterator[Diagnostic]:
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
     hint = "friction is not negligible: read the spin at start and end too"
-    if size < DROP_ONE * relative_u(inertia):
+    if size < DROP_ONE * lab.relative_u:
         hint = "friction is negligible here"
-    yield lab.readings.say(
+    yield lab.say(
         "spin_falls",
         time=1 / drag.rate,
         spin=drag.spin / RPM,
@@ -463,7 +465,7 @@ def _other_measurements(lab: JudgedLab) -> Iterator[Diagnostic]:
         yield _of_falling_mass(lab, lab.readings.falling_mass)
     ratio = lab.measured.nutation_ratio
     if ratio is not None:
-        yield lab.readings.say("nutation", ratio=float(np.nanmedian(ratio)))
+        yield lab.say("nutation", ratio=float(np.nanmedian(ratio)))
 
 
 def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
@@ -474,8 +476,8 @@ def _of_falling_mass(lab: JudgedLab, falling: Sequence[float]) -> Diagnostic:
     pull = (mass - friction) * lab.measured.g
     measured_inertia = radius**2 * (pull * time**2 / (2 * height) - mass)
     off = 100 * (measured_inertia / inertia.value - 1)
-    u = 100 * relative_u(inertia)
-    return lab.readings.say("falling_mass", inertia=measured_inertia, off=off, u=u)
+    u = 100 * lab.relative_u
+    return lab.say("falling_mass", inertia=measured_inertia, off=off, u=u)
 
 
 def _digits(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -493,23 +495,19 @@ def _say_too_few_digits(
     readings: Readings, column: Column, now: float, then: float
 ) -> Diagnostic:
     """Report a column with too few digits, and show a number with enough of them."""
-    steps = np.array(column.steps)
-    steps[[run for run, _ in column.stated]] = 0.0
     size = np.abs(values_of(column))
-    part = steps / np.maximum(size, 1e-300)
-    run = int(np.argmax(np.where(size > 0, part, 0.0)))
-    reading = column.readings[run]
-    typed = take_apart(reading.text)
+    size[[run for run, _ in column.stated]] = 0.0
+    run = int(np.where(size > 0, size, np.inf).argmin())
     # A position may count from the surface of the ball: the number is as it was typed.
-    value = typed.value if typed else (reading.value or 0.0) / unit_size(column)
-    step = float(steps[run]) / unit_size(column)
+    value = float(written(column, run).replace(",", "."))
+    step = column.steps[run] / unit_size(column)
     digits = max(0, 1 - round(math.log10(step)))
-    half, unit = to_display(steps[run] / 20, column.role)
+    half, unit = to_display(column.steps[run] / 20, column.role)
     return readings.say(
         "digits_too_few",
         column.cell(run),
         role=column.role,
-        text=reading.text,
+        text=column.readings[run].text,
         low=value - step / 2,
         high=f"{value + step / 2:.4g} {column.unit}".rstrip(),
         example=f"{value:.{digits}f}",
@@ -526,44 +524,16 @@ def _tachometer(lab: JudgedLab) -> Iterator[Diagnostic]:
         if effect.effect == "tachometer" and _matters(lab, effect):
             direction = "lower" if (effect.bias or 0.0) > 0 else "higher"
             off = 100 * abs(effect.bias or 0.0)
-            yield lab.readings.say("tachometer_not_told", off=off, direction=direction)
-
-
-def _transverse_inertia(lab: JudgedLab) -> Iterator[Diagnostic]:
-    """Report the transverse inertia that is assumed, if its uncertainty matters."""
-    fit = lab.fit
-    if lab.measured.transverse_inertia is not None:
-        return
-    for share in fit.budget:
-        if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
-            across = fitting.transverse_inertia(lab.measured)
-            yield lab.readings.say(
-                "transverse_inertia_not_given",
-                low=across.min(),
-                high=across.max(),
-                middle=np.median(across),
-                percent=100 * share.u_inertia / abs(fit.inertia.value),
-            )
+            yield lab.say("tachometer_not_told", off=off, direction=direction)
 
 
 def _model(lab: JudgedLab) -> Iterator[Diagnostic]:
     """Report what the log does not say of the motion, and how much it matters."""
-    readings = lab.readings
-    if "pitch" in readings.columns:
-        unused = _uncertainties_of(MODELS) - _uncertainties_of(lab.motion.models)
-        for key, place in readings.stated_at.items():
-            if key in unused:
-                yield readings.say("u_of_pitch_not_used", place, key=key)
     runs = fitting.timed_runs(lab.measured)
     silent = {model.effect: model for model in MODELS if model.is_silent(runs)}
     for effect in lab.effects:
         if effect.effect in silent and not lab.asked:
             yield from _silent_motion(lab, effect, silent[effect.effect])
-
-
-def _uncertainties_of(many: Iterable[MotionModel]) -> set[str]:
-    """Return the keys of the uncertainties that only these models of motion use."""
-    return set(chain.from_iterable([model.uncertainties for model in many]))
 
 
 def _matters(lab: JudgedLab, effect: Effect) -> bool:
@@ -581,9 +551,9 @@ def _silent_motion(
     direction = "high" if effect.bias > 0 else "low"
     off = 100 * abs(effect.bias)
     if effect.kept:
-        yield lab.readings.say(is_assumed, off=off, direction=direction)
+        yield lab.say(is_assumed, off=off, direction=direction)
     elif _matters(lab, effect):
-        yield lab.readings.say(is_not_used, off=off, direction=direction)
+        yield lab.say(is_not_used, off=off, direction=direction)
 
 
 NO_MOTOR = 0.7
@@ -644,13 +614,11 @@ def _ask(lab: JudgedLab, name: str, role: str, value: float) -> Diagnostic:
     """
     column = lab.readings.columns.get(role)
     if column is None:
-        return lab.readings.say(name, value=value, hint="")
+        return lab.say(name, value=value, hint="")
     first = int(np.flatnonzero(lab.measured.torque)[0])
     unit = unit_within(lab.readings, role, USUAL[role])
     hint = f'if it is in {unit}, write the header as "{role} [{unit}]"; '
-    asked = lab.readings.say(
-        name, column.place(first), value=value, hint=hint if unit else ""
-    )
+    asked = lab.say(name, column.place(first), value=value, hint=hint if unit else "")
     # If another unit makes the column usual, the answer is not safe to quote.
     return replace(asked, doubt="size" if unit else asked.doubt)
 
@@ -719,9 +687,7 @@ def _ball_differs(lab: JudgedLab, ball: Ball) -> Iterator[Diagnostic]:
         "expected": ball.inertia,
         "far": abs(deviation),
     }
-    yield lab.readings.say(
-        "ball_differs", **sizes, causes=_causes_of_difference(lab, ball)
-    )
+    yield lab.say("ball_differs", **sizes, causes=_causes_of_difference(lab, ball))
 
 
 def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
@@ -745,7 +711,7 @@ def _ball_disagrees(lab: JudgedLab, ball: Ball) -> Diagnostic:
         causes = _causes_of_difference(lab, ball)
         hint = f"look for a cause in this order: {causes}a wrong unit"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
-    return lab.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+    return lab.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 
 
 def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -756,7 +722,7 @@ def _body(lab: JudgedLab) -> Iterator[Diagnostic]:
     elif _is_unusual(lab):
         low, high = INERTIA_RANGE
         value = abs(lab.fit.inertia.value)
-        yield lab.readings.say("inertia_unusual", inertia=value, low=low, high=high)
+        yield lab.say("inertia_unusual", inertia=value, low=low, high=high)
 
 
 def _other_body(lab: JudgedLab) -> Iterator[Diagnostic]:
@@ -802,7 +768,6 @@ CHECKS: tuple[Check, ...] = (
     _direction,
     _digits,
     _tachometer,
-    _transverse_inertia,
     _model,
     _body,
     _other_body,

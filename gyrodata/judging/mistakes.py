@@ -76,8 +76,9 @@ def list_mistakes(
     units = _units(readings, measured)
     factors = _factors_of_log(readings, measured, inertia)
     values = _values_in_words(readings, measured, inertia)
+    there = {"", *readings.columns, *readings.constants}
     for known in known_mistakes().values():
-        if known.needs and not _is_in_log(readings, known.needs):
+        if known.needs not in there:
             continue
         unit = units.get(known.column, "")
         torque = _factor(known.torque, factors)
@@ -87,13 +88,10 @@ def list_mistakes(
         mistake = replace(known, torque=torque, product=product)
         if known.read:
             mistake = _of_units(mistake, unit)
-        if mistake.words or mistake.log:
+        factor = mistake.torque / mistake.product
+        has_effect = np.any(np.isfinite(factor) & (factor != 1))
+        if has_effect and (mistake.words or mistake.log):
             yield _in_words(mistake, unit, values)
-
-
-def _is_in_log(readings: Readings, name: str) -> bool:
-    """Return whether a log has a column, or a constant, of a name."""
-    return name in readings.columns or name in readings.constants
 
 
 def _units(readings: Readings, measured: Measurements) -> dict[str, str]:
@@ -171,50 +169,57 @@ def _factors_of_log(
 ) -> dict[str, float | Floats]:
     """Return the factors that depend on the log, by their names in the table.
 
-    Impossible factors are left out.
+    Impossible factors are NaN.
     """
     turns = measured.turns
-    arm = np.abs(measured.position)
-    nan = np.nan
-    diameter = readings.constants.get("ball_diameter")
-    length = readings.constants.get("rod_length")
-    factors: dict[str, float | Floats] = {"1/g": 1 / measured.g}
-    if _unit(readings, "mass") == "kg":
-        factors["g, of weights in kg"] = measured.g
-    if np.any(turns != 1):
-        factors |= {"1/turns": 1 / turns, "1/turns²": turns**-2}
-    if measured.timed and np.all(turns >= 2):
-        factors["turns²"] = turns**2
-    if measured.timed and np.all(turns > 20):
-        factors["360, of many turns"] = 360.0
-    with np.errstate(all="ignore"):
-        if diameter is not None:
-            radius = diameter / 2
-            outside = np.where(arm > radius, arm - radius, nan)
-            factors["(arm - radius)/arm"] = np.where(
-                measured.torque == 0, 1.0, outside / arm
-            )
-            factors["arm/(arm + radius)"] = arm / (arm + radius)
-            factors["arm/(arm - radius)"] = arm / outside
-            factors["arm/(arm - radius), of an arm beyond the ball"] = np.where(
-                arm > diameter, arm / outside, nan
-            )
-        if length is not None:
-            from_tip = length + (diameter or 0.0) / 2 - arm
-            factors["arm/(length + radius - arm)"] = np.where(
-                from_tip > 0, arm / from_tip, nan
-            )
+    least = turns.min() if measured.timed else 0.0
+    is_in_kg = _unit(readings, "mass") == "kg"
     power = math.floor(math.log10(abs(inertia)))
-    if power:
-        factors |= {"1/power of ten": 10.0**-power, "1/power of ten²": 100.0**-power}
-    if _unit(readings, "spin") == "rpm" and _unit(readings, "time") == "s":
-        spin = measured.spin / RPM
-        time = measured.time
-        factors["(spin/time)²"] = (spin / time) ** 2
-        # Nobody spins the ball more slowly than 30 rpm.
-        if np.all((spin < time) & (time > 30)):
-            factors["(time/spin)²"] = (time / spin) ** 2
-    return factors
+    factors: dict[str, float | Floats] = {
+        "1/g": 1 / measured.g,
+        "g, of weights in kg": measured.g if is_in_kg else math.nan,
+        "1/turns": 1 / turns,
+        "1/turns²": turns**-2,
+        "turns²": turns**2 if least >= 2 else math.nan,
+        "360, of many turns": 360.0 if least > 20 else math.nan,
+        "1/power of ten": 10.0**-power,
+        "1/power of ten²": 100.0**-power,
+    }
+    with np.errstate(all="ignore"):
+        factors |= _factors_of_arms(readings, measured)
+        return factors | _spin_by_time(readings, measured)
+
+
+def _factors_of_arms(
+    readings: Readings, measured: Measurements
+) -> dict[str, float | Floats]:
+    """Return the factors of positions that count from another point."""
+    arm = np.abs(measured.position)
+    radius = readings.constants.get("ball_diameter", math.nan) / 2
+    length = readings.constants.get("rod_length", math.nan)
+    outside = np.where(arm > radius, arm - radius, math.nan)
+    from_tip = np.where(arm < length + radius, length + radius - arm, math.nan)
+    return {
+        "(arm - radius)/arm": np.where(measured.torque == 0, 1.0, outside / arm),
+        "arm/(arm + radius)": arm / (arm + radius),
+        "arm/(arm - radius)": arm / outside,
+        "arm/(length + radius - arm)": arm / from_tip,
+    }
+
+
+def _spin_by_time(
+    readings: Readings, measured: Measurements
+) -> dict[str, float | Floats]:
+    """Return the factors of exchanged columns of spin [rpm] and time [s]."""
+    ratio = measured.spin / RPM / measured.time
+    if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s":
+        ratio = np.full_like(ratio, math.nan)
+    # Nobody spins the ball more slowly than 30 rpm.
+    is_possible = np.all((ratio < 1) & (measured.time > 30))
+    return {
+        "(spin/time)²": ratio**2,
+        "(time/spin)²": ratio**-2 if is_possible else math.nan,
+    }
 
 
 def _unit(readings: Readings, role: str) -> str:

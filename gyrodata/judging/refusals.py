@@ -6,7 +6,6 @@ They are wrong counts of turns, a rod that falls, no common I_zz, or a useless i
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -15,50 +14,39 @@ from gyrodata.base.errors import Diagnostic
 from gyrodata.fitting import FitResult
 from gyrodata.judging.tables import load_words
 from gyrodata.measurements import Measurements, select
-from gyrodata.physics import RPM, motion
-from gyrodata.physics.models import FALLEN, STEEP, conserved_spin
+from gyrodata.physics import RPM, Floats
+from gyrodata.physics.models import FALLEN, RELEASED, STEEP, Motion, conserved_spin
+from gyrodata.physics.motion import Top
 from gyrodata.readings import Readings
+from gyrodata.readings.lablog import listing
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the released run with the largest sag, if the sag is too large for a fit."""
     loaded = select(measured, np.flatnonzero(measured.torque).tolist())
-    torque = loaded.torque
-    pitch = loaded.pitch
-    load = np.nan_to_num(loaded.mass * loaded.position**2)
-
-    def across(inertia: Any) -> Any:
-        if loaded.transverse_inertia is None:
-            return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
-        return loaded.transverse_inertia
-
-    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
-    # The lower quartile of the runs is nearest to the truth, and one wrong run does not
-    # change it.
+    runs = fitting.timed_runs(loaded)
     own = loaded.single_inertia
-    inertia = np.sort(own)[(len(own) + 1) // 4]
-    top = motion.Top(np.full(len(own), inertia), across(inertia), torque)
-    spin = conserved_spin(top, fitting.timed_runs(loaded))
-    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag.
+    # The mean rate of the exact motion gives a better one. If no I_zz agrees, it would
+    # become smaller without limit.
+    inertia = own
+    for _round in range(8):
+        before = inertia
+        slowing, _ = Motion((RELEASED,)).correction(_tops(loaded, before), runs)
+        inertia = np.fmax(own / slowing, own / 10)
+        if np.allclose(inertia, before, rtol=0.01):
+            break
+    usual = fitting.median(inertia)
+    top = _tops(loaded, np.full(len(own), usual))
+    spin = conserved_spin(top, runs)
+    across = top.transverse_inertia
+    sag = physics.greatest_sag(top.torque, spin, usual, across, loaded.pitch)
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
-    ratio = across(inertia) / inertia
+    ratio = fitting.transverse_inertia(loaded) / fitting.rough_inertia(loaded)
     if sag.max() < FALLEN or ratio.min() < 1 / 3 or ratio.max() > 10:
         return []
-    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would
-    # become smaller without limit.
-    better = own
-    for _turn in range(30):
-        top = motion.Top(
-            better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque
-        )
-        rate = motion.mean_precession_rate(top, spin, pitch)
-        better = np.maximum(
-            np.abs(own * rate * better * loaded.spin / torque), own / 10
-        )
-    inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
-    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())
-    spins = physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)
+    spins = physics.spin_of_sag(STEEP, top.torque, usual, across, loaded.pitch)
     least = float(spins[worst]) / RPM
     fall = readings.say(
         "release_falls",
@@ -72,6 +60,15 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     return [fall]
 
 
+def _tops(measured: Measurements, inertia: Floats) -> Top:
+    """Return the tops of runs with this I_zz and without a residual torque."""
+    transverse = measured.transverse_inertia
+    if transverse is None:
+        load = np.nan_to_num(measured.mass * measured.position**2)
+        transverse = fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load
+    return Top(inertia, transverse, measured.torque)
+
+
 def refusal(
     readings: Readings, measured: Measurements, why: str, keep_flagged: bool
 ) -> Diagnostic:
@@ -82,24 +79,19 @@ def refusal(
     own = measured.single_inertia
     low = own[own > 0].min()
     high = own.max()
-    across = np.median(fitting.transverse_inertia(measured))
-    if measured.transverse_inertia is not None and not low / 3 < across < 10 * high:
-        return readings.say(
-            "no_inertia_with_transverse", why=why, across=across, low=low, high=high
-        )
     if high < 1.5 * low:
         return readings.say(
             "no_inertia_with_uncertainties", why=why, low=low, high=high
         )
-    shown = [
-        f"{load_words(measured, group[0])}: {np.sort(own[group])[len(group) // 2]:.2g}"
+    each = [
+        f"{load_words(measured, group[0])}: {fitting.median(own[group]):.2g}"
         for group in groups
     ]
     return readings.say(
         "no_inertia_fits",
         why=why,
         clock=RUNNING_CLOCK * _times_grow(measured),
-        each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}",
+        each=listing(each, 6),
     )
 
 

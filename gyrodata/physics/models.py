@@ -135,8 +135,6 @@ class MotionModel(Struct, frozen=True):
     """True if the rod starts from rest, and sags before it precesses."""
     always: ClassVar[bool] = False
     """True if the effect exists in every lab, whether the log states it or not."""
-    uncertainties: ClassVar[tuple[str, ...]] = ()
-    """Keys of a log, such as "u_pitch", that only some models use: this one does."""
     source_words: ClassVar[Mapping[str, str]] = {}
     """Names for users of the errors that it adds."""
     messages: ClassVar[tuple[str, str] | None] = None
@@ -225,7 +223,6 @@ class Steady(MotionModel, frozen=True):
     effect = "tilt"
     effect_words = "tilted rod, eq. (9) for eq. (8)"
     tilted = True
-    uncertainties = ("u_pitch", "u_transverse_inertia")
 
     def is_stated(self, runs: TimedRuns) -> bool:
         """Return whether a rod of the log is not level."""
@@ -282,7 +279,6 @@ class Released(MotionModel, frozen=True):
     start = "released"
     start_words = "was released from rest"
     sags = True
-    uncertainties = ("u_transverse_inertia",)
     source_words = {
         "nutation": "nutation at the last button press",
         "release": "transverse inertia, in the nutation",

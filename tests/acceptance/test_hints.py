@@ -96,7 +96,7 @@ OTHERWISE = {
         "advice to look, to say what was done, to time again or to add runs: nothing "
         "that the log tells"
     ): "G402 G403 "
-    "G410 G412 G413 G415 G416 G417 G418 G419 G429 G431 G434 G442 G444 G445 G446 G449 G450 "
+    "G410 G412 G413 G415 G416 G418 G419 G429 G431 G434 G442 G444 G445 G446 G449 G450 "
     "G451 G452 G453 G454 G455 G456",
     "what was understood is said, and needs nothing": "G140 G141 G142 G143 G145 G146 "
     "G216 G217 G220 G225 G228 "

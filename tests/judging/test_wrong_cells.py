@@ -60,7 +60,7 @@ SLIPS = [
         5,
         "position",
         "1.48",
-        "position 14.8 cm, as in the other runs, would fit, not 1.48",
+        "position 14.8 cm, as in the runs around it, would fit, not 1.48",
     ),
     (2, "mass", "60.2", "mass 20.1 g, as in the runs around it, would fit, not 60.2"),
     (5, "mass", "4.03", "mass 40.3 g, as in the runs around it, would fit, not 4.03"),
@@ -124,7 +124,7 @@ SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log(
             log((5, "time", "130.9")).replace(",", ";").replace(".", ","),
             f"time 13,09 s would fit, not 130,9{POINT}",
         ),
-        (SURFACE, "position 10.0 cm, as in the other runs, would fit, not 1.00"),
+        (SURFACE, "position 10.0 cm, as in the runs around it, would fit, not 1.00"),
     ],
     ids=[
         "a mass before a count",

@@ -603,15 +603,15 @@ def render_all(
     names = figures_of(analysis) if names is None else names
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
-        import matplotlib.figure  # noqa: F401
+        import matplotlib.figure
     except (ImportError, ValueError) as error:
         # A damaged installation, or a matplotlibrc that is not UTF-8.
         if faults is None:
             raise
         faults |= dict.fromkeys(names, _reason(error))
         return files
-    size = {"font.size": STYLES[style].font_size}
-    with own_style(STYLE, size), warnings.catch_warnings():
+    with own_style(), warnings.catch_warnings():
+        matplotlib.rcParams["font.size"] = STYLES[style].font_size
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
@@ -653,21 +653,16 @@ def _draw(
 
 
 @contextmanager
-def own_style(*styles: Path | Mapping[str, Any]) -> Iterator[None]:
-    """Draw with the defaults of matplotlib and these styles.
+def own_style(*files: Path) -> Iterator[None]:
+    """Draw with the defaults of matplotlib, the style of the figures, and other styles.
 
     The user's matplotlibrc does not change the drawing.
     """
     import matplotlib
 
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        for style in styles:
-            settings: Any = style
-            if isinstance(style, Path):
-                settings = matplotlib.rc_params_from_file(
-                    style, use_default_template=False
-                )
+    with matplotlib.rc_context(matplotlib.rcParamsDefault):
+        for file in (STYLE, *files):
+            settings = matplotlib.rc_params_from_file(file, use_default_template=False)
             matplotlib.rcParams.update(settings)
         yield
 

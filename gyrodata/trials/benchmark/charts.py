@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
+STYLE = Path(__file__).with_suffix(".mplstyle")
 
 LETTERS = 110
 """Largest number of letters in a line of a picture."""

@@ -102,7 +102,8 @@ def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
     yield Section("Uncertainty budget", tuple(_budget(n)), "uncertainty")
     if not questions.is_worksheet(analysis):
         yield Section("How to improve the next lab", _advice(analysis), "advice")
-    yield Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True)
+    sensitivity = tuple(_sensitivity(n))
+    yield Section("Sensitivity to assumptions", sensitivity, "sensitivity", True)
     yield Section("Three fits side by side", tuple(_fits(n)), "fits", True)
     yield Section("Effects considered", _effects(n), "effects", True)
     yield questions.others(n)
@@ -131,22 +132,23 @@ def _read_as(n: Numbers) -> Sentence:
     runs = n.analysis.run_table
     i = next(i for i, run in enumerate(runs) if run.torque)
     run = runs[i]
-    at = f"runs.{i}"
-    torque = n.value(f"{at}.torque", n.torque)
+    here = n.at(f"runs.{i}")
+    torque = here.value("torque", n.torque)
     load = say("a torque of {}", torque)
     follows: Sentence = ()
     if run.mass is not None:
         follows = say(": {}", torque)
         if run.position is not None:
-            load = say("{} from the centre", n.hung(i, at))
+            load = say("{} from the centre", here.hung(i))
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         digits, noun = turn_words(run.turns).split(" ")
-        turns = n.number(f"{at}.turns", digits)
-        timed = say(", {} {} in {}", turns, noun, n.reading(i, "time", values.SECOND))
-    number = n.number(f"{at}.run")
+        turns = here.number("turns", digits)
+        time = n.reading(i, "time", values.SECOND)
+        timed = say(", {} {} in {}", turns, noun, time)
+    number = here.number("run")
     spin = n.reading(i, "spin", values.RPM)
-    period = n.value(f"{at}.period", values.SECOND)
+    period = here.value("period", values.SECOND)
     words = "Read as: run {}: {}, {}{}{}, one turn in {}."
     return say(words, number, load, spin, timed, follows, period)
 
@@ -248,8 +250,8 @@ def _is_far(run: Run) -> bool:
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
-    number = n.number(f"runs.{i}.run")
-    return say("run {} (line {})", number, n.number(f"runs.{i}.line"))
+    here = n.at(f"runs.{i}")
+    return say("run {} (line {})", here.number("run"), here.number("line"))
 
 
 def _fate(analysis: Analysis, i: int) -> str:
@@ -354,15 +356,15 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
     yield Picture("residuals", FIGURES["residuals"].caption)
     heads = (
-        Head("run"),
-        Head("line", values.NUMBER),
-        Head("load"),
-        Head("spin", values.RPM),
-        Head("time", values.SECOND),
-        Head("turns", values.NUMBER),
-        Head("period τ", values.SECOND),
-        Head("φ̇ψ̇", values.PRODUCT),
-        Head("residual", values.IN_U),
+        "run",
+        "line",
+        "load",
+        "spin",
+        "time",
+        "turns",
+        "period τ",
+        "φ̇ψ̇",
+        "residual",
         Head("remark", wrap=0.2),
     )
     rows: list[tuple[elements.Cell, ...]] = [()] * len(analysis.run_table)
@@ -373,19 +375,18 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 
 
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
-    run = n.analysis.run_table[i]
-    at = f"runs.{i}"
-    turns = turn_words(run.turns).split(" ")[0]
+    here = n.at(f"runs.{i}")
+    turns = turn_words(here.find("turns")).split(" ")[0]
     return (
-        (n.number(f"{at}.run"),),
-        n.number(f"{at}.line"),
+        (here.number("run"),),
+        here.number("line"),
         load,
         n.reading(i, "spin", values.RPM),
         n.reading(i, "time", values.SECOND),
-        n.number(f"{at}.turns", turns),
-        n.value(f"{at}.period", values.SECOND),
-        n.value(f"{at}.product", values.PRODUCT),
-        n.cell(n.shift, f"{at}.studentized_residual"),
+        here.number("turns", turns),
+        here.value("period", values.SECOND),
+        here.value("product", values.PRODUCT),
+        here.cell(here.shift, "studentized_residual"),
         _remark(n, i) or None,
     )
 
@@ -404,21 +405,18 @@ def _remark(n: Numbers, i: int) -> Sentence:
 
 
 def _budget(n: Numbers) -> Iterator[elements.Block]:
-    budget = n.analysis.budget
     rows = []
-    for i, share in enumerate(budget):
-        percent = f"{100 * share.share:.1f}"
-        if share.share < 5e-4:
-            percent = "< 0.1"
-        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
-        u = n.scatter(f"budget.{i}.u_inertia", n.inertia)
-        shared_by = share.shared_by if share.shared else "each run its own"
-        name = source_words(share.source)
-        rows.append((say("{}", name), part, u, say("{}", shared_by)))
+    for here in n.each("budget"):
+        share = here.find("share")
+        percent = "< 0.1" if share < 5e-4 else f"{100 * share:.1f}"
+        part = here.number("share", percent, values.PERCENT)
+        u = here.scatter("u_inertia", n.inertia)
+        runs = here.find("shared_by") if here.find("shared") else "each run its own"
+        rows.append((source_words(here.find("source")), part, u, runs))
     heads = (
         Head("component", wrap=0.28),
-        Head("share of the variance", values.PERCENT, bars=True),
-        Head("u of I_zz", n.inertia),
+        Head("share of the variance", bars=True),
+        "u of I_zz",
         Head("shared by", wrap=0.25),
     )
     if rows:
@@ -454,21 +452,13 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
 
 def _days(n: Numbers) -> tuple[elements.Block, ...]:
     """Compare the days or groups: each alone, and its M0 in the fit of all."""
-    blocks = n.analysis.blocks
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, block in enumerate(blocks):
-        at = f"blocks.{i}"
-        alone = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        m0 = n.value(f"{at}.residual_torque.value", n.torque)
-        runs = n.number(f"{at}.runs")
-        inertia = alone or say("not determined")
-        rows.append((say("{}", block.name), runs, inertia, m0))
-    heads = (
-        Head("day or group"),
-        Head("runs", values.NUMBER),
-        _drawn(n),
-        Head("M0", n.torque),
-    )
+    for here in n.each("blocks"):
+        alone = here.cell(here.value, "inertia.value", n.inertia)
+        m0 = here.value("residual_torque.value", n.torque)
+        inertia = alone or "not determined"
+        rows.append((here.find("name"), here.number("runs"), inertia, m0))
+    heads = "day or group", "runs", _compared(n), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
     return (
         Text((_days_agree(n),)),
@@ -491,52 +481,43 @@ def _days_agree(n: Numbers) -> Sentence:
 # --- details ---
 
 
-def _drawn(n: Numbers) -> Head:
-    """Return the head of a column of I_zz, drawn against that of the answer."""
-    value = n.analysis.inertia.value
-    u = n.analysis.inertia.u or 0.0
-    return Head("I_zz", n.inertia, band=(value - u, value + u))
+def _compared(n: Numbers) -> Head:
+    """Return the head of a column of I_zz, drawn next to that of the answer."""
+    inertia = n.analysis.inertia
+    return Head("I_zz", compared=(inertia.value, inertia.u or 0.0))
 
 
-def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
-    cases = n.analysis.sensitivity
-    if not cases:
-        return ()
+def _sensitivity(n: Numbers) -> Iterator[elements.Block]:
     fitted = n.value("inertia.value", n.inertia)
-    rows: list[tuple[elements.Cell, ...]] = [(say("no change"), fitted, None)]
-    for i, case in enumerate(cases):
-        at = f"sensitivity.{i}"
-        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        inertia = value or say("no answer")
-        shift = n.cell(n.shift, f"{at}.deviation")
-        rows.append((say("{}", case.words), inertia, shift))
-    heads = Head("if"), _drawn(n), Head("shift", values.IN_U)
+    rows: list[tuple[elements.Cell, ...]] = [("no change", fitted, None)]
+    for here in n.each("sensitivity"):
+        inertia = here.cell(here.value, "inertia.value", n.inertia)
+        shift = here.cell(here.shift, "deviation")
+        rows.append((here.find("words"), inertia or "no answer", shift))
     caption = "I_zz after one change; the shift is in units of u"
-    return (table(heads, rows, caption, main=0),)
+    if len(rows) > 1:
+        yield table(("if", _compared(n), "shift"), rows, caption, main=0)
 
 
 def _fits(n: Numbers) -> Iterator[elements.Block]:
-    fits = n.analysis.fits
     rows: list[tuple[elements.Cell, ...]] = []
     notes = []
-    for i, fit in enumerate(fits):
-        at = f"fits.{i}"
-        name = FIT_NAMES[fit.name]
-        value = n.cell(n.value, f"{at}.inertia.value", n.inertia)
-        intercept = n.cell(n.value, f"{at}.constant.value", n.torque)
+    for here in n.each("fits"):
+        name = FIT_NAMES[here.find("name")]
+        value = here.cell(here.value, "inertia.value", n.inertia)
+        intercept = here.cell(here.value, "constant.value", n.torque)
         if value and not intercept:
-            intercept = say("assumed 0")
+            intercept = "assumed 0"
         away: elements.Cell = None
-        if fit.deviation is not None:
-            shift = n.shift(f"{at}.deviation")
-            away = say("{} ({})", shift, n.percent(f"{at}.difference"))
-        inertia = value or say("not possible")
-        rows.append((say("{}", name), inertia, intercept, away))
-        notes.append(say("{}: {}", Styled(name, "strong"), fit.note))
+        if here.find("deviation") is not None:
+            difference = here.percent("difference")
+            away = say("{} ({})", here.shift("deviation"), difference)
+        rows.append((name, value or "not possible", intercept, away))
+        notes.append(say("{}: {}", Styled(name, "strong"), here.find("note")))
     heads = (
-        Head("fit"),
-        _drawn(n),
-        Head("intercept −M0", n.torque),
+        "fit",
+        _compared(n),
+        "intercept −M0",
         Head("from recommended", values.NUMBER),
     )
     caption = "The recommended fit, and the lines of the textbook"
@@ -546,19 +527,17 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
 
 def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, effect in enumerate(n.analysis.effects):
+    for effect, here in zip(n.analysis.effects, n.each("effects"), strict=True):
         size: elements.Cell = None
         if effect.size is not None:
-            text = _size_text(effect.size)
-            size = n.number(f"effects.{i}.size", text, values.IN_U)
-        change = n.cell(n.percent, f"effects.{i}.bias")
-        name = say("{}", changes.effect_words(effect.effect))
-        verdict = say(_verdict(effect))
-        rows.append((name, change, size, verdict, say("{}", effect.reason)))
+            size = here.number("size", _size_text(effect.size), values.IN_U)
+        change = here.cell(here.percent, "bias")
+        name = changes.effect_words(effect.effect)
+        rows.append((name, change, size, _verdict(effect), effect.reason))
     heads = (
         Head("effect", wrap=0.2),
-        Head("change of I_zz", values.PERCENT),
-        Head("size", values.IN_U),
+        "change of I_zz",
+        "size",
         Head("verdict", wrap=0.12),
         Head("why", wrap=0.3, page_only=True),
     )
@@ -607,14 +586,13 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
 
 def _place(n: Numbers, i: int) -> Sentence:
     """Write the place of a diagnostic in the log: " (line 5, column 3)"."""
-    finding = n.analysis.diagnostics[i]
-    at = f"/diagnostics.{i}"
-    if not finding.line:
+    here = n.at(f"/diagnostics.{i}")
+    if not here.find("line"):
         return ()
     column: Sentence = ()
-    if finding.column:
-        column = say(", column {}", n.number(f"{at}.column"))
-    return say(" (line {}{})", n.number(f"{at}.line"), column)
+    if here.find("column"):
+        column = say(", column {}", here.number("column"))
+    return say(" (line {}{})", here.number("line"), column)
 
 
 def _method(n: Numbers) -> Iterator[elements.Block]:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
 from string import Formatter
 from typing import Any
 
@@ -82,7 +83,7 @@ Part = str | Number | Styled | Mark
 Sentence = tuple[Part, ...]
 NOTHING: Sentence = ("–",)
 """An empty cell in a column of numbers."""
-Cell = Number | Sentence | None
+Cell = Number | Sentence | str | None
 """What a column contains in one row; None if it has nothing to say."""
 
 
@@ -143,14 +144,15 @@ class Head(Struct, frozen=True):
 
     words: str
     scale: Scale | None = None
-    """Unit of the numbers in the column; None for a column of texts."""
+    """Unit of the numbers in the column; None for a column of texts. The first cell
+    that is a number sets it."""
     wrap: float = 0.0
     """Part of the line that a column of long texts may use; 0 for a column as wide as
     its cells."""
     bars: bool = False
     """True if the page draws the values, from 0 to 1, as bars next to the column."""
-    band: tuple[float, float] | None = None
-    """The interval behind the values ± u that the page draws next to the column."""
+    compared: tuple[float, float] | None = None
+    """A value and its u: the page draws each number of the column next to them."""
     page_only: bool = False
     """True if the column is too wide for a terminal."""
 
@@ -172,7 +174,7 @@ class Table(Struct, frozen=True):
 
 
 def table(
-    heads: Sequence[Head],
+    heads: Sequence[Head | str],
     rows: Iterable[Sequence[Cell]],
     caption: str,
     main: int | None = None,
@@ -184,10 +186,15 @@ def table(
     """
     kept_heads = []
     columns = []
-    for head, *cells in zip(heads, *rows, strict=True):
-        if cells.count(None) < len(cells):
-            kept_heads.append(head)
-            columns.append([_in_column(cell, head) for cell in cells])
+    for words, *cells in zip(heads, *rows, strict=True):
+        if cells.count(None) == len(cells):
+            continue
+        head = words if isinstance(words, Head) else Head(words)
+        numbers = [cell for cell in cells if isinstance(cell, Number)]
+        if numbers:
+            head = replace(head, scale=numbers[0].scale)
+        kept_heads.append(head)
+        columns.append([_in_column(cell, head) for cell in cells])
     kept_rows = zip(*columns, strict=True)
     return Table(tuple(kept_heads), tuple(kept_rows), caption, main, tuple(odd))
 
@@ -196,6 +203,8 @@ def _in_column(cell: Cell, head: Head) -> Sentence:
     """Write a cell; the head of its column contains the unit."""
     if isinstance(cell, Number):
         return (replace(cell, unit=False),)
+    if isinstance(cell, str):
+        return (cell,)
     return cell or NOTHING * bool(head.scale)
 
 
@@ -277,17 +286,31 @@ class Numbers:
     def __init__(self, analysis: Analysis) -> None:
         self.analysis = analysis
         self.document = analysis.to_dict()
+        self.record: Any = self.document["result"]
+        self.above = ""
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
         largest = max(abs(run.torque) for run in analysis.run_table)
         self.torque = values.torque_scale(largest)
+
+    def at(self, place: str) -> Numbers:
+        """Return the numbers of one record, with their places below it."""
+        numbers = copy(self)
+        numbers.record = self.find(place)
+        numbers.above = f"{self.above}{place}."
+        return numbers
+
+    def each(self, place: str) -> Iterator[Numbers]:
+        """Yield the numbers of each record of a list."""
+        for i in range(len(self.find(place))):
+            yield self.at(f"{place}.{i}")
 
     def find(self, place: str) -> Any:
         """Return what results.json contains at a place; "length" counts a list.
 
         The parts of null are null too.
         """
-        value: Any = self.document if place.startswith("/") else self.document["result"]
+        value: Any = self.document if place.startswith("/") else self.record
         for key in place.removeprefix("/").split("."):
             if key == "length":
                 return len(value)
@@ -323,14 +346,16 @@ class Numbers:
         Number
         """
         value = self.find(place)
-        above, _, last = place.rpartition(".")
-        key = "u" if last in ("value", "exponent") else f"{last}_u"
-        spread = self.find(above).get(key) if u and above else None
+        record, _, name = place.rpartition(".")
+        of_value = "u" if name in ("value", "exponent") else f"{name}_u"
+        there = self.find(record) if record else self.record
+        spread = there.get(of_value) if u else None
         if not spread:
             text = values.reading_text(value, scale.size, step)
             return self.number(place, text, scale)
         *digits, exponent = values.rounded(value, spread, scale.size)
-        places = place, f"{above}.{key}"
+        above = self.above + place.removesuffix(name)
+        places = above + name, above + of_value
         size = scale.size * 10.0**exponent
         return Number(tuple(digits), places, scale, size, exponent)
 
@@ -353,7 +378,7 @@ class Numbers:
         """Show the number or name at a place as a text; as it is without a text."""
         if text is None:
             text = str(self.find(place))
-        return Number((text,), (place,), scale, scale.size)
+        return Number((text,), (self.above + place,), scale, scale.size)
 
     def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
         """Show an uncertainty or a scatter, with two digits."""
@@ -364,13 +389,15 @@ class Numbers:
         """Show the size of an end of an interval, with two digits."""
         end = self.find(place)
         text = values.uncertainty_text(abs(end), scale.size)
-        return Number((text,), (place,), scale, math.copysign(scale.size, end))
+        number = self.number(place, text, scale)
+        return replace(number, size=math.copysign(scale.size, end))
 
     def interval(self, place: str, scale: Scale) -> Number:
         """Show an interval: "4.32 to 4.56"."""
         low, high = self.find(place)
         ends = values.interval_ends(low, high, scale.size)
-        places = f"{place}.0", f"{place}.1"
+        at = self.above + place
+        places = f"{at}.0", f"{at}.1"
         return Number(ends, places, scale, scale.size, between=" to ")
 
     def count(self, place: str, noun: str) -> Sentence:
@@ -419,23 +446,22 @@ class Numbers:
         )
         return say(words, balanced, interval)
 
-    def hung(self, run: int, place: str) -> Sentence:
-        """Show the mass and the position of a run with the digits of the log.
+    def hung(self, run: int) -> Sentence:
+        """Show the mass and the position of a record with the digits of a run's log.
 
         An example is "20.00 g at 15.0 cm".
         """
         measured = self.analysis.measurements
-        at_mass = f"{place}.mass"
-        grams = values.mass_scale(self.find(at_mass))
-        mass = self.value(at_mass, grams, step=measured.mass_step[run])
+        grams = values.mass_scale(self.find("mass"))
+        mass = self.value("mass", grams, step=measured.mass_step[run])
         step = measured.position_step[run]
-        arm = self.value(f"{place}.position", values.CENTIMETRE, step=step)
+        arm = self.value("position", values.CENTIMETRE, step=step)
         return say("{} at {}", mass, arm)
 
     def load(self, group: int) -> Sentence:
         """Show the load of a torque, or the torque if the log gives no load."""
         analysis = self.analysis
-        place = f"torques.{group}"
+        here = self.at(f"torques.{group}")
         torque = analysis.torques[group]
         runs = analysis.measurements.by_torque[group]
         mark = Mark(group)
@@ -445,6 +471,6 @@ class Numbers:
         if torque.torque == 0:
             return say("{}no weight{}", mark, behind)
         if torque.mass is None or torque.position is None:
-            size = self.value(f"{place}.torque", self.torque)
+            size = here.value("torque", self.torque)
             return say("{}a torque of {}{}", mark, size, behind)
-        return say("{}{}{}", mark, self.hung(runs[0], place), behind)
+        return say("{}{}{}", mark, here.hung(runs[0]), behind)

@@ -8,11 +8,10 @@ value of a displayed 1.
 from __future__ import annotations
 
 import base64
-import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from markupsafe import Markup, escape
 
@@ -45,9 +44,8 @@ _STYLES["warn"] = '<strong class="warn">{}</strong>'
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
 
-FARTHEST = 5.0
-"""A drawn value is cut off if it is further from the band than this many widths of the
-band."""
+REACH = 4.0
+"""The drawing of a value ends at this many u of the value that it is compared with."""
 
 
 def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
@@ -86,6 +84,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
 
 
 DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
+BOX = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
 BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
 MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
 
@@ -141,28 +140,31 @@ class _Writer:
 
         Screen readers skip the drawing, because the cell contains the same numbers.
         """
-        dots = [self._dot(cells[column]) for cells in table.rows]
-        dot = dots[row]
-        band = table.heads[column].band
-        if band is None:
-            return BAR.format(100 * dot[0]) if dot else Markup()
-        axis = _Axis.of_column(band, dots)
-        start, end = band
-        boxes = axis.box("ref" if end > start else "line", start, end)
-        if dot:
-            value, u = dot
-            boxes += axis.box("bar", value - u, value + u)
-            if axis.low <= value <= axis.high:
-                boxes += axis.box("dot", value, value)
+        head = table.heads[column]
+        cell = table.rows[row][column]
+        places = [part.places for part in cell if isinstance(part, Number)]
+        if not places:
+            return Markup()
+        value, *u = map(self.numbers.find, places[0])
+        if head.compared is None:
+            return BAR.format(100 * value)
+        middle, unit = head.compared
+        if not unit:
+            return Markup()
+        distance = (value - middle) / unit
+        half = sum(u) / unit
+        boxes = _box("ref", -1.0, 1.0)
+        boxes += _box("bar", distance - half, distance + half)
+        if abs(distance) <= REACH:
+            boxes += _box("dot", distance, distance)
         return boxes
 
-    def _dot(self, cell: Sentence) -> tuple[float, float] | None:
-        """Return the value of a cell and its u; None for a cell without a number."""
-        for part in cell:
-            if isinstance(part, Number):
-                value, *u = map(self.numbers.find, part.places)
-                return value, u[0] if u else 0.0
-        return None
+
+def _box(kind: str, start: float, end: float) -> Markup:
+    """Draw a box between two distances [u] from the middle of the axis."""
+    left, right = [max(-REACH, min(at, REACH)) for at in (start, end)]
+    percent = 50 / REACH
+    return BOX.format(kind, 50 + percent * left, percent * (right - left))
 
 
 def _typeset(text: str) -> Markup:
@@ -171,42 +173,6 @@ def _typeset(text: str) -> Markup:
     text = re.sub(spaces, "\N{NO-BREAK SPACE}", str(escape(text)))
     text = SYMBOLS.sub(r"<i>\g<0></i>", text.replace("I_zz", "<i>I</i><sub>zz</sub>"))
     return Markup(text.replace("M0", "<i>M</i><sub>0</sub>"))
-
-
-class _Axis(NamedTuple):
-    """The axis of the drawings of a column."""
-
-    low: float
-    high: float
-
-    @classmethod
-    def of_column(
-        cls,
-        band: tuple[float, float],
-        dots: Sequence[tuple[float, float] | None],
-    ) -> _Axis:
-        """Return an axis with the band and all dots that are not too far from it."""
-        start, end = band
-        ends = [start, end]
-        for value, u in filter(None, dots):
-            ends += [value - u, value + u]
-        reach = FARTHEST * (end - start) or math.inf
-        low = max(min(ends), start - reach)
-        high = min(max(ends), end + reach)
-        return cls(low, high)
-
-    def percent(self, value: float) -> float:
-        """Return the place of a value on the axis [%]."""
-        space = 0.05 * (self.high - self.low) or 1.0
-        width = self.high - self.low + 2 * space
-        part = (value - self.low + space) / width
-        return 100 * min(max(part, 0.0), 1.0)
-
-    def box(self, kind: str, left: float, right: float) -> Markup:
-        """Draw a box of a kind between two values."""
-        style = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
-        begin = self.percent(left)
-        return style.format(kind, begin, self.percent(right) - begin)
 
 
 # The files of a report, made in memory

@@ -183,17 +183,11 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
     yield conclude(n, "period", say(ANSWERS[case]))
     yield Picture("period", FIGURES["period"].caption)
     rows = []
-    for i in range(len(n.analysis.torques)):
-        at = f"torques.{i}"
-        torque = n.value(f"{at}.torque", n.torque)
-        per_spin = n.value(f"{at}.period_per_spin.value", PER_SPIN)
-        rows.append((n.load(i), torque, n.number(f"{at}.runs"), per_spin))
-    heads = (
-        Head("load"),
-        Head("torque M", n.torque),
-        Head("runs", values.NUMBER),
-        Head("τ/ψ̇", PER_SPIN),
-    )
+    for i, here in enumerate(n.each("torques")):
+        torque = here.value("torque", n.torque)
+        per_spin = here.value("period_per_spin.value", PER_SPIN)
+        rows.append((n.load(i), torque, here.number("runs"), per_spin))
+    heads = "load", "torque M", "runs", "τ/ψ̇"
     yield table(heads, rows, "The period for each 100 rpm of spin")
 
 
@@ -206,13 +200,14 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     everything = n.value("exponent.value")
     yield paragraph("The runs give τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, law in enumerate(n.analysis.power_law):
-        exponent = n.cell(n.value, f"power_law.{i}.exponent")
-        rows.append((n.load(i), exponent, None if exponent else (law.reason,)))
-    rows.append((say("all together"), everything, None))
+    for i, here in enumerate(n.each("power_law")):
+        exponent = here.cell(here.value, "exponent")
+        reason = None if exponent else here.find("reason")
+        rows.append((n.load(i), exponent, reason))
+    rows.append(("all together", everything, None))
     heads = (
-        Head("load"),
-        Head("exponent n", values.NUMBER, band=(1.0, 1.0)),
+        "load",
+        Head("exponent n", compared=(1.0, whole.u or 0.0)),
         Head("remark", wrap=0.45),
     )
     caption = "Exponent of each torque, and one for all"
@@ -241,19 +236,18 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         )
     yield Picture("product", FIGURES["product"].caption)
     rows = []
-    for i in range(len(n.analysis.torques)):
-        at = f"torques.{i}"
-        mean = n.value(f"{at}.product.value", values.PRODUCT)
-        spread = n.cell(n.scatter, f"{at}.product.spread", values.PRODUCT)
-        p_of_group = n.cell(n.p, f"{at}.product.p")
-        without = n.cell(n.value, f"{at}.without.value", n.inertia)
+    for i, here in enumerate(n.each("torques")):
+        mean = here.value("product.value", values.PRODUCT)
+        spread = here.cell(here.scatter, "product.spread", values.PRODUCT)
+        p_of_group = here.cell(here.p, "product.p")
+        without = here.cell(here.value, "without.value", n.inertia)
         rows.append((n.load(i), mean, spread, p_of_group, without))
     heads = (
-        Head("load"),
-        Head("mean φ̇ψ̇", values.PRODUCT),
-        Head("scatter", values.PRODUCT),
+        "load",
+        "mean φ̇ψ̇",
+        "scatter",
         Head("p", values.NUMBER),
-        Head("I_zz without these runs", n.inertia),
+        "I_zz without these runs",
     )
     yield table(heads, rows, ANSWERS["product_table"])
 
@@ -347,18 +341,17 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     runs = n.analysis.run_table
     loaded = [i for i, run in enumerate(runs) if run.torque]
     i = min(loaded, key=lambda i: runs[i].left_out)
-    at = f"runs.{i}"
-    torque = n.value(f"{at}.torque", values.NEWTON_METRE)
-    rate = n.value(f"{at}.precession_rate", values.RATE)
-    spin = n.value(f"{at}.spin", values.RATE)
-    product = n.value(f"{at}.product", values.PRODUCT)
-    inertia = n.value(f"{at}.inertia", n.inertia)
+    here = n.at(f"runs.{i}")
+    torque = here.value("torque", values.NEWTON_METRE)
+    rate = here.value("precession_rate", values.RATE)
+    spin = here.value("spin", values.RATE)
+    product = here.value("product", values.PRODUCT)
+    inertia = here.value("inertia", n.inertia)
     read = n.reading(i, "spin", values.RPM)
     is_mean = n.analysis.measurements.spin_readings > 1
     mean = ", the mean of what was read" if is_mean else ""
     words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
-    number = n.number(f"{at}.run")
-    yield paragraph(words, number, n.number(f"{at}.line"))
+    yield paragraph(words, here.number("run"), here.number("line"))
     steps = (
         _torque_by_hand(n, i, torque),
         _rate_by_hand(n, i, rate),
@@ -378,11 +371,9 @@ def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
     if run.mass is None or run.position is None:
         return say("M = {}, as the log gives it", torque)
     measured = n.analysis.measurements
-    at = f"runs.{i}"
-    step_of_mass = measured.mass_step[i]
-    step_of_arm = measured.position_step[i]
-    mass = n.value(f"{at}.mass", values.KILOGRAM, step=step_of_mass)
-    arm = n.value(f"{at}.position", values.METRE, step=step_of_arm)
+    here = n.at(f"runs.{i}")
+    mass = here.value("mass", values.KILOGRAM, step=measured.mass_step[i])
+    arm = here.value("position", values.METRE, step=measured.position_step[i])
     g = n.value("constants.g", values.FREE_FALL)
     return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrodata.reporting import figures
 from gyrodata.reporting.figure_data import COLOURS, MARKERS
 from gyrodata.reporting.figures import INK
 from gyrodata.trials.benchmark.fits import STATED

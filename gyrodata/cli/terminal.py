@@ -308,9 +308,9 @@ def _wrapped(text: str, stream: Any) -> str:
 
 def _wrap_line(line: str, width: int) -> str:
     """Wrap a line; the last column of a table goes on below its first word."""
-    from gyrodata.reporting.values import display_width
+    from rich.cells import cell_len
 
-    if display_width(line) <= width:
+    if cell_len(line) <= width:
         return line
     indent = len(line) - len(line.lstrip()) + 2
     starts = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}", line[: width // 2])]

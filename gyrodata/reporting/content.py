@@ -13,11 +13,10 @@ from gyrodata.judging.tables import UNLIKELY, Run, scatter_in_u, turn_words
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import models
 from gyrodata.readings import kind_of_role, listing
-from gyrodata.reporting import elements, questions, values
+from gyrodata.reporting import elements, questions
 from gyrodata.reporting.elements import (
     Head,
     Numbers,
-    Picture,
     Section,
     Sentence,
     Styled,
@@ -27,7 +26,18 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import ALL_FIGURES, FIGURES
+from gyrodata.reporting.figures import picture
+from gyrodata.reporting.values import (
+    FREE_FALL,
+    IN_U,
+    KILOGRAM,
+    METRE,
+    NUMBER,
+    PERCENT,
+    PRODUCT,
+    SECOND,
+    Scale,
+)
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 
 NOTICEABLE = 1.15
@@ -88,7 +98,6 @@ def report(analysis: Analysis) -> elements.Report:
         warnings=tuple(_warnings(n)),
         answer=answer,
         top=tuple(_top(n)),
-        brief=tuple(_brief(n)),
         sections=tuple(_sections(n, answer)),
     )
 
@@ -132,7 +141,7 @@ def _read_as(n: Numbers) -> Sentence:
     runs = n.analysis.run_table
     i = next(i for i, run in enumerate(runs) if run.torque)
     run = runs[i]
-    here = n.at(f"runs.{i}")
+    here = n.run(i)
     torque = here.value("torque", n.torque)
     load = say("a torque of {}", torque)
     follows: Sentence = ()
@@ -144,11 +153,11 @@ def _read_as(n: Numbers) -> Sentence:
     if n.analysis.measurements.timed:
         digits, noun = turn_words(run.turns).split(" ")
         turns = here.number("turns", digits)
-        time = n.reading(i, "time", values.SECOND)
+        time = n.reading(i, "time")
         timed = say(", {} {} in {}", turns, noun, time)
     number = here.number("run")
-    spin = n.reading(i, "spin", values.RPM)
-    period = here.value("period", values.SECOND)
+    spin = n.reading(i, "spin")
+    period = here.value("period", SECOND)
     words = "Read as: run {}: {}, {}{}{}, one turn in {}."
     return say(words, number, load, spin, timed, follows, period)
 
@@ -183,24 +192,24 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
     inertia = analysis.inertia
     # If the interval is wide, it is the answer itself.
     if inertia.interval_95 is not None and not is_wide(inertia):
-        interval = n.interval("inertia.interval_95", n.inertia)
+        interval = n.interval()
         k = n.number("inertia.k", f"{inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", interval, k)
     yield paragraph(SENTENCES["every_u"], kind="small")
 
 
-def _brief(n: Numbers) -> Iterator[Sentence]:
+def brief(n: Numbers) -> Iterator[Sentence]:
     """Write the sentences below the answer in the terminal."""
     analysis = n.analysis
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
-    inertia = n.value("inertia.value", n.inertia)
+    inertia = n.value("inertia.value")
     if is_wide(analysis.inertia):
         yield say(SENTENCES["median"], inertia=inertia)
     elif analysis.inertia.interval_95 is not None:
-        interval = n.interval("inertia.interval_95", n.inertia)
-        m0 = n.value("residual_torque.value", n.torque)
+        interval = n.interval()
+        m0 = n.value("residual_torque.value")
         of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
         words = "95 % interval: {}; torque without a weight M0 = {} ({})"
         yield say(words, interval, m0, of_m0)
@@ -250,7 +259,7 @@ def _is_far(run: Run) -> bool:
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
-    here = n.at(f"runs.{i}")
+    here = n.run(i)
     return say("run {} (line {})", here.number("run"), here.number("line"))
 
 
@@ -280,7 +289,7 @@ def _agreement(n: Numbers) -> Sentence:
         return say("{} agree badly with one straight line", runs)
     stated: elements.Part = "the log"
     if analysis.measurements.time_u is not None:
-        stated = n.value("goodness.time_u", values.SECOND)
+        stated = n.value("goodness.time_u", SECOND)
     scatter = n.scatter("goodness.scatter")
     in_u = scatter_in_u(analysis.constancy, analysis.measurements)
     words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
@@ -292,7 +301,7 @@ def _largest_part(n: Numbers) -> Sentence:
     sentence: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
         percent = f"{100 * share.share:.0f}"
-        part = n.number(f"budget.{i}.share", percent, values.PERCENT)
+        part = n.number(f"budget.{i}.share", percent, PERCENT)
         is_balance = share.source == "residual_torque"
         if is_balance and (i == 0 or share.share > UNSEEN_BALANCE):
             largest = "the largest: " if i == 0 else ""
@@ -354,7 +363,7 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     yield paragraph(SENTENCES["outliers_marked" if odd else "no_outliers"])
-    yield Picture("residuals", FIGURES["residuals"].caption)
+    yield picture("residuals")
     heads = (
         "run",
         "line",
@@ -375,18 +384,18 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 
 
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
-    here = n.at(f"runs.{i}")
+    here = n.run(i)
     turns = turn_words(here.find("turns")).split(" ")[0]
     return (
         (here.number("run"),),
         here.number("line"),
         load,
-        n.reading(i, "spin", values.RPM),
-        n.reading(i, "time", values.SECOND),
+        n.reading(i, "spin"),
+        n.reading(i, "time"),
         here.number("turns", turns),
-        here.value("period", values.SECOND),
-        here.value("product", values.PRODUCT),
-        here.cell(here.shift, "studentized_residual"),
+        here.value("period", SECOND),
+        here.value("product", PRODUCT),
+        here.cell("studentized_residual", here.shift),
         _remark(n, i) or None,
     )
 
@@ -409,7 +418,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     for here in n.each("budget"):
         share = here.find("share")
         percent = "< 0.1" if share < 5e-4 else f"{100 * share:.1f}"
-        part = here.number("share", percent, values.PERCENT)
+        part = here.number("share", percent, PERCENT)
         u = here.scatter("u_inertia", n.inertia)
         runs = here.find("shared_by") if here.find("shared") else "each run its own"
         rows.append((source_words(here.find("source")), part, u, runs))
@@ -426,7 +435,7 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     if assumed := defaults_used(n.analysis):
         yield paragraph(SENTENCES["defaults"])
         lines = [(Styled(line, "code"),) for line in assumed]
-        yield Text(tuple(lines), "list")
+        yield Text(lines, "list")
     if questions.is_worksheet(n.analysis):
         yield questions.conclude(n, "budget")
 
@@ -454,8 +463,8 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     """Compare the days or groups: each alone, and its M0 in the fit of all."""
     rows: list[tuple[elements.Cell, ...]] = []
     for here in n.each("blocks"):
-        alone = here.cell(here.value, "inertia.value", n.inertia)
-        m0 = here.value("residual_torque.value", n.torque)
+        alone = here.cell("inertia.value")
+        m0 = here.value("residual_torque.value")
         inertia = alone or "not determined"
         rows.append((here.find("name"), here.number("runs"), inertia, m0))
     heads = "day or group", "runs", _compared(n), "M0"
@@ -463,7 +472,7 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
     return (
         Text((_days_agree(n),)),
         table(heads, rows, caption, main=0),
-        Picture("days", ALL_FIGURES["days"].caption),
+        picture("days"),
     )
 
 
@@ -488,11 +497,11 @@ def _compared(n: Numbers) -> Head:
 
 
 def _sensitivity(n: Numbers) -> Iterator[elements.Block]:
-    fitted = n.value("inertia.value", n.inertia)
+    fitted = n.value("inertia.value")
     rows: list[tuple[elements.Cell, ...]] = [("no change", fitted, None)]
     for here in n.each("sensitivity"):
-        inertia = here.cell(here.value, "inertia.value", n.inertia)
-        shift = here.cell(here.shift, "deviation")
+        inertia = here.cell("inertia.value")
+        shift = here.cell("deviation", here.shift)
         rows.append((here.find("words"), inertia or "no answer", shift))
     caption = "I_zz after one change; the shift is in units of u"
     if len(rows) > 1:
@@ -504,8 +513,8 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
     notes = []
     for here in n.each("fits"):
         name = FIT_NAMES[here.find("name")]
-        value = here.cell(here.value, "inertia.value", n.inertia)
-        intercept = here.cell(here.value, "constant.value", n.torque)
+        value = here.cell("inertia.value")
+        intercept = here.cell("constant.value")
         if value and not intercept:
             intercept = "assumed 0"
         away: elements.Cell = None
@@ -518,11 +527,11 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         "fit",
         _compared(n),
         "intercept −M0",
-        Head("from recommended", values.NUMBER),
+        Head("from recommended", NUMBER),
     )
     caption = "The recommended fit, and the lines of the textbook"
     yield table(heads, rows, caption, main=0)
-    yield Text(tuple(notes), "list")
+    yield Text(notes, "list")
 
 
 def _effects(n: Numbers) -> tuple[elements.Block, ...]:
@@ -530,8 +539,8 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     for effect, here in zip(n.analysis.effects, n.each("effects"), strict=True):
         size: elements.Cell = None
         if effect.size is not None:
-            size = here.number("size", _size_text(effect.size), values.IN_U)
-        change = here.cell(here.percent, "bias")
+            size = here.number("size", _size_text(effect.size), IN_U)
+        change = here.cell("bias", here.percent)
         name = changes.effect_words(effect.effect)
         rows.append((name, change, size, _verdict(effect), effect.reason))
     heads = (
@@ -580,7 +589,7 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
         hint = f"; {finding.hint}" if finding.hint else ""
         lines.append(say("{}{}: {}{}", code, _place(n, i), finding.message, hint))
     if lines:
-        return (Text(tuple(lines), "list"),)
+        return (Text(lines, "list"),)
     return (paragraph("None."),)
 
 
@@ -620,10 +629,10 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
 
 
 UNITS_OF_CONSTANTS = {
-    "acceleration": values.FREE_FALL,
-    "angle": values.Scale("deg", r"\degree", math.radians(1)),
-    "length": values.METRE,
-    "mass": values.KILOGRAM,
+    "acceleration": FREE_FALL,
+    "angle": Scale("deg", r"\degree", math.radians(1)),
+    "length": METRE,
+    "mass": KILOGRAM,
 }
 
 
@@ -655,4 +664,4 @@ def _pairs(facts: Mapping[str, elements.Part]) -> Text:
     for key, fact in facts.items():
         name = key.replace("_", " ")
         lines.append(say("{}: {}", name, fact))
-    return Text(tuple(lines), "list")
+    return Text(lines, "list")

@@ -164,12 +164,12 @@ class Head(Struct, frozen=True):
 class Table(Struct, frozen=True):
     """A table with one row of heads."""
 
-    heads: tuple[Head, ...]
-    rows: tuple[tuple[Sentence, ...], ...]
+    heads: Sequence[Head]
+    rows: Sequence[Sequence[Sentence]]
     caption: str
     main: int | None = None
     """The most important row."""
-    odd: tuple[int, ...] = ()
+    odd: Sequence[int] = ()
     """Rows of suspected outliers."""
 
 
@@ -195,8 +195,8 @@ def table(
             head = replace(head, scale=numbers[0].scale)
         kept_heads.append(head)
         columns.append([_in_column(cell, head) for cell in cells])
-    kept_rows = zip(*columns, strict=True)
-    return Table(tuple(kept_heads), tuple(kept_rows), caption, main, tuple(odd))
+    kept_rows = list(zip(*columns, strict=True))
+    return Table(kept_heads, kept_rows, caption, main, odd)
 
 
 def _in_column(cell: Cell, head: Head) -> Sentence:
@@ -211,7 +211,7 @@ def _in_column(cell: Cell, head: Head) -> Sentence:
 class Text(Struct, frozen=True):
     """Paragraphs, or the items of a list."""
 
-    sentences: tuple[Sentence, ...]
+    sentences: Sequence[Sentence]
     kind: str = ""
     """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task".
     """
@@ -269,8 +269,6 @@ class Report(Struct, frozen=True):
     answer: Sentence
     top: tuple[Block, ...]
     """Below the answer, before the first section."""
-    brief: tuple[Sentence, ...]
-    """Below the answer in the terminal."""
     sections: tuple[Section, ...]
 
 
@@ -292,6 +290,14 @@ class Numbers:
         # One unit for all torques, so that they can be compared.
         largest = max(abs(run.torque) for run in analysis.run_table)
         self.torque = values.torque_scale(largest)
+        self.scales = {
+            "kg*m^2": self.inertia,
+            "N*m": self.torque,
+            "rad^2/s^2": values.PRODUCT,
+            "kg*m^2/s": values.ANGULAR_MOMENTUM,
+            "s": values.SECOND,
+            "1": NUMBER,
+        }
 
     def at(self, place: str) -> Numbers:
         """Return the numbers of one record, with their places below it."""
@@ -319,12 +325,21 @@ class Numbers:
             value = value[int(key) if isinstance(value, list) else key]
         return value
 
-    def cell(self, show: Callable[..., Cell], place: str, *scale: Scale) -> Cell:
-        """Show what is at a place with a method of this class; None if it is null."""
-        return None if self.find(place) is None else show(place, *scale)
+    def cell(
+        self, place: str, show: Callable[..., Cell] | None = None, *scale: Scale
+    ) -> Cell:
+        """Show the value at a place, or with another method; None if it is null."""
+        if self.find(place) is None:
+            return None
+        method: Callable[..., Cell] = show or self.value
+        return method(place, *scale)
 
     def value(
-        self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0
+        self,
+        place: str,
+        scale: Scale | None = None,
+        u: bool = True,
+        step: float = 0.0,
     ) -> Number:
         """Show the value at a place with its standard uncertainty.
 
@@ -334,8 +349,8 @@ class Numbers:
         ----------
         place : str
             A number in SI units; its standard uncertainty is next to it.
-        scale : Scale
-            The unit to use.
+        scale : Scale, optional
+            The unit to use; by default that of the estimate in which the value is.
         u : bool
             False to omit the standard uncertainty.
         step : float
@@ -350,6 +365,8 @@ class Numbers:
         of_value = "u" if name in ("value", "exponent") else f"{name}_u"
         there = self.find(record) if record else self.record
         spread = there.get(of_value) if u else None
+        if scale is None:
+            scale = self.scales[there["unit"]]
         if not spread:
             text = values.reading_text(value, scale.size, step)
             return self.number(place, text, scale)
@@ -359,18 +376,23 @@ class Numbers:
         size = scale.size * 10.0**exponent
         return Number(tuple(digits), places, scale, size, exponent)
 
-    def reading(self, run: int, role: str, scale: Scale) -> Number:
+    def run(self, i: int) -> Numbers:
+        """Return the numbers of a run."""
+        return self.at(f"runs.{i}")
+
+    def reading(self, i: int, role: str) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
-        place = f"runs.{run}.{role}"
+        run = self.run(i)
         column = self.analysis.readings.columns.get(role)
         step = 0.0
         if column is not None:
-            cell = column.values[run] or 0.0
+            cell = column.values[i] or 0.0
             # A mean of several readings has no digits of its own.
             # The numbers of the JSON have 12 digits.
-            if math.isclose(cell, self.find(place), rel_tol=1e-11):
-                step = column.steps[run]
-        return self.value(place, scale, step=step)
+            if math.isclose(cell, run.find(role), rel_tol=1e-11):
+                step = column.steps[i]
+        scale = values.RPM if role == "spin" else values.SECOND
+        return run.value(role, scale, step=step)
 
     def number(
         self, place: str, text: str | None = None, scale: Scale = NUMBER
@@ -392,12 +414,13 @@ class Numbers:
         number = self.number(place, text, scale)
         return replace(number, size=math.copysign(scale.size, end))
 
-    def interval(self, place: str, scale: Scale) -> Number:
-        """Show an interval: "4.32 to 4.56"."""
+    def interval(self) -> Number:
+        """Show the 95 % interval of I_zz: "4.32 to 4.56"."""
+        scale = self.inertia
+        place = "inertia.interval_95"
         low, high = self.find(place)
         ends = values.interval_ends(low, high, scale.size)
-        at = self.above + place
-        places = f"{at}.0", f"{at}.1"
+        places = f"{place}.0", f"{place}.1"
         return Number(ends, places, scale, scale.size, between=" to ")
 
     def count(self, place: str, noun: str) -> Sentence:
@@ -435,11 +458,11 @@ class Numbers:
         """
         analysis = self.analysis
         if not is_wide(analysis.inertia):
-            return say("I_zz = {}", self.value("inertia.value", self.inertia))
-        interval = self.interval("inertia.interval_95", self.inertia)
+            return say("I_zz = {}", self.value("inertia.value"))
+        interval = self.interval()
         if analysis.if_balanced is None or analysis.measurements.balanced is False:
             return say("I_zz = {} (95 % interval)", interval)
-        balanced = self.value("if_balanced.value", self.inertia)
+        balanced = self.value("if_balanced.value")
         words = (
             "I_zz = {} (± u) if the ball was balanced as the sheet asks; if not, {} "
             "(95 % interval)"

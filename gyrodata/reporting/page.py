@@ -29,7 +29,7 @@ from gyrodata.reporting.elements import (
     plain,
 )
 from gyrodata.reporting.figure_data import list_looks
-from gyrodata.reporting.figures import Form, alternatives, render_all
+from gyrodata.reporting.figures import Form, alternatives, render
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -114,15 +114,11 @@ class _Writer:
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
-        written = Markup()
-        after_number = False
-        for part in sentence:
-            if after_number and isinstance(part, str) and part.startswith(" "):
-                # A number stays on the line of its noun.
-                part = f"\N{NO-BREAK SPACE}{part[1:]}"
-            written += self.part(part)
-            after_number = isinstance(part, Number)
-        return written
+        written = "".join(map(self.part, sentence))
+        # A number stays on the line of its noun.
+        for end in ("</data>", "</span>"):
+            written = written.replace(f"{end} ", f"{end}\N{NO-BREAK SPACE}")
+        return Markup(written)
 
     def part(self, part: Part) -> Markup:
         """Write a part of a sentence."""
@@ -212,7 +208,7 @@ def report_files(
         forms.add(shown_form(figures))
     elif document and figures == "svg":
         forms.add("pdf")
-    drawn = render_all(analysis, sorted({"svg", *forms}), style, faults=faults)
+    drawn = render(analysis, sorted({"svg", *forms}), style, faults=faults)
     texts = {
         "report.html": report_page(analysis, drawn["svg"]),
         "results.json": json_text(analysis.to_dict()),

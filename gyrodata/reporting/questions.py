@@ -6,7 +6,7 @@ questions.
 
 from __future__ import annotations
 
-import re
+import shlex
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +16,6 @@ from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import (
     Head,
     Numbers,
-    Picture,
     Section,
     Sentence,
     Styled,
@@ -26,7 +25,20 @@ from gyrodata.reporting.elements import (
     say,
     table,
 )
-from gyrodata.reporting.figures import FIGURES
+from gyrodata.reporting.figures import picture
+from gyrodata.reporting.values import (
+    CENTIMETRE,
+    FREE_FALL,
+    KILOGRAM,
+    METRE,
+    MICROMETRE,
+    NEWTON_METRE,
+    NUMBER,
+    PRODUCT,
+    RATE,
+    RPM,
+    Scale,
+)
 from gyrodata.results import Analysis, is_wide
 
 AGREES = 2.0
@@ -43,7 +55,7 @@ WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 
 ANSWERS = WORDS["answers"]
 
-PER_SPIN = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
+PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * RPM.size))
 
 
 def is_worksheet(analysis: Analysis) -> bool:
@@ -98,10 +110,7 @@ def others(n: Numbers) -> Section:
     more = ""
     if options.set or options.map:
         more = " (add the --set and --map that you gave)"
-    # A shell would not read other names as one word.
-    log = n.analysis.name
-    if not re.fullmatch(r"[\w.][\w.+/-]*", log):
-        log = "LOG"
+    log = shlex.quote(n.analysis.name)
     items = []
     for part, (asked, number) in WORDS["others"].items():
         command = f"gyro predict {part}"
@@ -110,7 +119,7 @@ def others(n: Numbers) -> Section:
         title = asked + _number(n, number)
         items.append(say("{}: {}", title, Styled(command, "code")))
     intro = paragraph(ANSWERS["others"], more=more)
-    blocks = intro, Text(tuple(items), "list")
+    blocks = intro, Text(items, "list")
     return Section("The other questions", blocks, "others", True)
 
 
@@ -144,7 +153,7 @@ def _slope(
     n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
-    yield Picture("torque", FIGURES["torque"].caption)
+    yield picture("torque")
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
@@ -158,18 +167,18 @@ def _slope(
 def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
     """State the residual torque, and what follows from other fits."""
     analysis = n.analysis
-    m0 = n.value("residual_torque.value", n.torque)
+    m0 = n.value("residual_torque.value")
     yield say("The residual torque M0 is {}.", m0)
     if analysis.centre_of_mass is not None:
-        distance = n.value("centre_of_mass.value", values.MICROMETRE)
+        distance = n.value("centre_of_mass.value", MICROMETRE)
         yield say(ANSWERS["centre_of_mass"], distance=distance)
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
-        slope = n.value("fits.1.inertia.value", n.inertia)
+        slope = n.value("fits.1.inertia.value")
         away = n.shift("fits.1.deviation")
         yield say("A line without an intercept has the slope {}, {} away.", slope, away)
     if analysis.timing_bias.u:
-        bias = n.value("timing_bias.value", values.SECOND)
+        bias = n.value("timing_bias.value")
         yield say("The timing bias b of the stopwatch is {}.", bias)
 
 
@@ -181,7 +190,7 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
         is_proportional = _agrees(exponent.deviation)
         case = "period_proportional" if is_proportional else "period_increases"
     yield conclude(n, "period", say(ANSWERS[case]))
-    yield Picture("period", FIGURES["period"].caption)
+    yield picture("period")
     rows = []
     for i, here in enumerate(n.each("torques")):
         torque = here.value("torque", n.torque)
@@ -201,7 +210,7 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     yield paragraph("The runs give τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     rows: list[tuple[elements.Cell, ...]] = []
     for i, here in enumerate(n.each("power_law")):
-        exponent = here.cell(here.value, "exponent")
+        exponent = here.cell("exponent", here.value, NUMBER)
         reason = None if exponent else here.find("reason")
         rows.append((n.load(i), exponent, reason))
     rows.append(("all together", everything, None))
@@ -234,19 +243,19 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
             expected=n.percent("constancy.expected", sign=False),
             p=n.p("constancy.p"),
         )
-    yield Picture("product", FIGURES["product"].caption)
+    yield picture("product")
     rows = []
     for i, here in enumerate(n.each("torques")):
-        mean = here.value("product.value", values.PRODUCT)
-        spread = here.cell(here.scatter, "product.spread", values.PRODUCT)
-        p_of_group = here.cell(here.p, "product.p")
-        without = here.cell(here.value, "without.value", n.inertia)
+        mean = here.value("product.value")
+        spread = here.cell("product.spread", here.scatter, PRODUCT)
+        p_of_group = here.cell("product.p", here.p)
+        without = here.cell("without.value")
         rows.append((n.load(i), mean, spread, p_of_group, without))
     heads = (
         "load",
         "mean φ̇ψ̇",
         "scatter",
-        Head("p", values.NUMBER),
+        Head("p", NUMBER),
         "I_zz without these runs",
     )
     yield table(heads, rows, ANSWERS["product_table"])
@@ -257,8 +266,8 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     yield conclude(n, "meaning", say(ANSWERS["meaning"]))
     spins = [run.spin for run in n.analysis.run_table]
     fastest = spins.index(max(spins))
-    momentum = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM)
-    spin = n.reading(fastest, "spin", values.RPM)
+    momentum = n.value("angular_momentum.value")
+    spin = n.reading(fastest, "spin")
     words = "At the fastest spin, {}, L = I_zz ψ̇ = {}."
     yield paragraph(words, spin, momentum, kind="result")
     yield from _ball(n)
@@ -275,13 +284,6 @@ def _ball(n: Numbers) -> Iterator[elements.Block]:
         return
     yield Text((_described(n, ball),))
     yield conclude(n, "ball", compare_with_ball(n))
-    parts = []
-    for key, name in WORDS["parts_of_ball"].items():
-        if n.find(f"ball.{key}"):
-            inertia = n.value(f"ball.{key}", n.inertia)
-            parts.append(say("{}: {}", name, inertia))
-    if len(parts) > 1:
-        yield Text(tuple(parts), "list")
 
 
 def _described(n: Numbers, ball: Ball) -> Sentence:
@@ -297,7 +299,7 @@ def _described(n: Numbers, ball: Ball) -> Sentence:
     names = [name for name, part in parts.items() if part]
     added = f" with {' and '.join(names)}" if names else ""
     mass = n.value("ball.mass", values.mass_scale(ball.mass))
-    diameter = n.value("ball.diameter", values.CENTIMETRE)
+    diameter = n.value("ball.diameter", CENTIMETRE)
     words = "A ball of {} and {} has 2/5 m r²{} = {}{}."
     return say(words, mass, diameter, added, whole, exact)
 
@@ -341,13 +343,13 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     runs = n.analysis.run_table
     loaded = [i for i, run in enumerate(runs) if run.torque]
     i = min(loaded, key=lambda i: runs[i].left_out)
-    here = n.at(f"runs.{i}")
-    torque = here.value("torque", values.NEWTON_METRE)
-    rate = here.value("precession_rate", values.RATE)
-    spin = here.value("spin", values.RATE)
-    product = here.value("product", values.PRODUCT)
+    here = n.run(i)
+    torque = here.value("torque", NEWTON_METRE)
+    rate = here.value("precession_rate", RATE)
+    spin = here.value("spin", RATE)
+    product = here.value("product", PRODUCT)
     inertia = here.value("inertia", n.inertia)
-    read = n.reading(i, "spin", values.RPM)
+    read = n.reading(i, "spin")
     is_mean = n.analysis.measurements.spin_readings > 1
     mean = ", the mean of what was read" if is_mean else ""
     words = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
@@ -360,7 +362,7 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
         say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", torque, product, inertia),
     )
     yield Text(steps, "list")
-    fitted = n.value("inertia.value", n.inertia)
+    fitted = n.value("inertia.value")
     method = n.analysis.model.words
     yield paragraph(ANSWERS["single_run"], method=method, inertia=fitted)
 
@@ -371,10 +373,10 @@ def _torque_by_hand(n: Numbers, i: int, torque: elements.Number) -> Sentence:
     if run.mass is None or run.position is None:
         return say("M = {}, as the log gives it", torque)
     measured = n.analysis.measurements
-    here = n.at(f"runs.{i}")
-    mass = here.value("mass", values.KILOGRAM, step=measured.mass_step[i])
-    arm = here.value("position", values.METRE, step=measured.position_step[i])
-    g = n.value("constants.g", values.FREE_FALL)
+    here = n.run(i)
+    mass = here.value("mass", KILOGRAM, step=measured.mass_step[i])
+    arm = here.value("position", METRE, step=measured.position_step[i])
+    g = n.value("constants.g", FREE_FALL)
     return say("M = m g x = {} × {} × {} = {}", mass, g, arm, torque)
 
 
@@ -386,7 +388,7 @@ def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
     turns = turn_words(run.turns).split(" ")[0]
     number = n.number(f"runs.{i}.turns", turns)
     factor = say("({})", number) if "/" in turns else say("{}", number)
-    time = n.reading(i, "time", values.SECOND)
+    time = n.reading(i, "time")
     # The rod turns the other way if the weight is on the other side.
     sign = "−" if run.precession_rate < 0 else ""
     return say("φ̇ = {}2π × {} / {} = {}", sign, factor, time, rate)

@@ -89,7 +89,6 @@ def report(analysis: Analysis) -> elements.Report:
     kind = "worksheet" if questions.is_worksheet(analysis) else "report"
     return elements.Report(
         numbers=n,
-        name=analysis.name,
         size=size,
         title=say("Gyroscope lab {}: {}, {}", kind, analysis.name, size),
         byline=_byline(analysis),

@@ -254,7 +254,6 @@ class Report(Struct, frozen=True):
     """Everything that is said of one analysis."""
 
     numbers: Numbers
-    name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
     title: Sentence

@@ -6,11 +6,10 @@ The document is in UTF-8, with values by `siunitx` and tables by `booktabs`.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from gyrodata.base.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.data import templates
+from gyrodata.reporting.data import filled
 from gyrodata.reporting.elements import (
     SYMBOLS,
     Head,
@@ -42,16 +41,14 @@ def latex_report(analysis: Analysis) -> str:
         "comment_start_string": "<#",
         "comment_end_string": "#>",
     }
-    room = templates(Path(__file__).parent, **signs)
-    room.filters |= {
+    filters = {
         "sentence": lambda sentence: _sentence(sentence).replace(answer, r"\Izz{}"),
         "text": escape,
         "head": _head,
         "column_type": _column_type,
         "row": _row,
     }
-    document = room.get_template("report.tex.jinja").render(whole=whole, answer=answer)
-    return re.sub(r"\n{3,}", "\n\n", document).strip() + "\n"
+    return filled("report.tex.jinja", filters, signs, whole=whole, answer=answer)
 
 
 def _row(row: str) -> str:

@@ -10,13 +10,12 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Literal
 
 from markupsafe import Markup, escape
 
 from gyrodata.reporting import content
-from gyrodata.reporting.data import json_text, table_header, table_rows, templates
+from gyrodata.reporting.data import filled, json_text, table_header, table_rows
 from gyrodata.reporting.elements import (
     SYMBOLS,
     Mark,
@@ -38,8 +37,8 @@ _STYLES = {
     "strong": "<strong>{}</strong>",
     "quote": "<q>{}</q>",
     "code": "<code>{}</code>",
+    "warn": '<strong class="warn">{}</strong>',
 }
-_STYLES["warn"] = '<strong class="warn">{}</strong>'
 
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
@@ -66,8 +65,7 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     """
     whole = content.report(analysis)
     write = _Writer(whole.numbers)
-    room = templates(Path(__file__).parent)
-    room.filters |= {
+    filters = {
         "sentence": write.sentence,
         "typeset": _typeset,
         "draw": write.draw,
@@ -78,9 +76,9 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
         images[name] = f"data:image/svg+xml;base64,{in_letters}"
     alt = alternatives(analysis)
     title = f"{plain(whole.answer)} – {analysis.name}"
-    template = room.get_template("report.html.jinja")
-    page = template.render(whole=whole, images=images, alt=alt, title=title)
-    return page.lstrip() + "\n"
+    return filled(
+        "report.html.jinja", filters, whole=whole, images=images, alt=alt, title=title
+    )
 
 
 DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')

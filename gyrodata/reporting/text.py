@@ -94,7 +94,8 @@ def _joined(blocks: Iterable[Iterable[str]]) -> str:
 
 
 def _first_lines(whole: Report) -> list[str]:
-    size = f"{whole.name}: {plain(whole.size)}"
+    name = whole.numbers.analysis.name
+    size = f"{name}: {plain(whole.size)}"
     return [size, f"  {plain(whole.read_as)}"]
 
 

@@ -43,7 +43,7 @@ _STYLES = {
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
 """Characters that look like the figures' markers."""
 
-REACH = 4.0
+REACH = 3.0
 """The drawing of a value ends at this many u of the value that it is compared with."""
 
 
@@ -137,17 +137,16 @@ class _Writer:
         head = table.heads[column]
         cell = table.rows[row][column]
         places = [part.places for part in cell if isinstance(part, Number)]
-        if not places:
-            return Markup()
-        value, *u = map(self.numbers.find, places[0])
         if head.compared is None:
-            return BAR.format(100 * value)
+            share = self.numbers.find(*places[0])
+            return BAR.format(100 * share)
         middle, unit = head.compared
-        if not unit:
-            return Markup()
+        boxes = _box("ref", -1.0, 1.0)
+        if not places or not unit:
+            return boxes
+        value, *u = map(self.numbers.find, places[0])
         distance = (value - middle) / unit
         half = sum(u) / unit
-        boxes = _box("ref", -1.0, 1.0)
         boxes += _box("bar", distance - half, distance + half)
         if abs(distance) <= REACH:
             boxes += _box("dot", distance, distance)

@@ -34,7 +34,6 @@ from gyrodata.reporting.values import (
     METRE,
     NUMBER,
     PERCENT,
-    PRODUCT,
     SECOND,
     Scale,
 )
@@ -106,19 +105,22 @@ def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
     yield from questions.answer(n, answer, _agreement(n), _fit_quality(n))
     yield Section("Runs", tuple(_runs(n)), "runs")
     if analysis.blocks:
-        yield Section("Days and groups", _days(n), "days")
+        yield Section("Days and groups", tuple(_days(n)), "days")
     yield Section("Uncertainty budget", tuple(_budget(n)), "uncertainty")
     if not questions.is_worksheet(analysis):
         yield Section("How to improve the next lab", _advice(analysis), "advice")
-    sensitivity = tuple(_sensitivity(n))
-    yield Section("Sensitivity to assumptions", sensitivity, "sensitivity", True)
-    yield Section("Three fits side by side", tuple(_fits(n)), "fits", True)
-    yield Section("Effects considered", _effects(n), "effects", True)
-    yield questions.others(n)
-    yield Section("Diagnostics", _diagnostics(n), "diagnostics", True)
-    yield Section("Method and how to cite it", tuple(_method(n)), "method", True)
-    yield Section("Provenance", (_provenance(n),), "provenance", True)
-    yield Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True)
+    details = (
+        ("Sensitivity to assumptions", _sensitivity(n), "sensitivity"),
+        ("Three fits side by side", _fits(n), "fits"),
+        ("Effects considered", _effects(n), "effects"),
+        ("The other questions", questions.others(n), "others"),
+        ("Diagnostics", _diagnostics(n), "diagnostics"),
+        ("Method and how to cite it", _method(n), "method"),
+        ("Provenance", _provenance(n), "provenance"),
+        ("Conventions", _pairs(CONVENTIONS), "conventions"),
+    )
+    for title, blocks, anchor in details:
+        yield Section(title, tuple(blocks), anchor, folded=True)
 
 
 # --- the first screen ---
@@ -141,7 +143,7 @@ def _read_as(n: Numbers) -> Sentence:
     i = next(i for i, run in enumerate(runs) if run.torque)
     run = runs[i]
     here = n.run(i)
-    torque = here.value("torque", n.torque)
+    torque = here.value("torque")
     load = say("a torque of {}", torque)
     follows: Sentence = ()
     if run.mass is not None:
@@ -156,7 +158,7 @@ def _read_as(n: Numbers) -> Sentence:
         timed = say(", {} {} in {}", turns, noun, time)
     number = here.number("run")
     spin = n.reading(i, "spin")
-    period = here.value("period", SECOND)
+    period = here.value("period")
     words = "Read as: run {}: {}, {}{}{}, one turn in {}."
     return say(words, number, load, spin, timed, follows, period)
 
@@ -392,8 +394,8 @@ def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]
         n.reading(i, "spin"),
         n.reading(i, "time"),
         here.number("turns", turns),
-        here.value("period", SECOND),
-        here.value("product", PRODUCT),
+        here.value("period"),
+        here.value("product"),
         here.cell("studentized_residual", here.shift),
         _remark(n, i) or None,
     )
@@ -458,7 +460,7 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
     return (paragraph("No single change would help much."),)
 
 
-def _days(n: Numbers) -> tuple[elements.Block, ...]:
+def _days(n: Numbers) -> Iterator[elements.Block]:
     """Compare the days or groups: each alone, and its M0 in the fit of all."""
     rows: list[tuple[elements.Cell, ...]] = []
     for here in n.each("blocks"):
@@ -468,11 +470,9 @@ def _days(n: Numbers) -> tuple[elements.Block, ...]:
         rows.append((here.find("name"), here.number("runs"), inertia, m0))
     heads = "day or group", "runs", _compared(n), "M0"
     caption = "I_zz from each day or group alone, and its M0 in the fit of all runs"
-    return (
-        Text((_days_agree(n),)),
-        table(heads, rows, caption, main=0),
-        picture("days"),
-    )
+    yield Text((_days_agree(n),))
+    yield table(heads, rows, caption, main=0)
+    yield picture("days")
 
 
 def _days_agree(n: Numbers) -> Sentence:
@@ -533,7 +533,7 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
     yield Text(notes, "list")
 
 
-def _effects(n: Numbers) -> tuple[elements.Block, ...]:
+def _effects(n: Numbers) -> Iterator[elements.Block]:
     rows: list[tuple[elements.Cell, ...]] = []
     for effect, here in zip(n.analysis.effects, n.each("effects"), strict=True):
         size: elements.Cell = None
@@ -553,10 +553,8 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     if n.analysis.lab.asked:
         choice = "as asked"
     caption = "Change of I_zz if the effect is ignored, in % and in units of u"
-    return (
-        paragraph("Model: {}, {}.", n.analysis.model.words, choice),
-        table(heads, rows, caption),
-    )
+    yield paragraph("Model: {}, {}.", n.analysis.model.words, choice)
+    yield table(heads, rows, caption)
 
 
 def _size_text(size: float) -> str:
@@ -579,7 +577,7 @@ def _verdict(effect: changes.Effect) -> str:
     return "left out"
 
 
-def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
+def _diagnostics(n: Numbers) -> Iterator[elements.Block]:
     """List every message about the log, with its remedy."""
     lines = []
     for i, finding in enumerate(n.analysis.diagnostics):
@@ -588,8 +586,9 @@ def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
         hint = f"; {finding.hint}" if finding.hint else ""
         lines.append(say("{}{}: {}{}", code, _place(n, i), finding.message, hint))
     if lines:
-        return (Text(lines, "list"),)
-    return (paragraph("None."),)
+        yield Text(lines, "list")
+    else:
+        yield paragraph("None.")
 
 
 def _place(n: Numbers, i: int) -> Sentence:
@@ -635,7 +634,7 @@ UNITS_OF_CONSTANTS = {
 }
 
 
-def _provenance(n: Numbers) -> Text:
+def _provenance(n: Numbers) -> Iterator[elements.Block]:
     """List the version, the log, the options and the constants."""
     analysis = n.analysis
     facts: dict[str, elements.Part] = {
@@ -658,9 +657,9 @@ def _provenance(n: Numbers) -> Text:
     return _pairs(facts)
 
 
-def _pairs(facts: Mapping[str, elements.Part]) -> Text:
+def _pairs(facts: Mapping[str, elements.Part]) -> Iterator[elements.Block]:
     lines = []
     for key, fact in facts.items():
         name = key.replace("_", " ")
         lines.append(say("{}: {}", name, fact))
-    return Text(lines, "list")
+    yield Text(lines, "list")

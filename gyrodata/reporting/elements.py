@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
-from gyrodata.results import Analysis, is_wide
+from gyrodata.results import UNITS_OF_RUNS, Analysis, is_wide
 
 
 class Number(Struct, frozen=True):
@@ -294,6 +294,7 @@ class Numbers:
             "N*m": self.torque,
             "rad^2/s^2": values.PRODUCT,
             "kg*m^2/s": values.ANGULAR_MOMENTUM,
+            "rad/s": values.RATE,
             "s": values.SECOND,
             "1": NUMBER,
         }
@@ -349,7 +350,7 @@ class Numbers:
         place : str
             A number in SI units; its standard uncertainty is next to it.
         scale : Scale, optional
-            The unit to use; by default that of the estimate in which the value is.
+            The unit to use; by default that of the estimate or of the column of runs.
         u : bool
             False to omit the standard uncertainty.
         step : float
@@ -365,7 +366,8 @@ class Numbers:
         there = self.find(record) if record else self.record
         spread = there.get(of_value) if u else None
         if scale is None:
-            scale = self.scales[there["unit"]]
+            unit = there.get("unit") or UNITS_OF_RUNS[name]
+            scale = self.scales[unit]
         if not spread:
             text = values.reading_text(value, scale.size, step)
             return self.number(place, text, scale)
@@ -493,6 +495,6 @@ class Numbers:
         if torque.torque == 0:
             return say("{}no weight{}", mark, behind)
         if torque.mass is None or torque.position is None:
-            size = here.value("torque", self.torque)
+            size = here.value("torque")
             return say("{}a torque of {}{}", mark, size, behind)
         return say("{}{}{}", mark, here.hung(runs[0]), behind)

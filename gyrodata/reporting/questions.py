@@ -6,7 +6,7 @@ questions.
 
 from __future__ import annotations
 
-import shlex
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,7 +35,6 @@ from gyrodata.reporting.values import (
     NEWTON_METRE,
     NUMBER,
     PRODUCT,
-    RATE,
     RPM,
     Scale,
 )
@@ -104,13 +103,16 @@ def answer(
     yield Section("One run by hand", tuple(_by_hand(n)), "byhand")
 
 
-def others(n: Numbers) -> Section:
+def others(n: Numbers) -> Iterator[elements.Block]:
     """Name the commands for the other questions."""
     options = n.analysis.options
     more = ""
     if options.set or options.map:
         more = " (add the --set and --map that you gave)"
-    log = shlex.quote(n.analysis.name)
+    # A shell would not read other names as one word.
+    log = n.analysis.name
+    if not re.fullmatch(r"[\w.][\w.+/-]*", log):
+        log = "LOG"
     items = []
     for part, (asked, number) in WORDS["others"].items():
         command = f"gyro predict {part}"
@@ -118,9 +120,8 @@ def others(n: Numbers) -> Section:
             command += f" --log {log}"
         title = asked + _number(n, number)
         items.append(say("{}: {}", title, Styled(command, "code")))
-    intro = paragraph(ANSWERS["others"], more=more)
-    blocks = intro, Text(items, "list")
-    return Section("The other questions", blocks, "others", True)
+    yield paragraph(ANSWERS["others"], more=more)
+    yield Text(items, "list")
 
 
 def _number(n: Numbers, number: str) -> str:
@@ -193,7 +194,7 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
     yield picture("period")
     rows = []
     for i, here in enumerate(n.each("torques")):
-        torque = here.value("torque", n.torque)
+        torque = here.value("torque")
         per_spin = here.value("period_per_spin.value", PER_SPIN)
         rows.append((n.load(i), torque, here.number("runs"), per_spin))
     heads = "load", "torque M", "runs", "τ/ψ̇"
@@ -345,10 +346,10 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     i = min(loaded, key=lambda i: runs[i].left_out)
     here = n.run(i)
     torque = here.value("torque", NEWTON_METRE)
-    rate = here.value("precession_rate", RATE)
-    spin = here.value("spin", RATE)
-    product = here.value("product", PRODUCT)
-    inertia = here.value("inertia", n.inertia)
+    rate = here.value("precession_rate")
+    spin = here.value("spin")
+    product = here.value("product")
+    inertia = here.value("inertia")
     read = n.reading(i, "spin")
     is_mean = n.analysis.measurements.spin_readings > 1
     mean = ", the mean of what was read" if is_mean else ""

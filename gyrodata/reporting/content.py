@@ -211,13 +211,18 @@ def brief(n: Numbers) -> Iterator[Sentence]:
     elif analysis.inertia.interval_95 is not None:
         interval = n.interval()
         m0 = n.value("residual_torque.value")
-        of_m0 = "mean of the days" if analysis.blocks else "included in the fit"
+        of_m0 = "included in the fit"
+        if analysis.blocks:
+            of_m0 = "mean of the days"
         words = "95 % interval: {}; torque without a weight M0 = {} ({})"
         yield say(words, interval, m0, of_m0)
     if analysis.blocks:
         names = listing([block.name for block in analysis.blocks])
         yield say("{}: each has its own M0. {}", names, _days_agree(n))
-    yield (NO_BALL,) if analysis.ball is None else questions.compare_with_ball(n)
+    if analysis.ball is None:
+        yield (NO_BALL,)
+    else:
+        yield questions.compare_with_ball(n)
     yield from _to_repeat(n)
     if analysis.advice and not analysis.doubts:
         yield say("To improve (optional): {}", analysis.advice[0])
@@ -347,7 +352,9 @@ def _fit_quality(n: Numbers) -> Sentence:
     if n.analysis.p is None:
         return say(SENTENCES["no_quality"])
     chi2 = n.analysis.fit.chi2
-    digits = f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"
+    digits = f"{chi2:.3g}"
+    if chi2 >= 1000:
+        digits = f"{chi2:.0f}"
     return say(
         SENTENCES["quality"],
         p=n.p("goodness.p"),
@@ -386,7 +393,7 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
 
 def _row_of_run(n: Numbers, i: int, load: Sentence) -> tuple[elements.Cell, ...]:
     here = n.run(i)
-    turns = turn_words(here.find("turns")).split(" ")[0]
+    turns, _ = turn_words(here.find("turns")).split(" ")
     return (
         (here.number("run"),),
         here.number("line"),
@@ -418,11 +425,16 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     rows = []
     for here in n.each("budget"):
         share = here.find("share")
-        percent = "< 0.1" if share < 5e-4 else f"{100 * share:.1f}"
+        percent = f"{100 * share:.1f}"
+        if share < 5e-4:
+            percent = "< 0.1"
         part = here.number("share", percent, PERCENT)
         u = here.scatter("u_inertia", n.inertia)
-        runs = here.find("shared_by") if here.find("shared") else "each run its own"
-        rows.append((source_words(here.find("source")), part, u, runs))
+        runs = here.find("shared_by")
+        if not here.find("shared"):
+            runs = "each run its own"
+        name = source_words(here.find("source"))
+        rows.append((name, part, u, runs))
     heads = (
         Head("component", wrap=0.28),
         Head("share of the variance", bars=True),
@@ -481,9 +493,8 @@ def _days_agree(n: Numbers) -> Sentence:
     if agreement is None:
         return say("The days or groups cannot be compared.")
     p = n.p("blocks_agreement.p")
-    if agreement.p > DISAGREE:
-        return say("The days or groups agree ({} if I_zz is the same).", p)
-    return say("The days or groups disagree ({} if I_zz is the same).", p)
+    agree = "agree" if agreement.p > DISAGREE else "disagree"
+    return say("The days or groups {} ({} if I_zz is the same).", agree, p)
 
 
 # --- details ---

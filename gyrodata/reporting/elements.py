@@ -426,8 +426,9 @@ class Numbers:
 
     def count(self, place: str, noun: str) -> Sentence:
         """Show a count with its noun: "10 runs"."""
-        nouns = noun if self.find(place) == 1 else f"{noun}s"
-        return say("{} {}", self.number(place), nouns)
+        if self.find(place) != 1:
+            noun += "s"
+        return say("{} {}", self.number(place), noun)
 
     def percent(self, place: str, sign: bool = True) -> Number:
         """Show a relative size: "+0.03 %"."""
@@ -446,7 +447,8 @@ class Numbers:
     def shift(self, place: str) -> Number:
         """Show a difference in standard uncertainties: "-2.5 u"."""
         size = self.find(place)
-        text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
+        decimals = 1 if abs(size) < 10 else 0
+        text = f"{size:+.{decimals}f}"
         if float(text) == 0:
             # Zero has no sign.
             text = text[1:]

@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from gyrodata.base import errors
 from gyrodata.judging.tables import Torque
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
@@ -200,8 +201,7 @@ def shown(sentence: Sentence) -> str:
 
 def short_name(name: str, most: int) -> str:
     """Shorten a name from the log to one line of at most `most` characters."""
-    letters = [letter if letter.isprintable() else " " for letter in name]
-    text = " ".join("".join(letters).split())
+    text = errors.shown(name)
     if len(text) <= most:
         return text
     return f"{text[: most - 1]}…"

@@ -20,6 +20,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from gyrodata.base import errors
 from gyrodata.base.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
 from gyrodata.reporting.elements import Picture
@@ -275,7 +276,9 @@ ALL_FIGURES = FIGURES | {
 
 def figures_of(analysis: Analysis) -> tuple[str, ...]:
     """Return the names of the figures of a log."""
-    return tuple(ALL_FIGURES if analysis.blocks else FIGURES)
+    if analysis.blocks:
+        return tuple(ALL_FIGURES)
+    return tuple(FIGURES)
 
 
 def picture(name: str) -> Picture:
@@ -386,7 +389,9 @@ def _draw_runs(
     colours = np.full(len(inside), "#000000")
     for rank, group in enumerate(groups):
         colours[group.members] = group.look.colour
-        label = "_" if rank % _labelled(scene) else group.look.label
+        label = group.look.label
+        if rank % _labelled(scene):
+            label = "_"
         _draw_marks(ax, scene, group, points, label)
     if x.u.any() or y.u.any():
         of_bars: Any = list(colours[inside])
@@ -404,7 +409,9 @@ def _draw_runs(
         odd = np.flatnonzero(scene.hollow)[:MOST_NAMES]
     names = {}
     for i in odd.tolist():
-        name = run_name(scene.names[i]) if scene.hollow[i] else ""
+        name = ""
+        if scene.hollow[i]:
+            name = run_name(scene.names[i])
         across = _beyond(x.value[i], at_x[i], "→←")
         up = _beyond(y.value[i], at_y[i], "↑↓")
         names[i] = " ".join(filter(None, [name, across, up]))
@@ -628,7 +635,7 @@ def render(
 def _reason(error: Exception) -> str:
     """Say in one line why a figure cannot be drawn."""
     reason = f"{type(error).__name__}: {error}"
-    return " ".join(reason.split())[:200]
+    return errors.shown(reason)[:200]
 
 
 def _draw(

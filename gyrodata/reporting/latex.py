@@ -53,7 +53,9 @@ def latex_report(analysis: Analysis) -> str:
 
 def _row(row: str) -> str:
     r"""Protect a row that TeX would read as an option of the ``\\`` before it."""
-    return f"{{}}{row}" if row.startswith(("[", "*")) else row
+    if row.startswith(("[", "*")):
+        return f"{{}}{row}"
+    return row
 
 
 def _column_type(head: Head) -> str:
@@ -92,7 +94,9 @@ def _quantity(number: Number) -> str:
     plain = digits[1:-1]
     if " " in plain or "e" in plain:
         return rf"\num{digits}"
-    return f"${plain}$" if plain.startswith(("-", "+")) else plain
+    if plain.startswith(("-", "+")):
+        return f"${plain}$"
+    return plain
 
 
 def _head(head: Head) -> str:

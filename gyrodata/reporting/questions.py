@@ -386,9 +386,11 @@ def _rate_by_hand(n: Numbers, i: int, rate: elements.Number) -> Sentence:
     if not n.analysis.measurements.timed:
         return say("φ̇ = {}, as the log gives it", rate)
     run = n.analysis.run_table[i]
-    turns = turn_words(run.turns).split(" ")[0]
-    number = n.number(f"runs.{i}.turns", turns)
-    factor = say("({})", number) if "/" in turns else say("{}", number)
+    turns, _ = turn_words(run.turns).split(" ")
+    number = n.run(i).number("turns", turns)
+    factor: Sentence = (number,)
+    if "/" in turns:
+        factor = say("({})", number)
     time = n.reading(i, "time")
     # The rod turns the other way if the weight is on the other side.
     sign = "−" if run.precession_rate < 0 else ""

@@ -82,7 +82,9 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
         return reading_text(value, factor)
     nominal, spread, exponent = rounded(value, u, factor)
     digits = f"{nominal} ± {spread}"
-    return f"({digits}) × {ten_to(exponent)}" if exponent else digits
+    if not exponent:
+        return digits
+    return f"({digits}) × {ten_to(exponent)}"
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -189,7 +191,9 @@ def percent_text(value: float) -> str:
 
 def p_text(p: float) -> str:
     """Write a probability: "p = 0.32", "p < 0.0001"."""
-    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+    if p < 1e-4:
+        return "p < 0.0001"
+    return f"p = {p:.2g}"
 
 
 def duration_text(seconds: float) -> str:
@@ -210,8 +214,12 @@ def inertia_range_text(low: float, high: float) -> str:
     """Write a range of uncertainties: "(1.7 to 5.8) × 10⁻⁵ kg·m²"."""
     factor, power = power_of_ten(high)
     start, end = [f"{number / factor:.2g}" for number in (low, high)]
-    numbers = start if start == end else f"({start} to {end})"
-    return f"{numbers} × {power} kg·m²" if power else f"{numbers} kg·m²"
+    numbers = f"({start} to {end})"
+    if start == end:
+        numbers = start
+    if power:
+        numbers += f" × {power}"
+    return f"{numbers} kg·m²"
 
 
 def factor_text(factor: float) -> str:
@@ -221,12 +229,17 @@ def factor_text(factor: float) -> str:
     is_part = 0 < size < 1
     number = 1 / size if is_part else size
     rounded = float(f"{number:.3g}")
-    if rounded < 1e6:
-        digits = f"{rounded:.3g}" if rounded < 1000 else f"{rounded:.0f}"
-    else:
+    digits = f"{rounded:.3g}"
+    if rounded >= 1e6:
         ten, power = power_of_ten(rounded)
-        digits = power if rounded == ten else f"{rounded / ten:.3g} × {power}"
-    return f"{sign}1/{digits} of" if is_part else f"{sign}{digits} times"
+        digits = power
+        if rounded != ten:
+            digits = f"{rounded / ten:.3g} × {power}"
+    elif rounded >= 1000:
+        digits = f"{rounded:.0f}"
+    if is_part:
+        return f"{sign}1/{digits} of"
+    return f"{sign}{digits} times"
 
 
 def in_columns(
@@ -244,5 +257,8 @@ def in_columns(
         cells = []
         for at, (cell, width) in enumerate(zip(row, widths, strict=True)):
             blanks = " " * (width - cell_len(cell))
-            cells.append(f"{blanks}{cell}" if at in right else f"{cell}{blanks}")
+            if at in right:
+                cells.append(blanks + cell)
+            else:
+                cells.append(cell + blanks)
         yield "  ".join(cells).rstrip()

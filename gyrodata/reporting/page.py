@@ -81,7 +81,8 @@ def report_page(analysis: Analysis, figures: Mapping[str, bytes]) -> str:
     )
 
 
-DATA = Markup('<data value="{}" data-from="{}"{}>{}</data>')
+DATA = Markup('<data value="{!r}" data-from="{}" data-size="{!r}">{}</data>')
+NAME = Markup('<data value="{}" data-from="{}">{}</data>')
 BOX = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
 BAR = Markup('<span class="bar" style="width: {:.1f}%"></span>')
 MARK = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
@@ -100,11 +101,10 @@ class _Writer:
         for text, place in zip(number.shown, number.places, strict=True):
             value = self.numbers.find(place)
             if isinstance(value, str):
-                texts.append(DATA.format(value, place, "", text))
+                texts.append(NAME.format(value, place, text))
             else:
-                size = Markup(' data-size="{}"').format(repr(number.size))
                 shown = text.replace("-", "−")
-                texts.append(DATA.format(repr(value), place, size, shown))
+                texts.append(DATA.format(value, place, number.size, shown))
         written = Markup(number.write(texts))
         if number.unit and number.scale.unit:
             return Markup('<span class="q">{}</span>').format(written)

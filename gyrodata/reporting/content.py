@@ -82,7 +82,6 @@ BYLINE = (
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
-    answer = n.answer()
     runs = n.count("/input.rows", "run")
     size = say("{}, {}", runs, n.count("torques.length", "torque"))
     kind = "worksheet" if questions.is_worksheet(analysis) else "report"
@@ -94,15 +93,15 @@ def report(analysis: Analysis) -> elements.Report:
         read_as=_read_as(n),
         doubts=tuple(_doubts(n)),
         warnings=tuple(_warnings(n)),
-        answer=answer,
+        answer=n.answer(),
         top=tuple(_top(n)),
-        sections=tuple(_sections(n, answer)),
+        sections=tuple(_sections(n)),
     )
 
 
-def _sections(n: Numbers, answer: Sentence) -> Iterator[Section]:
+def _sections(n: Numbers) -> Iterator[Section]:
     analysis = n.analysis
-    yield from questions.answer(n, answer, _agreement(n), _fit_quality(n))
+    yield from questions.answer(n, _agreement(n), _fit_quality(n))
     yield Section("Runs", tuple(_runs(n)), "runs")
     if analysis.blocks:
         yield Section("Days and groups", tuple(_days(n)), "days")

@@ -112,11 +112,15 @@ class _Writer:
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
-        written = "".join(map(self.part, sentence))
-        # A number stays on the line of its noun.
-        for end in ("</data>", "</span>"):
-            written = written.replace(f"{end} ", f"{end}\N{NO-BREAK SPACE}")
-        return Markup(written)
+        written = Markup()
+        after_number = False
+        for part in sentence:
+            if after_number and isinstance(part, str) and part.startswith(" "):
+                # A number stays on the line of its noun.
+                part = f"\N{NO-BREAK SPACE}{part[1:]}"
+            written += self.part(part)
+            after_number = isinstance(part, Number)
+        return written
 
     def part(self, part: Part) -> Markup:
         """Write a part of a sentence."""

@@ -54,7 +54,7 @@ WORDS = tomllib.loads(_FILE.read_text(encoding="utf-8"))
 
 ANSWERS = WORDS["answers"]
 
-PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * RPM.size))
+PER_SPIN = Scale("s per 100 rpm", r"s/(100\,rpm)", 0.01 / RPM.size)
 
 
 def is_worksheet(analysis: Analysis) -> bool:
@@ -70,17 +70,13 @@ def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     return Text(sentences)
 
 
-def answer(
-    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
-) -> Iterator[Section]:
+def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
     """Answer question 3 from the data.
 
     Parameters
     ----------
     n : Numbers
         Of the analysis.
-    inertia : Sentence
-        I_zz with its uncertainty, or its interval if that is wide.
     agreement, quality : Sentence
         Whether the runs agree with one line.
 
@@ -89,7 +85,7 @@ def answer(
     Section
         In the order of the lab sheet.
     """
-    slope = _slope(n, inertia, agreement, quality)
+    slope = _slope(n, agreement, quality)
     sections = (
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
@@ -151,11 +147,11 @@ def _agrees(deviation: float | None) -> bool:
 
 
 def _slope(
-    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
+    n: Numbers, agreement: Sentence, quality: Sentence
 ) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
     yield picture("torque")
-    yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
+    yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", n.answer(), kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
     relation = say(ANSWERS["linear"], balance=_balance(n))

@@ -465,7 +465,7 @@ def defaults_used(analysis: Analysis) -> list[str]:
 
 def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
     """List what would make the next lab better."""
-    advice = tuple((item,) for item in analysis.advice)
+    advice = [(item,) for item in analysis.advice]
     if advice:
         return (Text(advice, "numbered"),)
     return (paragraph("No single change would help much."),)
@@ -632,7 +632,7 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)
     yield Text((fitted, cite, more))
-    references = tuple((line,) for line in questions.WORDS["references"]["list"])
+    references = [(line,) for line in questions.WORDS["references"]["list"]]
     yield Text(references, "list")
 
 

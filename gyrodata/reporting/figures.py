@@ -105,7 +105,7 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     ax.set_ylim(0.0, top)
     ax.set_xlabel(SPIN_AXIS)
     ax.set_ylabel("precession period τ [s]")
-    for group in scene.groups:
+    for group in reversed(scene.groups):
         m0 = scene.analysis.fit.balances[group.members[0]]
         net_torque = abs(group.summary.torque + m0)
         if group.summary.torque and net_torque:

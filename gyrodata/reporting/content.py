@@ -127,12 +127,8 @@ def _sections(n: Numbers) -> Iterator[Section]:
 
 def _byline(analysis: Analysis) -> Sentence:
     """Show who made the log, if it says so."""
-    known = {key.lower(): key for key in analysis.readings.metadata}
-    lines = []
-    for name in BYLINE:
-        if name in known:
-            text = analysis.readings.metadata[known[name]]
-            lines.append(f"{known[name].capitalize()}: {text}")
+    known = {key.lower(): text for key, text in analysis.readings.metadata.items()}
+    lines = [f"{name.capitalize()}: {known[name]}" for name in BYLINE if name in known]
     return say("{}", " · ".join(lines))
 
 

@@ -102,7 +102,7 @@ def table_rows(analysis: Analysis, table: str) -> str:
     result = document["result"]
     row = {**document["input"], **result, **result["goodness"]}
     for name in _QUANTITIES:
-        quantity = result[name] or {}
+        quantity = result[name]
         low, high = quantity.get("interval_95") or (None, None)
         quantity = {**quantity, "interval_95_low": low, "interval_95_high": high}
         for part in _PARTS:

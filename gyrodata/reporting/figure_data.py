@@ -13,7 +13,6 @@ from gyrodata.base import errors
 from gyrodata.judging.tables import Torque
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.reporting import values
 from gyrodata.reporting.elements import Numbers, Sentence, plain
 from gyrodata.results import Analysis
 
@@ -68,7 +67,9 @@ class Scene(Struct, frozen=True):
     """Slope of the fitted line, I_zz [kg*m^2]."""
     imbalance: float
     """M0 [N*m]."""
-    groups: tuple[TorqueGroup, ...]
+    groups: Sequence[TorqueGroup]
+    """In the order of the table of torques."""
+    ranked: Sequence[TorqueGroup]
     """The largest torque first."""
     names: tuple[str, ...]
     kept: NDArray[np.bool_]
@@ -116,13 +117,14 @@ def gather(analysis: Analysis) -> Scene:
     rest = net_torque - slope * product
     rest_u = np.hypot(torque_u, slope * product_u)
     left_out = np.array([run.left_out for run in runs])
-    groups = sorted(_groups(numbers), key=lambda group: -group.summary.torque)
+    groups = tuple(_groups(numbers))
     return Scene(
         analysis=analysis,
         numbers=numbers,
         inertia=analysis.inertia.value,
         imbalance=analysis.residual_torque.value,
-        groups=tuple(groups),
+        groups=groups,
+        ranked=sorted(groups, key=lambda group: -group.summary.torque),
         names=tuple(short_name(run.run, 14) for run in runs),
         kept=~left_out & [not run.flagged for run in runs],
         left_out=left_out,
@@ -174,7 +176,7 @@ def _groups(n: Numbers) -> Iterator[TorqueGroup]:
         if torque.torque:
             rank = by_torque.index(i)
             look = Look(label, colours[rank], MARKERS[rank % len(MARKERS)])
-        mean = n.value(f"torques.{i}.product.value", values.PRODUCT)
+        mean = n.value(f"torques.{i}.product.value")
         members = n.analysis.measurements.by_torque[i]
         yield TorqueGroup(look, members, torque, shown((mean,)))
 

@@ -105,13 +105,13 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     ax.set_ylim(0.0, top)
     ax.set_xlabel(SPIN_AXIS)
     ax.set_ylabel("precession period τ [s]")
-    for group in reversed(scene.groups):
+    for group in scene.groups:
         m0 = scene.analysis.fit.balances[group.members[0]]
         net_torque = abs(group.summary.torque + m0)
         if group.summary.torque and net_torque:
             last = 2 * math.pi * scene.inertia * RPM * right / net_torque
             ax.plot((0.0, right), (0.0, last), color=group.look.colour)
-    _draw_runs(ax, scene, scene.groups, scene.spin, scene.period)
+    _draw_runs(ax, scene, scene.ranked, scene.spin, scene.period)
 
 
 def draw_product(ax: Axes, scene: Scene) -> None:
@@ -122,7 +122,7 @@ def draw_product(ax: Axes, scene: Scene) -> None:
     ax.set_ylabel("φ̇ψ̇ [rad²/s²]")
     few = len(scene.groups) <= 6
     groups = []
-    for group in scene.groups:
+    for group in scene.ranked:
         look = group.look
         product = group.summary.product
         half = 2 * (product.u or 0.0)
@@ -150,7 +150,7 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     ax.set_ylabel(f"torque M [{scene.unit}]")
     _fill_band(ax, x, line - down, line + up)
     _draw_zero(ax)
-    _draw_runs(ax, scene, scene.groups, scene.product, scene.torque)
+    _draw_runs(ax, scene, scene.ranked, scene.product, scene.torque)
     ax.plot(x, line, color=INK, label="fitted line")
     _draw_origin(ax, scene, x, 0.0)
 
@@ -173,7 +173,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     ax.axhline(0.0, color=INK)
     _draw_origin(ax, scene, x, line)
     product = _without_u(scene.product.value)
-    _draw_runs(ax, scene, scene.groups, product, scene.rest)
+    _draw_runs(ax, scene, scene.ranked, product, scene.rest)
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
@@ -200,7 +200,7 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     _draw_zero(ax)
     x = _without_u(number)
-    _draw_runs(ax, scene, scene.groups, x, _without_u(deviations))
+    _draw_runs(ax, scene, scene.ranked, x, _without_u(deviations))
 
 
 def draw_days(ax: Axes, scene: Scene) -> None:
@@ -276,9 +276,7 @@ ALL_FIGURES = FIGURES | {
 
 def figures_of(analysis: Analysis) -> tuple[str, ...]:
     """Return the names of the figures of a log."""
-    if analysis.blocks:
-        return tuple(ALL_FIGURES)
-    return tuple(FIGURES)
+    return tuple(ALL_FIGURES if analysis.blocks else FIGURES)
 
 
 def picture(name: str) -> Picture:
@@ -603,7 +601,7 @@ def render(
         By file type: the files of the figures that can be drawn, by name.
     """
     scene = gather(analysis)
-    names = figures_of(analysis) if names is None else names
+    names = names or figures_of(analysis)
     files: dict[Form, dict[str, bytes]] = {form: {} for form in forms}
     try:
         import matplotlib.figure

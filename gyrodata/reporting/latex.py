@@ -102,7 +102,7 @@ def _quantity(number: Number) -> str:
 def _head(head: Head) -> str:
     """Write the unit below the words: a column of numbers stays narrow."""
     words = escape(head.words)
-    if head.scale is None or not head.scale.unit:
+    if not (head.scale and head.scale.unit):
         return words
     power = rf"\num{{e{head.scale.exponent}}}\," if head.scale.exponent else ""
     unit = rf"{{[}}{power}\unit{{{head.scale.siunitx}}}]"

@@ -170,7 +170,7 @@ def _facts_of_line(n: Numbers) -> Iterator[Sentence]:
         distance = n.value("centre_of_mass.value", MICROMETRE)
         yield say(ANSWERS["centre_of_mass"], distance=distance)
     origin = analysis.fits[1]
-    if origin.inertia is not None and origin.deviation is not None:
+    if origin.deviation is not None:
         slope = n.value("fits.1.inertia.value")
         away = n.shift("fits.1.deviation")
         yield say("A line without an intercept has the slope {}, {} away.", slope, away)

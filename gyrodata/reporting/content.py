@@ -151,11 +151,10 @@ def _read_as(n: Numbers) -> Sentence:
         turns = here.number("turns", digits)
         time = n.reading(i, "time")
         timed = say(", {} {} in {}", turns, noun, time)
-    number = here.number("run")
     spin = n.reading(i, "spin")
     period = here.value("period")
     words = "Read as: run {}: {}, {}{}{}, one turn in {}."
-    return say(words, number, load, spin, timed, follows, period)
+    return say(words, here.number("run"), load, spin, timed, follows, period)
 
 
 def _doubts(n: Numbers) -> Iterator[Sentence]:
@@ -628,8 +627,8 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     theory = Styled("gyro explain theory", "code")
     more = say("More: {} and {}; and in:", statistics, theory)
     yield Text((fitted, cite, more))
-    references = [(line,) for line in questions.WORDS["references"]["list"]]
-    yield Text(references, "list")
+    references = questions.WORDS["references"]["list"]
+    yield Text([(line,) for line in references], "list")
 
 
 UNITS_OF_CONSTANTS = {

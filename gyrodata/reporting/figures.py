@@ -12,6 +12,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import cycle
 from pathlib import Path
 from textwrap import fill, shorten
 from typing import TYPE_CHECKING, Any, Literal
@@ -162,7 +163,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     kept = scene.kept | scene.hollow.all()
     of_runs = np.abs(scene.rest.value) + scene.rest.u
     reach = float(of_runs[kept].max())
-    of_band = max(float(down.max()), float(up.max()))
+    of_band = max(down.max(), up.max())
     needed = min(max(reach, of_band), 2 * reach)
     limit = 1.1 * needed or 1.0
     ax.set_xlim(x[0], x[-1])
@@ -213,9 +214,9 @@ def draw_days(ax: Axes, scene: Scene) -> None:
     ax.set_ylabel(f"M − I_zz φ̇ψ̇ [{scene.unit}]")
     _draw_zero(ax)
     days = []
+    looks = zip(cycle(COLOURS), cycle(MARKERS), strict=False)
     for number, block in enumerate(scene.analysis.blocks):
-        colour = COLOURS[number % len(COLOURS)]
-        marker = MARKERS[number % len(MARKERS)]
+        colour, marker = next(looks)
         minus_m0 = -block.residual_torque.value / scene.unit_size
         half = (block.residual_torque.u or 0.0) / scene.unit_size
         _draw_band(ax, minus_m0, half, colour, 0.15)
@@ -414,7 +415,7 @@ def _draw_runs(
         up = _beyond(y.value[i], at_y[i], "↑↓")
         names[i] = " ".join(filter(None, [name, across, up]))
     _name_runs(ax, points, names)
-    _explain_marks(ax, scene, bool(inside.all()))
+    _explain_marks(ax, scene, inside.all())
 
 
 def _draw_marks(
@@ -452,7 +453,7 @@ def _beyond(value: float, shown: float, arrows: str) -> str:
     return f"{arrow} {reading_text(value)}".replace("-", "−")
 
 
-def _explain_marks(ax: Axes, scene: Scene, all_inside: bool) -> None:
+def _explain_marks(ax: Axes, scene: Scene, all_inside: np.bool_) -> None:
     """Add to the legend what a hollow mark is, and a mark at the edge."""
     if scene.hollow.any():
         all_left_out = (scene.left_out == scene.hollow).all()

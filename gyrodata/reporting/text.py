@@ -141,13 +141,8 @@ def check_text(
     counts: Counter[str] = Counter(finding.severity for finding in diagnostics)
     lines = []
     if analysis is not None:
-        # How a run was read, and the doubts.
-        whole = report(analysis)
-        lines.append(plain(whole.read_as))
-        if analysis.ball is None:
-            lines.append(NO_BALL)
-        lines += map(plain, whole.doubts)
-        counts["doubt"] = len(whole.doubts)
+        lines = _lines_above(analysis)
+        counts["doubt"] = len(analysis.doubts)
     kinds = [kind for kind in ("doubt", "error", "warning", "note") if counts[kind]]
     verdict = ", ".join([values.count_text(counts[kind], kind) for kind in kinds])
     if counts["note"] == counts.total():
@@ -159,6 +154,15 @@ def check_text(
     printed += map(str, diagnostics)
     printed.append(f"{name}: {read}{verdict}\n")
     return "\n".join(printed).translate(PICTURES)
+
+
+def _lines_above(analysis: Analysis) -> list[str]:
+    """List what is above the findings: how a run was read, and the doubts."""
+    whole = report(analysis)
+    lines = [plain(whole.read_as)]
+    if analysis.ball is None:
+        lines.append(NO_BALL)
+    return [*lines, *map(plain, whole.doubts)]
 
 
 def diagnostics_text() -> str:
